@@ -307,20 +307,15 @@ fn load(
         Some(path) => {
             let ending = crate::report::format::ending(path);
             let other = match ending.as_str() {
-                "obj" | "gltf" | "glb" => Some("a stage: `footlight stage"),
-                "mvr" => Some("a plan: `footlight import"),
-                "asc" => Some("a desk's show: `footlight import"),
+                "obj" | "gltf" | "glb" => Some(("a stage", "stage", "")),
+                "mvr" => Some(("a plan", "import", " -o show.lxq")),
+                "asc" => Some(("a desk's show", "import", " -o show.lxq")),
                 _ => None,
             };
-            if let Some(what) = other {
+            if let Some((what, command, output)) = other {
                 let name = path.display();
-                let to = if what.ends_with("stage") {
-                    ""
-                } else {
-                    " -o show.lxq"
-                };
                 return Err(Error::Usage(format!(
-                    "{name} is {what} {name}{to}` reads it"
+                    "{name} is {what}: `footlight {command} {name}{output}` reads it"
                 )));
             }
             Engine::open(path, host)

@@ -308,7 +308,7 @@ impl Repl {
     fn warnings(&mut self) -> Vec<Printable> {
         let (remarks, store) = self.engine.warnings();
         let mut all: Vec<Printable> = Vec::new();
-        all.extend(remarks.iter().map(notes::of_operator).map(Printable::from));
+        all.extend(remarks.iter().map(ToString::to_string).map(Printable::from));
         all.extend(store.iter().map(notes::of_store).map(Printable::from));
         all.extend(refine::clamped(&self.engine).map(Printable::from));
         all.retain(|warning| self.reported.insert(warning.clone()));

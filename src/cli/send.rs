@@ -53,18 +53,18 @@ pub fn send(repl: &Repl, call: &Call, screen: &Screen) -> Result<u8, Error> {
         let now = Time::nearest(began.elapsed().as_secs_f64());
         let settings = run.settings(now, document)?;
         // A cable that is pulled is put back: the show goes on meanwhile.
-        match (network.send(&settings), &away) {
-            (Ok(()), None) => sent += 1,
-            (Ok(()), Some(_)) => {
+        match network.send(&settings) {
+            Ok(()) => {
                 sent += 1;
-                away = None;
-                complain("the network is back\n");
+                if away.take().is_some() {
+                    complain("the network is back\n");
+                }
             }
-            (Err(error), None) => {
+            Err(error) if away.is_none() => {
                 complain(format!("the network: {error}; the show goes on\n"));
                 away = Some(error);
             }
-            (Err(_), Some(_)) => {}
+            Err(_) => {}
         }
         if run.is_over(now) {
             break false;

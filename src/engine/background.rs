@@ -5,8 +5,8 @@
 //! one, planned from the show as it is then. So edits and previews are served at once in between,
 //! every finished image improves the next preview, and an edit changes what is still to come.
 //! Images are rendered one at a time: a job of several would keep the first waiting for the last.
-//! A refinement owns its goal, its way and its view: what the engine is set to afterwards, or looks from,
-//! does not change it.
+//! A refinement owns its goal, its way and its view: what the engine is set to afterwards, or looks
+//! from, does not change it.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};

@@ -83,9 +83,9 @@ fn typed<'h>(help: &'h str, here: &'h str) -> impl Iterator<Item = &'h str> {
     let odd = help.split('`').skip(1).step_by(2);
     let is_own = |word: &str| {
         let word = word.trim_matches(|c: char| "{},()%".contains(c));
-        let known = lang::words().contains(&word) || lang::keywords().contains(&word);
         // A level is the writer's to say.
-        let known = known && !["full", "out"].contains(&word);
+        let known = !["full", "out"].contains(&word)
+            && (lang::words().contains(&word) || lang::keywords().contains(&word));
         word.is_empty() || known || here.contains(word)
     };
     odd.filter(move |text| !text.is_empty() && (is_meant || text.split_whitespace().all(is_own)))

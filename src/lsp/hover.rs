@@ -180,13 +180,15 @@ fn held(show: &Show, cue: usize) -> Vec<f64> {
         let moves: Vec<_> = cue.parts.iter().flat_map(|part| &part.moves).collect();
         for (i, (parameter, level)) in parameters.iter().zip(&mut levels).enumerate() {
             let own = moves.iter().find(|m| m.parameter == i);
-            let coloured = moves.iter().any(|m| {
-                let moved = parameters.get(m.parameter);
-                moved.is_some_and(|p| p.bank == parameter.bank)
-            });
+            let is_coloured = || {
+                let mut moved = moves.iter().filter_map(|m| parameters.get(m.parameter));
+                moved.any(|p| p.bank == parameter.bank)
+            };
             match own {
                 Some(own) => *level = own.motion.target(),
-                None if coloured && parameter.channel.is_none() && *level == 0.0 => *level = 1.0,
+                None if *level == 0.0 && parameter.channel.is_none() && is_coloured() => {
+                    *level = 1.0
+                }
                 None => {}
             }
         }

@@ -27,8 +27,8 @@ pub fn headline(document: &Document) -> String {
     )
 }
 
-/// Warnings, and whether the show has any; a `long` run, too `many` keys and `unlit` banks are some. `transparent` names
-/// what light passes on its stage.
+/// Warnings, and whether the show has any; a `long` run, too `many` keys and `unlit` banks are some.
+/// `transparent` names what light passes on its stage.
 pub fn check(
     document: &Document,
     (long, many): (Option<LongRun>, Option<ManyKeys>),

@@ -1,12 +1,6 @@
-//! Warnings about the renderer and the store of pictures, in words.
+//! Warnings about the store of pictures, in words.
 
 use crate::pool::disk_cache::Note;
-use crate::renderer::Warning;
-
-/// A warning about an operator's pictures.
-pub fn of_operator(warning: &Warning) -> String {
-    warning.to_string()
-}
 
 /// Trouble with the store of pictures.
 pub fn of_store(note: &Note) -> String {
@@ -42,13 +36,15 @@ pub fn of_store(note: &Note) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::renderer::Warning;
 
     #[test]
     fn a_renderer_that_is_not_linear_is_warned_about_with_the_figures() {
-        let warning = of_operator(&Warning::NotLinear {
+        let warning = Warning::NotLinear {
             sum: 0.1 / 3.1,
             double: 0.1 / 4.1,
-        });
+        };
+        let warning = warning.to_string();
         assert!(
             warning.contains("3.23 %") && warning.contains("2.44 %"),
             "{warning}"

@@ -114,24 +114,26 @@ fn sets<'w>(
             continue;
         };
         let path = format!("{folder}/{}", plain(&set.file));
-        if !tried.contains_key(&path) {
+        let is_stage = if let Some(known) = tried.get(&path) {
+            *known
+        } else {
             let files = copied(set, archive, folder, out, work)?;
             let unread = unread(&path, &files, work);
+            tried.insert(path.clone(), unread.is_none());
             if let Some(error) = &unread {
                 let what = format!("`{}`: {error}: left out", set.file);
                 out.losses.push(Loss::new(what).line(set.line));
             } else {
-                let new = files
-                    .into_iter()
-                    .filter(|(path, _)| written.insert(path.clone()));
-                let before = out.files.len();
-                out.files.extend(new);
-                let new = out.files.iter().skip(before);
-                work = work.holding(new.map(|(_, bytes)| bytes.len()).sum());
+                for (path, bytes) in files {
+                    if written.insert(path.clone()) {
+                        work = work.holding(bytes.len());
+                        out.files.push((path, bytes));
+                    }
+                }
             }
-            tried.insert(path.clone(), unread.is_none());
-        }
-        if tried.get(&path) != Some(&true) {
+            unread.is_none()
+        };
+        if !is_stage {
             continue;
         }
         let _ = write!(text, "stage {}", quoted(&path));

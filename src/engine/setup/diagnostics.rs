@@ -11,6 +11,9 @@ use crate::scene::still::{ImageError, Refused};
 use crate::scene::{Camera, ImageFile, Scene};
 use crate::show::{NodeId, RigError, Show, Stage, Surface, View};
 
+/// What to do about a path as Windows has it.
+const NO_BACKSLASH: &str = "write `/` for `\\`; the file must be in the show's folder, or below it";
+
 fn error(
     code: &'static str,
     message: String,
@@ -39,9 +42,9 @@ pub(super) fn of_stage(cause: &SceneError, stage: &Stage, spans: &SpanMap) -> Di
             "`{}` names it, by a path from its own folder",
             stage.path
         )),
-        SceneError::File(FileError::Missing(path)) if path.contains('\\') => Some(
-            "write `/` for `\\`; the file must be in the show's folder, or below it".to_owned(),
-        ),
+        SceneError::File(FileError::Missing(path)) if path.contains('\\') => {
+            Some(NO_BACKSLASH.to_owned())
+        }
         SceneError::File(error) => file_help(error),
         _ => None,
     };
@@ -169,8 +172,13 @@ pub(super) fn of_photometric(cause: &str, light: NodeId, spans: &SpanMap) -> Dia
 pub(super) fn of_slide(cause: &str, light: NodeId, spans: &SpanMap) -> Diagnostic {
     let message = format!("the image cannot be thrown: {cause}");
     if cause.contains('\\') {
-        let help = "write `/` for `\\`; the file must be in the show's folder, or below it";
-        return error(codes::SLIDE, message, light, spans, vec![help.to_owned()]);
+        return error(
+            codes::SLIDE,
+            message,
+            light,
+            spans,
+            vec![NO_BACKSLASH.to_owned()],
+        );
     }
     let help = "put a PNG, JPEG or OpenEXR file of at most 16,777,216 pixels next to the show; \
                 many large images need more memory (option --memory)";
