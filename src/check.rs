@@ -138,11 +138,25 @@ impl Words<'_> {
                     .place_of(id, self.spans, "here")
                     .help("repeat fewer times: every pass counts")
             }
-            TimelineError::TooManyEffects { id, limit } => {
-                let message = format!("effects make more than {limit} pieces");
+            TimelineError::TooManyEffects {
+                id,
+                effect,
+                bank,
+                limit,
+            } => {
+                let effect = self.show.effects.get(effect).map_or("", |e| &e.name);
+                let bank = self.show.banks.get(bank).map_or("", |b| &b.name);
+                let message = format!("effects make more than {limit} steps");
                 Diagnostic::error(codes::TOO_LARGE, message)
-                    .place_of(id, self.spans, "the limit is reached here")
-                    .help("a lower `rate`, or an earlier `effect none`")
+                    .place_of(
+                        id,
+                        self.spans,
+                        format!("`{effect}` on `{bank}` reaches the limit"),
+                    )
+                    .help(format!(
+                        "end effects where they are no longer seen, with `{bank} effect none` in a \
+                         cue, or lower their `rate`"
+                    ))
             }
             TimelineError::Memory { cue, budget } => {
                 let budget = budget >> 20;

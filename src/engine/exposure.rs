@@ -14,6 +14,11 @@ use crate::picture::Image;
 use crate::picture::tone::{self, Curve, Tone};
 use crate::pool::Pool;
 use crate::show::ToneCurve;
+use crate::timeline::KeySequence;
+use crate::work::Work;
+
+/// Key images that the exposure is found from; a show with effects has thousands, mostly alike.
+const MOST_KEYS: usize = 500;
 
 /// What is known of the key images of one pool.
 struct Brightness {
@@ -107,7 +112,7 @@ impl Engine {
         let mut brightness = kept.unwrap_or_else(|| Brightness::new(pool));
         let work = self.work();
         let mut known = BTreeMap::new();
-        for key in self.document.keys().keys() {
+        for key in brightest(self.document.keys(), &brightness.thin, work)? {
             work.check()?;
             let bits: Vec<u64> = key.iter().map(|level| level.to_bits()).collect();
             let light = match brightness.known.get(&bits) {
@@ -121,4 +126,24 @@ impl Engine {
         self.exposure.brightness = Some(brightness);
         Ok(tone::exposure(brightest))
     }
+}
+
+/// The [`MOST_KEYS`] keys that are brightest by the sum of their banks' bright light.
+fn brightest<'k>(
+    keys: &'k KeySequence,
+    thin: &Pool,
+    work: Work<'_>,
+) -> Result<Vec<&'k Vec<f64>>, Error> {
+    let mut found: Vec<&Vec<f64>> = keys.keys().iter().collect();
+    if found.len() > MOST_KEYS {
+        let coordinates = keys.coordinates();
+        let unit = |c: usize| -> Vec<f64> { (0..coordinates).map(|i| f64::from(i == c)).collect() };
+        let light: Vec<f64> = (0..coordinates)
+            .map(|c| Ok(tone::bright_light(&thin.preview(&unit(c), work)?)))
+            .collect::<Result<_, Error>>()?;
+        let total = |key: &[f64]| -> f64 { key.iter().zip(&light).map(|(x, y)| x * y).sum() };
+        found.sort_by(|a, b| total(b).total_cmp(&total(a)));
+        found.truncate(MOST_KEYS);
+    }
+    Ok(found)
 }

@@ -12,8 +12,8 @@ use crate::linalg::Bernstein;
 use crate::show::{Effect, EffectChange, EffectKind, Show};
 use crate::units::Time;
 
-/// Pieces that all effects of a show may have.
-const MOST: usize = 10_000;
+/// Steps that all effects of a show may have, so that memory holds them and their keys.
+const MOST: usize = 500_000;
 /// Shares of its depth that a flicker takes.
 const SHARES: u64 = 8;
 
@@ -67,10 +67,12 @@ fn factor(
             if at >= until {
                 break;
             }
-            let id = run.change.id;
-            *left = left
-                .checked_sub(1)
-                .ok_or(TimelineError::TooManyEffects { id, limit: MOST })?;
+            *left = left.checked_sub(1).ok_or(TimelineError::TooManyEffects {
+                id: run.change.id,
+                effect: run.change.effect.unwrap_or_default(),
+                bank: run.change.bank,
+                limit: MOST,
+            })?;
             step = effect.map_or(step, step_of);
             let next = match effect {
                 None if n > 0 || step == Time::ZERO => until,

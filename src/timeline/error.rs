@@ -50,11 +50,15 @@ pub enum TimelineError {
         /// The limit.
         limit: usize,
     },
-    /// Effects make more pieces than a show may have of them.
-    #[error("effects would make more than {limit} pieces")]
+    /// Effects make more steps than a show may have of them.
+    #[error("effects would make more than {limit} steps")]
     TooManyEffects {
-        /// The move that goes over the limit.
+        /// The change of an effect that goes over the limit.
         id: NodeId,
+        /// Its effect.
+        effect: usize,
+        /// The bank that has it.
+        bank: usize,
         /// The limit.
         limit: usize,
     },

@@ -527,12 +527,18 @@ fn a_flicker_is_the_same_in_every_run_and_within_its_depth() {
 #[test]
 fn endless_effects_are_refused() {
     let hold = moving(0, path(Interpolation::Steps, &[(0., 80.), (3600., 80.)]));
-    let show = with_effect(EffectKind::Pulse, 10.0, hold, 1);
-    let found = Timeline::new(&show).unwrap_err();
+    let an_hour = with_effect(EffectKind::Pulse, 10.0, hold.clone(), 1);
+    Timeline::new(&an_hour).unwrap();
+    let endless = with_effect(EffectKind::Pulse, 100.0, hold, 1);
+    let found = Timeline::new(&endless).unwrap_err();
     assert!(
         matches!(
             found[..],
-            [TimelineError::TooManyEffects { limit: 10_000, .. }]
+            [TimelineError::TooManyEffects {
+                limit: 500_000,
+                bank: 0,
+                ..
+            }]
         ),
         "{found:?}"
     );
