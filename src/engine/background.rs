@@ -242,6 +242,10 @@ impl Engine {
             return Err(Error::NoSetup);
         }
         self.complete_pair(&goal);
+        // Only a time needs the seconds of this machine; an error compares costs alone.
+        if goal.budget.is_some() && self.pool().is_none() {
+            self.calibrate_cost()?;
+        }
         self.choose_base(&goal)?;
         self.background = Some(BackgroundRefinement {
             refiner: Refiner::new(goal, self.metric, Calls::Background, self.now()),

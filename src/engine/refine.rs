@@ -165,6 +165,9 @@ impl Engine {
                 return Ok(Vec::new());
             }
             engine.rendering.as_ref().ok_or(Error::NoSetup)?;
+            if goal.asks_for_a_way() && engine.pool().is_none() && !engine.is_final() {
+                engine.calibrate_cost()?;
+            }
             let mut ways = engine.choose_base(&goal)?;
             if engine.try_refined(&goal)? {
                 ways = engine.ways(&goal)?;

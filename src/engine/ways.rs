@@ -311,9 +311,6 @@ impl Engine {
             return Ok(Vec::new());
         }
         let asks = goal.asks_for_a_way();
-        if asks {
-            self.calibrate_cost()?;
-        }
         let ways = match asks {
             true => self.ways(goal)?,
             false => Vec::new(),

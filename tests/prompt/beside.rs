@@ -202,6 +202,9 @@ fn a_refinement_owns_its_way() {
         let queue = Queue::default();
         let mut show = prompt("b.lxq", SHOW.as_bytes(), host(&queue)).unwrap();
         say(&mut show, &format!("refine until 2% --way {way} &"));
+        let status = say(&mut show, "status");
+        let line = format!("refine until 2% --way {way} &:");
+        assert!(status.contains(&line), "{status}");
         finish(&mut show, &queue);
         let mut twin = prompt("b.lxq", SHOW.as_bytes(), host(&queue)).unwrap();
         say(&mut twin, &format!("refine until 2% --way {way}"));

@@ -1,5 +1,6 @@
 //! What is rendered: plan, refinement, pool, the whole loop.
 
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::{measure, usage};
@@ -172,11 +173,18 @@ fn in_background(call: &mut Call) -> Option<String> {
     let last = call.words.last_mut()?;
     *last = last.to_str()?.strip_suffix('&')?.into();
     call.words.retain(|w| !w.is_empty());
-    let words = call.words().join(" ");
-    Some(match words.is_empty() {
-        true => "refine &".to_owned(),
-        false => format!("refine {words} &"),
-    })
+    let mut line = String::from("refine ");
+    for word in call.words() {
+        let _ = write!(line, "{word} ");
+    }
+    for (name, value) in &call.options {
+        let _ = write!(line, "--{name} ");
+        if !value.is_empty() {
+            let _ = write!(line, "{} ", value.to_string_lossy());
+        }
+    }
+    line.push('&');
+    Some(line)
 }
 
 pub fn status(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
