@@ -135,11 +135,22 @@ pub fn describe(plan: &PlanReport) -> String {
         count(plan.keys.len(), "key"),
         plan.rank
     );
+    let mut predicted = plan.predicted.iter();
+    let is_reached =
+        predicted.any(|step| step.refined == plan.used && step.error <= plan.tolerance);
     let _ = writeln!(
         text,
-        "{} of {} for an error of {}{} (metric {}); predicted after each",
-        count(plan.used, "refined picture"),
-        plan.rank,
+        "{} {} {}{} (metric {}); predicted after each",
+        if is_reached {
+            format!("{} of {}", count(plan.used, "refined picture"), plan.rank)
+        } else {
+            format!("all {}", count(plan.used, "refined picture"))
+        },
+        if is_reached {
+            "for an error of"
+        } else {
+            "leave more than"
+        },
         words::error(plan.tolerance, plan.unit),
         if plan.unit == ErrorUnit::Light {
             " of the light"
@@ -152,7 +163,7 @@ pub fn describe(plan: &PlanReport) -> String {
         text.push_str("by levels alone; counted again once there are pictures\n");
     }
     for step in &plan.predicted {
-        let mark = if step.refined == plan.used {
+        let mark = if is_reached && step.refined == plan.used {
             "  <- tolerance"
         } else {
             ""
