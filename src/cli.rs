@@ -17,15 +17,16 @@ mod send;
 mod serve;
 mod slurm;
 mod stop;
-mod watch;
 mod work;
 
 use std::ffi::{OsStr, OsString};
 use std::io::{self, BufWriter, IsTerminal, Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::mpsc::channel;
 use std::sync::{Arc, OnceLock};
+
+use clap::error::{ContextKind, ContextValue};
 
 use crate::engine::{Background, Engine, Host, PoolPlace, TEXT_LIMIT};
 use crate::files::{self, Disk, Folder, Monotonic, process};
@@ -35,7 +36,7 @@ use crate::printable::Printable;
 use crate::radiosity::Radiosity;
 use crate::renderer::Transport;
 use crate::renderer::outside::{self, Outside};
-use crate::repl::{Call, Console, Error, Repl, help_of};
+use crate::repl::{Call, Console, Error, Repl, help_of, removed};
 use crate::report::explain::explain;
 use crate::report::film::{Outlets, Pipe};
 
@@ -60,6 +61,9 @@ pub fn main() -> ExitCode {
         Err(error) => {
             // Standard error may be closed.
             complain(error.render().to_string());
+            if let Some(message) = removed_argument(&error) {
+                complain(format!("\n{message}\n"));
+            }
             if let Some(show) = sole_show(std::env::args_os()) {
                 complain(format!(
                     "\na verb comes first: `footlight check {show}`, `footlight repl {show}`\n"
@@ -83,6 +87,16 @@ pub fn main() -> ExitCode {
         None => ExitCode::from(code),
         Some(lost) => ExitCode::from(screen.fail(&Error::Device(lost.clone()))),
     }
+}
+
+/// What replaces the argument that an error refuses, where an earlier version had it.
+fn removed_argument(error: &clap::Error) -> Option<String> {
+    let kinds = [ContextKind::InvalidSubcommand, ContextKind::InvalidArg];
+    let mut values = kinds.into_iter().filter_map(|kind| error.get(kind));
+    values.find_map(|value| match value {
+        ContextValue::String(name) => removed(name.split([' ', '=']).next()?),
+        _ => None,
+    })
 }
 
 /// What `footlight help go` asks for: a verb that is typed at the prompt alone.
@@ -137,7 +151,6 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
         }
     };
     let goes_on = match own {
-        OwnCommand::Watch(_) => Some("watch"),
         #[cfg(feature = "serve")]
         OwnCommand::Serve { .. } => Some("serve"),
         #[cfg(feature = "lsp")]
@@ -158,9 +171,6 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
             reports::difference(&versions, output.as_deref(), (&host, screen))
         }
         OwnCommand::Import(arguments) => import::import(arguments, settings, screen),
-        OwnCommand::Watch(watched) => watch::watch(watched, screen, || {
-            open(Some(&watched.show), settings, screen)
-        }),
         OwnCommand::Work(told) => work::work(told, settings, screen),
         OwnCommand::Collect { tasks, json } => work::collect(tasks, *json, settings),
         #[cfg(feature = "serve")]
@@ -326,22 +336,12 @@ fn load(
         outlets: Outlets {
             pipe: pipe(),
             encoder: Some(Box::new(Ffmpeg)),
-            module: module(),
         },
         canvas: screen.canvas(),
         farm: Some(Box::new(Slurm::new(settings))),
     };
     files::return_freed_memory();
     Ok(Repl::new(engine?, console))
-}
-
-/// The engine as a module for a page, beside the program itself.
-fn module() -> Option<PathBuf> {
-    Some(
-        std::env::current_exe()
-            .ok()?
-            .with_file_name("footlight-live.wasm"),
-    )
 }
 
 /// Standard output for files, unless it is a terminal, which shows no films, or closed.

@@ -65,7 +65,7 @@
 //! | 0 | `files` | the one door to the outside: reading, writing, other programs, the clock | - | nix, shlex |
 //! | 0 | `printable` | text for a person, in which nothing is hidden | - | unicode_width |
 //! | 1 | `diagnostic` | one Diagnostic type; plain, coloured and JSON reports | printable | annotate_snippets, serde_json |
-//! | 1 | `picture` | linear float RGB image; EXR, PNG, animated PNG; tone mapping | units, files | base64, exr, image, nalgebra, png |
+//! | 1 | `picture` | linear float RGB image; EXR, PNG; tone mapping | units, files | base64, exr, image, nalgebra, png |
 //! | 2 | `chart` | axes, series, curves; PNG and SVG | units, picture, printable | base64, tiny_skia |
 //! | 2 | `scene` | geometry, materials, lights, images, views; OBJ and glTF import | units, geometry, files, picture, printable | base64, draco_core, gltf_json, serde_json, sha2 |
 //! | 3 | `show` | the model (IR): banks, fixed, looks, cues, parts, curves; no syntax, no spans | units, geometry, scene | - |

@@ -4,7 +4,6 @@
 //! values. Tone mapping makes display-coded bytes of it and is never applied in place. This module
 //! does not depend on lights or shows.
 
-pub mod apng;
 pub mod combine;
 pub mod decode;
 pub mod exr;

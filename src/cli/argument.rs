@@ -11,7 +11,6 @@ use clap::error::ErrorKind;
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Subcommand, value_parser};
 
 use super::import::Imported;
-use super::watch::Watched;
 use super::work::Worker;
 use crate::diagnostic::Style;
 use crate::engine::POOL_LIMIT;
@@ -234,10 +233,6 @@ pub enum OwnCommand {
     #[command(after_help = "Example:\n  footlight import house.asc -o house.lxq\n  \
         footlight import plan.mvr -o rig.lxq")]
     Import(Imported),
-    /// show every save of a file that is edited elsewhere: errors, changes, the picture
-    #[command(after_help = "An error leaves the last good show. Ctrl-C ends it.\n\n\
-        Example:\n  footlight watch show.lxq -o now.png")]
-    Watch(Watched),
     /// render a task of a list that `plan --tasks` wrote, or whatever of it is free
     #[command(
         after_help = "Exits with 0 when it is done or was already, 75 when it is to be tried again (others \

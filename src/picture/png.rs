@@ -26,7 +26,7 @@ pub fn encode(width: usize, height: usize, rgb: &[u8]) -> Result<Vec<u8>, Pictur
 
 /// An encoder of 8-bit sRGB. The fast compression takes a twentieth of the balanced one's time for
 /// files a tenth larger (the tavern's page: 0.2 s for 4.0, 12.1 MB for 10.9).
-pub(super) fn encoder<'w, W: std::io::Write>(
+fn encoder<'w, W: std::io::Write>(
     to: W,
     width: usize,
     height: usize,
@@ -61,7 +61,7 @@ pub(super) fn require_size(width: usize, height: usize, rgb: &[u8]) -> Result<()
 }
 
 /// What remains after the sizes have been checked: more than the format's counters hold.
-pub(super) fn refused(error: ::png::EncodingError) -> PictureError {
+fn refused(error: ::png::EncodingError) -> PictureError {
     PictureError::Size(error.to_string())
 }
 

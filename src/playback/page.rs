@@ -10,7 +10,6 @@
 mod coding;
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
 
 use base64::prelude::{BASE64_STANDARD, Engine as _};
 use serde::Serialize;
@@ -22,15 +21,6 @@ use crate::picture::{Image, PictureError};
 use crate::printable;
 use crate::timeline::{KeySequence, Segment};
 use crate::work::{Cancelled, Work};
-
-/// How the program knows that a module of the engine for the page is its own: of this version, with the
-/// same numbers.
-pub const MODULE: &str = concat!(
-    "footlight-live ",
-    env!("CARGO_PKG_VERSION"),
-    " ",
-    env!("FOOTLIGHT_OPERATOR")
-);
 
 /// The most bytes of a page unless something else is said.
 pub const BUDGET: usize = 20_000_000;
@@ -249,53 +239,6 @@ pub fn data(
 ) -> Result<String, PageError> {
     let full = contents.banks.first().map_or(size, |i| i.size());
     json(contents, pictures, 0, (size, full))
-}
-
-/// A sheet with what is needed to edit it in a page.
-#[derive(Debug, Serialize)]
-pub struct Sheet<'a> {
-    /// What the file is called.
-    pub name: &'a str,
-    /// Its text.
-    pub text: &'a str,
-    /// The files that it names, in base64.
-    pub files: BTreeMap<String, String>,
-    /// The exposure of its pictures, stops.
-    pub exposure: f64,
-    /// The engine as a WebAssembly module, packed by gzip and in base64.
-    pub module: String,
-}
-
-/// A page in which the show is edited: with the banks' pictures alone, in at most `budget` bytes, and
-/// with the engine.
-///
-/// # Errors
-/// As [`write`].
-pub fn live(
-    contents: &Contents<'_>,
-    sheet: &Sheet<'_>,
-    budget: usize,
-    work: Work<'_>,
-) -> Result<Page, PageError> {
-    let (coded, size) = fit(&contents.banks, contents.tone, budget, work)?;
-    let pictures = coded.into_iter().map(Picture::inside).collect();
-    let show = data(contents, pictures, size)?;
-    let sheet = serde_json::to_string(sheet)?;
-    let sheet = printable::json(sheet.trim_start_matches('{'));
-    let data = format!("{{\"show\":{show},{sheet}").replace('<', "\\u003c");
-    let policy = "default-src 'none'; img-src data:; worker-src blob:; style-src 'unsafe-inline'; \
-                  script-src 'unsafe-inline' 'wasm-unsafe-eval'";
-    let start = [
-        include_str!("page/change.js"),
-        include_str!("page/engine.js"),
-        include_str!("page/live.js"),
-    ];
-    let html = filled(&escaped(&contents.title), policy, &start, &data);
-    Ok(Page {
-        html,
-        size,
-        blends: false,
-    })
 }
 
 /// A page that is served; one that `follows` looks on while another runs the show.

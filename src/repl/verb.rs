@@ -3,6 +3,7 @@
 //! A new verb is its function and its row.
 
 mod declaration;
+mod removed;
 mod table;
 
 use super::error::usage;
@@ -10,6 +11,7 @@ use super::{Call, Error, Repl, Reply};
 use crate::lang::nearest;
 
 pub use self::declaration::{DECLARATIONS, Declaration};
+pub use self::removed::removed;
 pub use self::table::VERBS;
 
 /// An option of a verb.
@@ -88,6 +90,9 @@ impl std::fmt::Debug for VerbSpec {
 pub fn find(name: &str) -> Result<&'static VerbSpec, Error> {
     let name = if name == "exit" { "quit" } else { name };
     VERBS.iter().find(|v| v.name == name).ok_or_else(|| {
+        if let Some(message) = removed(name) {
+            return Error::Usage(message);
+        }
         let near = nearest(name, VERBS.iter().map(|v| v.name));
         let hint = match near {
             Some(near) => format!("did you mean `{near}`?"),
@@ -134,6 +139,7 @@ impl VerbSpec {
         }
         match self.options.iter().find(|o| o.is_named_by(name)) {
             Some(option) => Ok(Some(option)),
+            None if let Some(message) = removed(name) => usage(message),
             None => usage(format!(
                 "`{}` has no option `{name}`: {}",
                 self.name,

@@ -1,10 +1,10 @@
-//! The sequence: animated, as video, as numbered pictures.
+//! The sequence as video and as numbered pictures.
 //!
 //! Invariant: frames are made and written one at a time, so that memory holds the key images and
-//! one frame, however long the show is; an animated PNG has a limited size instead.
+//! one frame, however long the show is.
 
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 
 use super::Error;
@@ -13,7 +13,6 @@ use super::target::{Kind, Numbered};
 use super::words::count;
 use crate::engine::{self, Engine};
 use crate::files::{AtomicWriter, FileError};
-use crate::picture::apng::{self, Limits};
 use crate::picture::exr;
 use crate::picture::tone::Tone;
 use crate::picture::y4m::{Chroma, Film};
@@ -21,32 +20,6 @@ use crate::picture::{Image, png};
 use crate::playback::key::Format;
 use crate::playback::{Playback, Player};
 use crate::units::Time;
-
-/// How the sequence was fitted into an animated picture.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Animation {
-    /// Frames in the file; a still stretch is one.
-    pub frames: usize,
-    /// Frames a second where something moves.
-    pub rate: f64,
-    /// Frames a second that the show asked for.
-    pub asked: f64,
-    /// Size of the file.
-    pub bytes: usize,
-}
-
-impl Animation {
-    /// In words.
-    pub fn describe(&self) -> String {
-        let size = self.bytes as f64 / 1e6;
-        let frames = count(self.frames, "frame");
-        if self.rate < self.asked {
-            let (rate, asked) = (self.rate, self.asked);
-            return format!("{frames}, {size:.1} MB, {rate:.2} frames/s to fit (asked: {asked})");
-        }
-        format!("{frames}, {size:.1} MB, {} frames/s", self.rate)
-    }
-}
 
 /// A display-coded image.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -89,8 +62,6 @@ pub struct Outlets {
     pub pipe: Option<Pipe>,
     /// What encodes films; without it they are refused.
     pub encoder: Option<Box<dyn Encoder>>,
-    /// Where the engine is as a module for a page that is edited.
-    pub module: Option<PathBuf>,
 }
 
 /// The part of a show that is played.
@@ -117,54 +88,6 @@ impl Span {
     }
 }
 
-/// The sequence as an animated PNG, and how it was fitted; a span without length is one picture.
-pub fn animate(
-    engine: &Engine,
-    player: &Player,
-    span: Span,
-) -> Result<(Vec<u8>, Animation), Error> {
-    let (start, length) = (span.from, span.seconds());
-    let held = engine.document().keys().segments().iter();
-    let within = |seconds: f64| (seconds - start.seconds()).clamp(0.0, length);
-    let still: Vec<(f64, f64)> = held
-        .filter(|s| s.degree == 0)
-        .map(|s| (within(s.start()), within(s.end())))
-        .filter(|(from, to)| from < to)
-        .collect();
-    let mut drawn = 0;
-    let limits = Limits::default();
-    let expected = limits.frames;
-    let progress = &engine.host().progress;
-    let mut frame = |seconds: f64| {
-        let time = start + Time::nearest(seconds);
-        let mut bytes = Vec::new();
-        player.show(time, &mut bytes);
-        drawn += 1;
-        progress.report("sequence", drawn.min(expected), expected);
-        bytes
-    };
-    let asked = engine.show().preview.rate;
-    if length == 0.0 {
-        let (width, height) = player.size();
-        let bytes = png::encode(width, height, &frame(0.0))?;
-        let still = Animation {
-            frames: 1,
-            rate: asked,
-            asked,
-            bytes: bytes.len(),
-        };
-        return Ok((bytes, still));
-    }
-    let made = apng::animate(player.size(), length, asked, &still, &mut frame, limits)?;
-    let animation = Animation {
-        frames: made.frames,
-        rate: made.rate,
-        asked,
-        bytes: made.bytes.len(),
-    };
-    Ok((made.bytes, animation))
-}
-
 /// The frame of a moment, and how fast frames are made.
 pub fn still(engine: &Engine, player: &Player, time: Time) -> (Shown, String) {
     let rate = engine.frame_rate(player);
@@ -174,8 +97,8 @@ pub fn still(engine: &Engine, player: &Player, time: Time) -> (Shown, String) {
     let keys = count(player.keys(), "key image");
     let format = player.format().name();
     let text = format!(
-        "{keys} in {format}; playback reaches {rate:.0} frames/s at {}x{}. `play -o show.png` \
-         writes the sequence",
+        "{keys} in {format}; playback reaches {rate:.0} frames/s at {}x{}. `play -o show.html` \
+         writes it as a page",
         size.0, size.1
     );
     (Shown { size, rgb }, text)

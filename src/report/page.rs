@@ -1,22 +1,14 @@
 //! The page that plays a show in a browser.
 
-use std::collections::{BTreeMap, BTreeSet};
-use std::io::Read as _;
-use std::path::Path;
-use std::sync::{Mutex, PoisonError};
-
-use base64::prelude::{BASE64_STANDARD, Engine as _};
-use flate2::Compression;
-use flate2::read::GzEncoder;
+use std::collections::BTreeSet;
 
 use super::Error;
 use super::words::count;
 use crate::engine::{self, Document, Engine};
-use crate::files::{FileError, Files};
 use crate::picture::Image;
 use crate::picture::tone::Tone;
 use crate::playback::Playback;
-use crate::playback::page::{self, Contents, Cue, Fader, Law, Mixer, Sheet};
+use crate::playback::page::{self, Contents, Cue, Fader, Law, Mixer};
 use crate::printable::visible;
 use crate::renderer::contract::check_memory;
 use crate::report::sheet::{fades, time};
@@ -57,69 +49,6 @@ pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String,
         made.html.len() as f64 / 1e6
     );
     Ok((made.html, text))
-}
-
-/// A page in which the show is edited, and its description; `module` is the engine that it runs.
-pub fn live(engine: &mut Engine, module: &[u8]) -> Result<(String, String), Error> {
-    engine.coarse()?;
-    let tone = engine.tone()?;
-    let banks = engine.bank_images()?;
-    let document = engine.document();
-    let name = Path::new(document.name()).file_name();
-    let sheet = Sheet {
-        name: &name.map_or_else(|| "show.lxq".into(), |name| name.to_string_lossy()),
-        text: document.text(),
-        files: files_of(document, engine.host().files.as_ref())?,
-        exposure: tone.exposure,
-        module: packed(module),
-    };
-    let contents = contents(engine, (&[], &banks), tone);
-    let made = page::live(&contents, &sheet, page::BUDGET, engine.work())?;
-    let (width, height) = made.size;
-    let text = format!(
-        "{} of {width}x{height}, the sheet with {}, the engine; {:.1} MB",
-        count(banks.len(), "bank image"),
-        count(sheet.files.len(), "file"),
-        made.html.len() as f64 / 1e6
-    );
-    Ok((made.html, text))
-}
-
-/// A module by gzip, in base64.
-fn packed(module: &[u8]) -> String {
-    let mut out = Vec::new();
-    let mut packer = GzEncoder::new(module, Compression::best());
-    // Memory neither fails to be read nor to be written.
-    let _ = packer.read_to_end(&mut out);
-    BASE64_STANDARD.encode(out)
-}
-
-/// The files that a show names, in base64.
-fn files_of(document: &Document, files: &dyn Files) -> Result<BTreeMap<String, String>, Error> {
-    let seen = Seen {
-        files,
-        all: Mutex::default(),
-    };
-    Document::new(document.name(), document.text().as_bytes(), &seen)?;
-    Ok(seen
-        .all
-        .into_inner()
-        .unwrap_or_else(PoisonError::into_inner))
-}
-
-/// Files, and what was read of them.
-struct Seen<'a> {
-    files: &'a dyn Files,
-    all: Mutex<BTreeMap<String, String>>,
-}
-
-impl Files for Seen<'_> {
-    fn read(&self, path: &str) -> Result<Vec<u8>, FileError> {
-        let bytes = self.files.read(path)?;
-        let mut all = self.all.lock().unwrap_or_else(PoisonError::into_inner);
-        all.insert(path.to_owned(), BASE64_STANDARD.encode(&bytes));
-        Ok(bytes)
-    }
 }
 
 /// What a page has of a show, with images of the keys, where there are any, and of the banks.

@@ -18,14 +18,12 @@ use crate::playback::key::Format;
 use crate::playback::{Playback, Player};
 
 /// What `play` can write, as its errors say it.
-const KNOWN: &str = "a .mp4 or .webm (film), a .png or .apng (animated), a .y4m or `-` (raw video), \
+const KNOWN: &str = "a .mp4 or .webm (film), a .y4m or `-` (raw video), \
     a .html (a page that plays), an .exr (layers), or numbered pictures such as frames/####.png or frame%04d.exr";
 
 /// What `play` writes.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Target {
-    /// An animated picture of limited size.
-    Animation(PathBuf),
     /// Video; `None` goes down the host's pipe.
     Video(Option<PathBuf>, Chroma),
     /// A film that players take, made by an encoder.
@@ -82,7 +80,6 @@ impl Target {
         Ok(match (ending(&place).as_str(), numbered) {
             ("png", Some(numbered)) => Target::Numbered(numbered, Kind::Png),
             ("exr", Some(numbered)) => Target::Numbered(numbered, Kind::Exr(precision)),
-            ("png" | "apng", _) => Target::Animation(place),
             ("y4m", _) => Target::Video(Some(place), chroma),
             ("mp4" | "webm", _) => Target::Film(place),
             ("html" | "htm", _) => Target::Page(place),
@@ -182,10 +179,6 @@ impl Target {
             Ok(format!("{text}\nwrote {}", path.display()))
         };
         let text = match self {
-            Target::Animation(path) => {
-                let (bytes, animation) = film::animate(engine, &sequence.player()?, *span)?;
-                whole(path, &bytes, animation.describe())?
-            }
             Target::Video(Some(path), chroma) => {
                 let file = store.begin(path)?;
                 film::video(engine, (&sequence.player()?, *span), *chroma, file, path)?

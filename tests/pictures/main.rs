@@ -10,7 +10,6 @@
 
 mod browser;
 mod displayed;
-mod live;
 mod output;
 mod page;
 mod playback;

@@ -4,7 +4,7 @@
 
 use std::ffi::{OsStr, OsString};
 use std::fs;
-use std::io::{Read, Write};
+use std::io::Write;
 use std::os::unix::ffi::{OsStrExt, OsStringExt};
 use std::os::unix::fs::{FileTypeExt, MetadataExt, PermissionsExt, symlink};
 use std::path::{Path, PathBuf};
@@ -206,14 +206,12 @@ fn no_result_replaces_what_the_command_reads() {
         "picture s.lxq -o keys/b.png",
         "picture s.lxq -o link.png",
         "picture s.lxq -o keys/../0002.exr",
-        "play s.lxq -o keys/b.png",
         "play s.lxq -o 0002.exr",
         "play s.lxq -o ####.exr",
         "plot s.lxq -o keys/b.png",
         "session s.lxq commands.csv -o commands.csv",
         "chart session s.lxq --commands commands.csv -o commands.csv",
         "diff old.lxq s.lxq -o keys/b.png",
-        "watch s.lxq --count 1 -o keys/b.png",
     ] {
         let (code, said) = told(folder.path(), &split(line));
         assert_eq!(code, 2, "{line}: {said}");
@@ -265,7 +263,6 @@ fn a_pipe_and_a_device_are_written_into() {
     let device = fs::metadata("/dev/null").unwrap().ino();
     for (verb, name) in [
         ("picture", "p.png"),
-        ("play", "p.png"),
         ("picture", "null.png"),
     ] {
         let child = footlight(folder.path())
@@ -348,7 +345,6 @@ fn what_is_no_file_is_refused_at_once() {
         (LIT.to_owned(), "diff x s.lxq"),
         (LIT.to_owned(), "diff s.lxq x"),
         (LIT.to_owned(), "session s.lxq x"),
-        (LIT.to_owned(), "watch x --count 1"),
         (lit("include \"x\""), "check s.lxq"),
         (lit("bank i image \"x\""), "check s.lxq"),
         (stage.replace("set.obj", "x"), "check s.lxq"),
@@ -445,7 +441,6 @@ fn names_of_files_need_not_be_text() {
         ("run s*.lxq", Some("out/s*/show.html")),
         ("session s*.lxq commands* -o d*.csv", Some("d*.csv")),
         ("repl s*.lxq -c save", None),
-        ("watch s*.lxq --count 0 -o w*.png", Some("w*.png")),
     ] {
         let (code, said) = told(&folder, &words(line));
         let differs = i32::from(line.starts_with("diff"));
@@ -524,48 +519,4 @@ fn a_pool_that_cannot_be_written_is_told_once() {
             false => fs::remove_file(path).unwrap(),
         }
     }
-}
-
-/// A stage that is a pipe at first, and again later, does not end `watch`.
-#[test]
-fn watch_goes_on_when_a_file_is_back() {
-    let folder = tempfile::tempdir().unwrap();
-    let at = |name: &str| folder.path().join(name);
-    let set = "mtllib m\nv -3 0 3\nv 3 0 3\nv 3 0 -3\nv -3 0 -3\nusemtl m\nf 1 2 3 4\n";
-    fs::write(at("m"), "newmtl m\nKd 0.5 0.5 0.5\n").unwrap();
-    let show = LIT.replace("surface floor", "stage \"set.obj\"\nsurface floor2");
-    fs::write(at("s.lxq"), show).unwrap();
-    pipe(&at("set.obj"));
-    let mut child = footlight(folder.path())
-        .args(["watch", "s.lxq", "-o", "p.png", "--pool", "off"])
-        .spawn()
-        .unwrap();
-    let until = |met: &dyn Fn() -> bool| {
-        let begin = Instant::now();
-        while !met() {
-            assert!(begin.elapsed() < PATIENCE, "it does not go on");
-            std::thread::sleep(Duration::from_millis(10));
-        }
-    };
-    let replace = |content: Option<&str>| {
-        match content {
-            Some(content) => fs::write(at("new"), content).unwrap(),
-            None => pipe(&at("new")),
-        }
-        fs::rename(at("new"), at("set.obj")).unwrap();
-    };
-    std::thread::sleep(Duration::from_millis(100));
-    replace(Some(set));
-    until(&|| at("p.png").exists());
-    replace(None);
-    std::thread::sleep(Duration::from_millis(300));
-    let before = fs::metadata(at("p.png")).unwrap().ino();
-    replace(Some(&set.replace("-3", "-2")));
-    until(&|| fs::metadata(at("p.png")).unwrap().ino() != before);
-    child.kill().unwrap();
-    let mut said = String::new();
-    let mut errors = child.stderr.take().unwrap();
-    errors.read_to_string(&mut said).unwrap();
-    child.wait().unwrap();
-    assert!(said.contains("is a pipe, not a file"), "{said}");
 }

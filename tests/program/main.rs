@@ -1,5 +1,5 @@
 //! The program as a process among others: its help and the README in a shell, a terminal, a
-//! renderer that it calls, a file that is watched, a store that two share, files of every kind.
+//! renderer that it calls, a store that two share, files of every kind.
 
 #![allow(
     clippy::unwrap_used,
@@ -26,5 +26,4 @@ mod stage;
 mod stop;
 mod store_process;
 mod terminal;
-mod watch;
 mod words;

@@ -122,16 +122,16 @@ fn a_part_of_a_show_is_played() {
     };
     let told = say("play --from 0:01 --to 0:02 -o a###.png");
     assert!(told.starts_with("26 frames"), "{told}");
-    let told = say("play --from 0:01 --to 0:01 -o b.png");
-    assert!(told.starts_with("1 frame,"), "{told}");
+    let told = say("play --from 0:01 --to 0:01 -o b.y4m");
+    assert!(told.starts_with("1 frame "), "{told}");
     let cue = say("play --cue 3 -o c###.png");
     assert!(cue.contains("frames of 16x9"), "{cue}");
     for (line, said) in [
-        ("play --from 0:02 --to 0:01 -o d.png", "nothing is between"),
-        ("play --cue 3 --to 0:01 -o d.png", "say a cue, or from"),
-        ("play --cue 77 -o d.png", "there is no cue `77`"),
+        ("play --from 0:02 --to 0:01 -o d.y4m", "nothing is between"),
+        ("play --cue 3 --to 0:01 -o d.y4m", "say a cue, or from"),
+        ("play --cue 77 -o d.y4m", "there is no cue `77`"),
         ("play --from 0:01 -o d.html", "are for frames"),
-        ("play --to visualiser -o d.png", "is not a time"),
+        ("play --to visualiser -o d.y4m", "is not a time"),
     ] {
         let told = say(line);
         assert!(told.contains(said), "{line}: {told}");

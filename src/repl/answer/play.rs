@@ -3,15 +3,11 @@
 use std::path::Path;
 
 use super::usage;
-use crate::engine;
-use crate::files::process;
-use crate::playback::page;
 use crate::repl::argument::{cue, key_format, target, time_of};
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::film::{self, Span};
 use crate::report::target::{Sequence, Target};
 use crate::report::words::exposure;
-use crate::report::{self, format};
 
 pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let options = [
@@ -22,9 +18,6 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
             "`--{option}` is for sending, which is a command: footlight play show.lxq --artnet \
              127.0.0.1"
         ));
-    }
-    if call.has("live") || call.has("wasm") {
-        return live(repl, call);
     }
     let target = call.path("output").map(|path| checked(path, call));
     let target = target.transpose()?;
@@ -113,58 +106,6 @@ fn said_span(repl: &Repl, call: &Call) -> Result<Option<Span>, Error> {
     Ok((from.is_some() || to.is_some()).then_some(span))
 }
 
-/// The largest module that is read.
-const MODULE_LIMIT: u64 = 64 << 20;
-
-/// The command that makes the module at a place.
-fn module_command(place: &Path) -> String {
-    let folder = place.parent().filter(|folder| folder.is_absolute());
-    let quoted = folder.and_then(|folder| process::quote([folder.to_str()?]));
-    let folder = quoted.unwrap_or("FOLDER".to_owned());
-    format!("`examples/live/build {folder}` in the sources of this version makes one")
-}
-
-/// A page in which the show is edited.
-fn live(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let html = |path: &&Path| matches!(format::ending(path).as_str(), "html" | "htm");
-    let Some(path) = call.path("output").filter(html) else {
-        return usage("`--live` is for a page: play -o show.html --live");
-    };
-    if !call.has("live") {
-        return usage("`--wasm` is for `--live`: play -o show.html --live --wasm FILE");
-    }
-    for other in ["keys", "layers", "float", "chroma", "from", "to", "cue"] {
-        if call.has(other) {
-            return usage(format!("`--{other}` is not for a page that is edited"));
-        }
-    }
-    let beside = repl.console.outlets.module.as_deref();
-    let Some(place) = call.path("wasm").or(beside) else {
-        return usage("say the engine's module: --wasm footlight-live.wasm");
-    };
-    let made = module_command(place);
-    let module = repl.engine.host().store.read(place, MODULE_LIMIT);
-    let module = match module {
-        Err(error) if call.has("wasm") => return Err(engine::Error::from(error).into()),
-        Err(_) => {
-            return usage(format!(
-                "there is no module of the engine at {}; {made}, or name one with `--wasm FILE`",
-                place.display()
-            ));
-        }
-        Ok(module) => module,
-    };
-    let mark = page::MODULE.as_bytes();
-    if !module.windows(mark.len()).any(|window| window == mark) {
-        return usage(format!(
-            "{} is no module of this version of the engine; {made}",
-            place.display()
-        ));
-    }
-    let (html, text) = report::page::live(&mut repl.engine, &module)?;
-    repl.written(path, html.as_bytes(), &format!("{text}\n"))
-}
-
 /// What to write to `path`; options that this kind of file would silently ignore are refused.
 fn checked(path: &Path, call: &Call) -> Result<Target, Error> {
     let options = target(call)?;
@@ -191,7 +132,6 @@ mod tests {
 
     #[test]
     fn endings_and_options_choose() {
-        assert!(matches!(of("-o a.PNG"), Ok(Target::Animation(_))));
         assert!(matches!(of("-o a.webm"), Ok(Target::Film(_))));
         assert!(matches!(
             of("-o -"),
@@ -210,7 +150,7 @@ mod tests {
             Ok(Target::Layers(_, Layers::Banks, Precision::Half))
         ));
         for (words, said) in [
-            ("-o a.avi", "use a .mp4 or .webm (film), a .png or .apng"),
+            ("-o a.avi", "use a .mp4 or .webm (film), a .y4m"),
             ("-o a", "numbered pictures"),
             ("-o a.png --layers keys", "`--layers` is for an .exr"),
             ("-o a.exr --chroma 444", "`--chroma` is for a .y4m"),

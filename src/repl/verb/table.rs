@@ -304,15 +304,6 @@ pub const VERBS: &[VerbSpec] = &[
             "FILE",
             "addresses of banks (default: their channels)",
         ),
-        switch(
-            "live",
-            "of a .html: the sheet is in the page, to be edited there",
-        ),
-        value(
-            "wasm",
-            "FILE",
-            "of --live: the engine as a module (default: footlight-live.wasm beside the program)",
-        ),
         value("osc", "PORT", "wait for GO by OSC at this port"),
         value(
             "osc-to",
@@ -326,7 +317,7 @@ pub const VERBS: &[VerbSpec] = &[
         ),
         output(
             "write a .html (a page that plays), a film (.mp4, .webm, by ffmpeg), a .y4m or `-` \
-                 (video, to standard output), a .png or .apng (animated), an .exr (layers), or \
+                 (video, to standard output), an .exr (layers), or \
                  numbered pictures such as frames/####.png",
         ),
     ])
