@@ -124,7 +124,8 @@ pub enum PartError {
 }
 
 /// A part of a file and what is wrong with it.
-#[derive(Debug)]
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("{place}: {reason}")]
 struct Fault {
     place: String,
     reason: PartError,
@@ -200,8 +201,7 @@ pub(super) fn import(
     let document = Document::read(files, path, bytes)?;
     let mut textures = TextureReader::new(memory);
     let materials = material::all(files, &document, &mut textures);
-    let imported = materials.and_then(|materials| assemble(&document, materials, parts));
-    imported.map_err(|fault| fault.of_file(path))
+    assemble(&document, materials, parts).map_err(|fault| fault.of_file(path))
 }
 
 fn assemble(
@@ -219,7 +219,7 @@ fn assemble(
         ..Imported::default()
     };
     let mut left_out = materials.left_out;
-    let mut meshes = primitive::Meshes::new(document, &materials.places);
+    let mut meshes = primitive::Meshes::new(document, &materials.places, &materials.faults);
     for placed in node::walk(root, &mut left_out)? {
         let mesh = placed.node.mesh.map(|mesh| mesh.value());
         if let Some(name) = light_volume(root, &placed, mesh) {
@@ -231,8 +231,11 @@ fn assemble(
                 meshes.place(mesh, (&placed, &transform), parts, &mut out, &mut left_out)?;
             }
         }
-        lamp::add(root, &placed, &mut out.lamps)?;
-        camera::add(root, &placed, &mut out.cameras)?;
+        // The stage is whole without them; a show that names one is refused where it does.
+        let lamp = lamp::add(root, &placed, &mut out.lamps);
+        let camera = camera::add(root, &placed, &mut out.cameras);
+        let faults = [lamp.err(), camera.err()].into_iter().flatten();
+        left_out.extend(faults.map(|fault| fault.to_string()));
     }
     out.summary.left_out = left_out.into_iter().collect();
     Ok(out)

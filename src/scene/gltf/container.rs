@@ -109,8 +109,7 @@ pub struct Scene {
 pub struct Document<'b> {
     /// The description.
     pub root: Root,
-    /// Each as long as the description says at least, but those that only stand for what is
-    /// compressed.
+    /// Empty where they only stand for what is compressed, or nothing of them is read.
     buffers: Vec<Cow<'b, [u8]>>,
     /// What was compressed, by its buffer view, with the stride.
     unpacked: BTreeMap<usize, (Vec<u8>, usize)>,
@@ -162,7 +161,7 @@ impl<'b> Document<'b> {
         Ok((bytes, view.byte_stride.map(|s| s.0)))
     }
 
-    /// Bytes of a buffer from an offset on.
+    /// Bytes of a buffer from an offset on; fewer where the buffer ends before.
     pub fn part(
         &self,
         buffer: usize,
@@ -170,7 +169,9 @@ impl<'b> Document<'b> {
         from: impl Fn() -> String,
     ) -> Result<&[u8], Fault> {
         let buffer = entry(&self.buffers, buffer, "buffer", &from)?;
-        range(buffer, start, length).map_err(|e| Fault::new(from(), e))
+        let found = buffer.len() as u64;
+        let start = start.min(found);
+        range(buffer, start, length.min(found - start)).map_err(|e| Fault::new(from(), e))
     }
 
     /// The content of an image, and what it is called; what cannot be read is no image.
@@ -372,10 +373,6 @@ impl Fetch<'_> {
                 .left
                 .checked_sub(content.len())
                 .ok_or_else(|| fault(PartError::Limit("bytes of buffers", BUFFER_LIMIT)))?;
-            let (needed, found) = (buffer.byte_length.0, content.len() as u64);
-            if needed > found {
-                return Err(fault(PartError::Short { needed, found }));
-            }
             buffers.push(content);
         }
         Ok(buffers)

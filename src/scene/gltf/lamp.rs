@@ -88,7 +88,7 @@ fn spot(spot: &Spot) -> Result<LampShape, PartError> {
             range: "0 to a right angle (radians)",
         });
     }
-    if !(inner >= 0.0 && inner < outer) {
+    if !(inner >= 0.0 && inner <= outer) {
         return Err(PartError::Range {
             what: "inner cone angle",
             value: inner,

@@ -28,6 +28,8 @@ pub struct Materials {
     pub double_sided: Vec<bool>,
     /// Of those with a texture how corners' places become places in the image.
     pub places: Vec<Option<Places>>,
+    /// What is wrong with a material: only primitives of it are refused.
+    pub faults: BTreeMap<usize, Fault>,
     pub left_out: LeftOut,
 }
 
@@ -66,23 +68,23 @@ impl Places {
 }
 
 /// All materials, used or not, because a show may name them.
-pub fn all(
-    files: &dyn Files,
-    document: &Document<'_>,
-    textures: &mut TextureReader,
-) -> Result<Materials, Fault> {
+pub fn all(files: &dyn Files, document: &Document<'_>, textures: &mut TextureReader) -> Materials {
     let root = &document.root;
     let mut out = Materials {
         materials: Vec::new(),
         double_sided: Vec::new(),
         places: Vec::new(),
+        faults: BTreeMap::new(),
         left_out: BTreeSet::new(),
     };
     let mut names = Names::of(root);
     for (i, described) in root.materials.iter().enumerate() {
         let name = names.next(described.name.as_deref(), &format!("material.{i}"));
-        let fault = |e| Fault::new(place("material", i, described.name.as_ref()), e);
-        let base = Base::of(described).map_err(fault)?;
+        let base = Base::of(described).unwrap_or_else(|reason| {
+            let at = place("material", i, described.name.as_ref());
+            out.faults.insert(i, Fault::new(at, reason));
+            Base::default()
+        });
         let channels = channels(described);
         let read = |info: &Info| image(files, document, textures, channels, info);
         let image = base.texture.map(read).transpose();
@@ -97,7 +99,7 @@ pub fn all(
         let [r, g, b, a] = base.factor;
         let share = if unread { UNREAD } else { 1.0 };
         let mut material = Material {
-            emission: emission(described).map_err(fault)?,
+            emission: base.emission,
             ..Material::diffuse(name, Rgb([r, g, b].map(|c| c * share)))
         };
         if described.emissive_texture.is_some() && material.emission != Rgb([0.0; 3]) {
@@ -131,13 +133,15 @@ pub fn all(
     ));
     out.double_sided.push(false);
     out.places.push(None);
-    Ok(out)
+    out
 }
 
-/// A diffuse colour and its texture, of either model of materials.
+/// A diffuse colour and its texture, of either model of materials, and emitted luminance.
+#[derive(Default)]
 struct Base<'d> {
     factor: [f64; 4],
     texture: Option<&'d Info>,
+    emission: Rgb,
 }
 
 impl Base<'_> {
@@ -163,7 +167,11 @@ impl Base<'_> {
                 range: "0 to 1",
             })?;
         }
-        Ok(Base { factor, texture })
+        Ok(Base {
+            factor,
+            texture,
+            emission: emission(described)?,
+        })
     }
 }
 

@@ -53,6 +53,7 @@ pub struct Meshes<'d> {
     document: &'d Document<'d>,
     /// Of each material.
     places: &'d [Option<Places>],
+    faults: &'d BTreeMap<usize, Fault>,
     decoded: BTreeMap<usize, Rc<Vec<Drawn>>>,
     triples: BTreeMap<usize, Rc<Vec<[f64; 3]>>>,
     /// Vertices decoded.
@@ -63,10 +64,15 @@ pub struct Meshes<'d> {
 }
 
 impl<'d> Meshes<'d> {
-    pub fn new(document: &'d Document<'d>, places: &'d [Option<Places>]) -> Meshes<'d> {
+    pub fn new(
+        document: &'d Document<'d>,
+        places: &'d [Option<Places>],
+        faults: &'d BTreeMap<usize, Fault>,
+    ) -> Meshes<'d> {
         Meshes {
             document,
             places,
+            faults,
             decoded: BTreeMap::new(),
             triples: BTreeMap::new(),
             vertices: 0,
@@ -201,6 +207,9 @@ impl<'d> Meshes<'d> {
         let material = match primitive.material {
             Some(material) => {
                 entry(materials, material.value(), "material", &at)?;
+                if let Some(fault) = self.faults.get(&material.value()) {
+                    return Err(fault.clone());
+                }
                 material.value()
             }
             // The last one, which has no entry in the file.
@@ -209,7 +218,7 @@ impl<'d> Meshes<'d> {
         let places = self.places.get(material).copied().flatten();
         let mut vertices = match draco::decode(self.document, primitive, places, &at)? {
             Some(vertices) => self.counted(vertices, &at)?,
-            None => self.vertices(primitive, places)?,
+            None => self.vertices(primitive, places, left_out)?,
         };
         let count = vertices.points.len();
         let corners = match vertices.indices.take() {
@@ -234,6 +243,7 @@ impl<'d> Meshes<'d> {
         &mut self,
         primitive: &Primitive,
         places: Option<Places>,
+        left_out: &mut LeftOut,
     ) -> Result<Vertices, Fault> {
         let attribute = |semantic| {
             let found = primitive.attributes.get(&Checked::Valid(semantic));
@@ -248,7 +258,13 @@ impl<'d> Meshes<'d> {
             let index = attribute(Semantic::Positions).unwrap_or(0);
             return Err(Fault::new(place("accessor", index, None), PartError::Far));
         }
-        let normals = attribute(Semantic::Normals);
+        let normals = attribute(Semantic::Normals).filter(|index| {
+            let is_there = *index < self.document.root.accessors.len();
+            if !is_there {
+                left_out.insert(format!("normals: accessor {index} does not exist"));
+            }
+            is_there
+        });
         let normals = normals.map(|i| self.triple(i)).transpose()?;
         let placed = places.and_then(|p| Some((p, attribute(Semantic::TexCoords(p.set))?)));
         let places = placed.map(|(places, index)| {

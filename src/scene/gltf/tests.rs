@@ -335,7 +335,10 @@ fn materials_have_names_and_light() {
         stage.summary
     );
     let bad = materials.replace("[0.4,0.4,0.4,1]", "[0.4,1.4,0.4,1]");
-    let (place, reason) = refused(import(&described(&bad), &square()));
+    let unused = import(&described(&bad), &square()).unwrap();
+    assert_eq!(unused.scene.polygons, stage.scene.polygons);
+    let used = described(&bad).replace(r#""material":0"#, r#""material":3"#);
+    let (place, reason) = refused(import(&used, &square()));
     assert_eq!(place, "material 3 \"cloth\"");
     assert!(matches!(
         reason,
@@ -631,6 +634,47 @@ fn what_is_not_read_is_no_reason_to_refuse() {
         .replace("[0.5,0.25,0.125,1]", "[1.0000001,0.5,0.5,1]");
     let wall = &import(&rounded, &square()).unwrap().scene.materials[0];
     assert_eq!(wall.reflectance, Rgb([1.0, 0.5, 0.5]));
+}
+
+/// The square is whole without them.
+#[test]
+fn bad_cameras_lights_and_normals_are_left_out_and_named() {
+    let nodes = |what: &str| {
+        format!(
+            r#""extensions":{{"KHR_lights_punctual":{{"lights":[{{"type":"spot"}},
+            {{"type":"spot","spot":{{"innerConeAngle":2,"outerConeAngle":1}}}},
+            {{"type":"spot","spot":{{"innerConeAngle":1,"outerConeAngle":1}}}}]}}}},
+            "cameras":[{{"type":"perspective","perspective":{{"yfov":0,"znear":1}}}}],
+            "nodes":[{{"mesh":0,{what}}}]"#
+        )
+    };
+    let light = |i: usize| format!(r#""extensions":{{"KHR_lights_punctual":{{"light":{i}}}}}"#);
+    for (what, said) in [
+        (r#""camera":0"#, "camera 0: vertical angle in degrees 0"),
+        (
+            r#""camera":1"#,
+            "node 0: camera 1 does not exist; there are 1",
+        ),
+        (&light(0), "light 0: it has no spot"),
+        (&light(1), "light 1: inner cone angle 2"),
+        (&light(3), "node 0: light 3 does not exist"),
+    ] {
+        let stage = with_nodes(&nodes(what)).unwrap();
+        assert_eq!(stage.scene.polygons.len(), 1, "{what}");
+        let left_out = stage.summary.left_out.join("; ");
+        assert!(left_out.starts_with(said), "{what}: {left_out}");
+        assert!(stage.lamps.is_empty() && stage.cameras.is_empty());
+    }
+    // A spot without a soft edge.
+    assert_eq!(with_nodes(&nodes(&light(2))).unwrap().lamps.len(), 1);
+    let normals = described(&format!("{WALL},\"nodes\":[{{\"mesh\":0}}]"))
+        .replace(r#""POSITION":0"#, r#""POSITION":0,"NORMAL":9"#);
+    let stage = import(&normals, &square()).unwrap();
+    assert_eq!(stage.scene.polygons.len(), 1);
+    assert_eq!(
+        stage.summary.left_out,
+        ["normals: accessor 9 does not exist"]
+    );
 }
 
 #[test]
