@@ -103,7 +103,7 @@ impl Distribution {
         }
         match eulumdat::is(&text) {
             true => eulumdat::distribution(&text),
-            false => Ok((read::distribution(&text)?, None)),
+            false => read::distribution(&text),
         }
     }
 

@@ -101,7 +101,12 @@ pub(super) fn distribution(text: &str) -> Result<(Distribution, Option<String>),
         "1 to 20",
     )? as usize;
     // Sets are alternatives: lamps or currents with which the luminaire is sold.
-    let lumens = lines.number(LAMPS + 2, "the lumens of the lamps")?.max(0.0);
+    let lumens = lines.within(
+        LAMPS + 2,
+        "the lumens of the lamps",
+        f64::MIN_POSITIVE..=1e12,
+        "above 0",
+    )?;
     let note = (sets > 1).then(|| {
         format!("the first of {sets} sets of lamps, {lumens} lm: write `lm` behind it for another")
     });
@@ -128,7 +133,7 @@ pub(super) fn distribution(text: &str) -> Result<(Distribution, Option<String>),
         horizontal: planes.horizontal,
         symmetry: planes.symmetry,
         candela,
-        lamp_lumens: (lumens > 0.0).then_some(lumens),
+        lamp_lumens: Some(lumens),
     };
     if out.vertical.len() >= 2 && out.flux() > 0.0 {
         return Ok((out, note));

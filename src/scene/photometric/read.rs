@@ -25,12 +25,12 @@ pub struct PhotometricError {
 /// What is wrong with a line.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Wrong {
-    /// No `TILT=` line.
-    #[error("there is no `TILT=` line; is this an IES photometric file?")]
-    NoTilt,
-    /// Lamp tilt in another file, or in words unknown.
-    #[error("`TILT={0}` is not read; only NONE and INCLUDE are")]
-    Tilt(String),
+    /// Neither format.
+    #[error(
+        "this is neither IES LM-63 (no line has `TILT=`) nor EULUMDAT (lines 2 and 3 have no whole \
+         numbers from 0 to 4)"
+    )]
+    Format,
     /// The file ends too early.
     #[error("the file ends where {0} should stand")]
     End(&'static str),
@@ -179,8 +179,8 @@ pub(super) fn push_increasing(
     Ok(())
 }
 
-/// Reads a file.
-pub(super) fn distribution(text: &str) -> Result<Distribution, PhotometricError> {
+/// Reads a file, with a note of a lamp tilt that was not taken.
+pub(super) fn distribution(text: &str) -> Result<(Distribution, Option<String>), PhotometricError> {
     let (line, tilt) = tilt(text)?;
     let lines = text.lines().enumerate().skip(line);
     let mut words = Words {
@@ -190,13 +190,14 @@ pub(super) fn distribution(text: &str) -> Result<Distribution, PhotometricError>
         })),
         line,
     };
+    let mut note = None;
     match tilt {
         _ if tilt.eq_ignore_ascii_case("NONE") => {}
         _ if tilt.eq_ignore_ascii_case("INCLUDE") => included(&mut words)?,
-        other => return words.fail(Wrong::Tilt(shown(other))),
+        other => note = Some(format!("`TILT={}`: read as `TILT=NONE`", shown(other))),
     }
     let is_2019 = text.trim_start().starts_with("IES:LM-63-2019");
-    numbers(&mut words, is_2019)
+    Ok((numbers(&mut words, is_2019)?, note))
 }
 
 /// The number of the `TILT=` line and what it says.
@@ -210,7 +211,7 @@ fn tilt(text: &str) -> Result<(usize, &str), PhotometricError> {
             return Ok((last, tilt.trim()));
         }
     }
-    let wrong = Wrong::NoTilt;
+    let wrong = Wrong::Format;
     Err(PhotometricError { line: last, wrong })
 }
 

@@ -194,13 +194,7 @@ fn every_error_has_its_line() {
     let good = file(&[0.0, 45.0, 90.0], &[0.0, 90.0], |_, _| 10.0);
     assert!(Distribution::parse(good.as_bytes()).is_ok());
     for (from, to, line, say) in [
-        (
-            "TILT=NONE",
-            "TILT=lamp.tlt",
-            4,
-            "`TILT=lamp.tlt` is not read",
-        ),
-        ("TILT=NONE\n", "", 9, "no `TILT=` line"),
+        ("TILT=NONE\n", "", 9, "no line has `TILT=`"),
         ("1 1000 1", "1 1000 x", 5, "`x` is not a number"),
         (
             "1 1000 1",
@@ -258,6 +252,10 @@ fn every_error_has_its_line() {
         assert!(message.contains(say), "{to}: {message}");
         assert_eq!(error.line, line, "{to}: {message}");
     }
+    let tilted = good.replace("TILT=NONE", "TILT=lamp.tlt");
+    let (read, note) = Distribution::noted(tilted.as_bytes()).unwrap();
+    assert_eq!(read, parsed(&good));
+    assert_eq!(note.unwrap(), "`TILT=lamp.tlt`: read as `TILT=NONE`");
     for nothing in ["", "TILT=NONE", "TILT=INCLUDE\n1 9999", "\0\u{1a}", "TILT="] {
         assert!(Distribution::parse(nothing.as_bytes()).is_err());
     }
@@ -447,6 +445,24 @@ fn eulumdat_takes_the_first_set_of_lamps_and_says_so() {
             .contains("the first of 2 sets of lamps, 2000 lm")
     );
     assert_eq!(Distribution::noted(one.as_bytes()).unwrap().1, None);
+}
+
+#[test]
+fn eulumdat_faults_are_in_its_own_words() {
+    let good = eulumdat(1, |_, _| 100.0);
+    for (line, text, said) in [
+        (2, "7", "nor EULUMDAT (lines 2 and 3"),
+        (
+            28,
+            "0",
+            "line 29: the lumens of the lamps is 0; it must be above 0",
+        ),
+    ] {
+        let mut lines: Vec<&str> = good.lines().collect();
+        lines[line] = text;
+        let error = Distribution::parse(lines.join("\n").as_bytes()).unwrap_err();
+        assert!(error.to_string().contains(said), "{error}");
+    }
 }
 
 #[test]
