@@ -5,8 +5,9 @@
 //! 0..1. A file that breaks them is refused with its name and line, except that polygons without
 //! area are dropped and bent ones cut into triangles, as every exporter writes some of those.
 //!
-//! Not read: lines, points, curves, textures of what is no colour. Kd is the diffuse reflectance, Ke the
-//! emitted luminance; either is black where the MTL does not give it.
+//! Not read: lines, points, curves, faces of two corners and colours of vertices, which are noted;
+//! textures of what is no colour. Kd is the diffuse reflectance, Ke the emitted luminance; either is
+//! black where the MTL does not give it.
 
 mod material;
 mod read;
@@ -59,9 +60,6 @@ pub enum LineError {
     /// A negative emission.
     #[error("emitted luminance {0} is negative")]
     Emission(f64),
-    /// A face of fewer than three corners.
-    #[error("a face needs at least 3 corners and has {0}")]
-    Corners(usize),
     /// A face corner that is no index.
     #[error("`{0}` is not a corner of a face")]
     Corner(String),
@@ -129,7 +127,10 @@ pub(super) fn parse(
     };
     let mut obj = Obj::new(path, bytes)?;
     let folder = Path::new(path).parent().unwrap_or(Path::new(""));
-    let mut left_out = BTreeSet::new();
+    let unread = obj.unread.iter();
+    let mut left_out: BTreeSet<String> = unread
+        .map(|(what, line)| format!("{what} (line {line})"))
+        .collect();
     let mut materials = Materials::default();
     for libraries in &obj.libraries {
         let beside = |name: &str| {
@@ -193,7 +194,7 @@ pub(super) fn parse(
             }
             if *is_unstated {
                 left_out.insert(format!(
-                    "material `{name}` says nothing of its colour (`Kd`): it reflects {UNSTATED}"
+                    "material `{name}` has no `Kd` in red, green and blue: it reflects {UNSTATED}"
                 ));
             }
         }

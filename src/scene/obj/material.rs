@@ -121,6 +121,8 @@ impl Materials {
         let open = self.open.and_then(|index| self.list.get_mut(index));
         let material = open.ok_or(LineError::Name("newmtl"))?;
         match keyword {
+            // A spectrum, or a colour in CIE XYZ.
+            "Kd" if ["spectral", "xyz"].contains(&split(rest).0) => {}
             "Kd" => {
                 let kd = colour("Kd", rest)?;
                 let mut diffuse = [0.0; 3];
@@ -185,6 +187,14 @@ impl Described {
             ..Material::diffuse(self.name, Rgb(self.diffuse.unwrap_or_default()))
         };
         let name = material.name.clone();
+        if stops == 0.0 {
+            left_out.insert(format!(
+                "`{name}` is fully transparent (`d`, `Tr`): it cannot be seen"
+            ));
+        }
+        if self.stops.is_none() && self.lets == Some(1.0) {
+            left_out.insert(format!("`Tr 1` of `{name}`: read as opaque"));
+        }
         if self
             .mask
             .as_ref()

@@ -37,6 +37,8 @@ pub(super) struct Obj {
     vertices: Vec<Vec3>,
     /// Vertices that are nowhere, with the word that is no number: faces cannot have them.
     nowhere: BTreeMap<u32, String>,
+    /// What is left out, with the first line that has it.
+    pub(super) unread: BTreeMap<&'static str, usize>,
     /// From the left and from the top; `None` where the file has no numbers.
     places: Vec<Option<[f64; 2]>>,
     normals: Vec<Option<Vec3>>,
@@ -69,7 +71,7 @@ impl Obj {
     fn line(&mut self, text: &str, line: usize) -> Result<(), LineError> {
         let (keyword, rest) = split(text);
         match keyword {
-            "v" => self.vertex(rest)?,
+            "v" => self.vertex(rest, line)?,
             "vt" => {
                 let count = rest.split_whitespace().count().clamp(1, 3);
                 let place = optional(numbers("vt", rest, count))?;
@@ -81,7 +83,10 @@ impl Obj {
                 let normal = normal.map(|[x, y, z]| vec3(x, y, z));
                 more(&mut self.normals, normal, "normals")?;
             }
-            "f" => self.face(rest, line)?,
+            // `fo` is the old word for it.
+            "f" | "fo" => self.face(rest, line)?,
+            "l" | "p" => self.leave_out("points and lines: they have no area", line),
+            "curv" | "curv2" | "surf" => self.leave_out("free-form curves and surfaces", line),
             "usemtl" => {
                 let material = (!rest.is_empty()).then(|| (rest.to_owned(), line));
                 let part = self.groups.last().and_then(|g| g.part.clone());
@@ -107,9 +112,16 @@ impl Obj {
         });
     }
 
+    fn leave_out(&mut self, what: &'static str, line: usize) {
+        self.unread.entry(what).or_insert(line);
+    }
+
     /// Three coordinates; a weight or a colour behind them is left out, as polygons have neither.
-    fn vertex(&mut self, rest: &str) -> Result<(), LineError> {
+    fn vertex(&mut self, rest: &str, line: usize) -> Result<(), LineError> {
         let behind = rest.split_whitespace().count().saturating_sub(3);
+        if behind >= 3 {
+            self.leave_out("colours of vertices: their materials' count", line);
+        }
         let read = match behind {
             1..=4 => first_numbers("v", rest, 3),
             _ => numbers("v", rest, 3),
@@ -130,7 +142,8 @@ impl Obj {
     fn face(&mut self, rest: &str, line: usize) -> Result<(), LineError> {
         let count = rest.split_whitespace().count();
         if count < 3 {
-            return Err(LineError::Corners(count));
+            self.leave_out("faces of fewer than 3 corners", line);
+            return Ok(());
         }
         self.corners += count;
         self.faces += 1;

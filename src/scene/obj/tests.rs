@@ -152,7 +152,6 @@ fn wrong_lines_are_named() {
         ),
         ("v 1 2 1e10", LineError::Far(1e10)),
         ("v 1 2 x", LineError::Number("x".into())),
-        ("f 1 2", LineError::Corners(2)),
         ("f 1 2 x", LineError::Corner("x".into())),
         ("f 1 2 3/1/1/1", LineError::Corner("3/1/1/1".into())),
         ("f 1 2 /3", LineError::Corner("/3".into())),
@@ -469,6 +468,31 @@ fn what_no_polygon_needs_is_no_reason_to_refuse() {
             assert_eq!(used.reflectance, Rgb([1.0, 0.5, 0.0]));
         }
     }
+}
+
+#[test]
+fn what_is_left_out_is_named_with_its_line() {
+    let mtl = "newmtl wall\nKd spectral wall.rfl\nTr 1\nnewmtl glass\nKd 1 1 1\nd 0\n\
+               newmtl ciexyz\nKd xyz 0.3 0.3\n";
+    let obj = "mtllib m.mtl\nv 0 0 0 1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2\nl 1 2\nsurf 0 1 0 1 1 2\n\
+               usemtl ciexyz\nf 1 2 3\nusemtl wall\nfo 1 2 3\nf 2 3\n";
+    let files = Memory::default().with("a.obj", obj).with("m.mtl", mtl);
+    let stage = import::read(&files, "a.obj", &Options::default(), usize::MAX).unwrap();
+    assert_eq!(stage.scene.polygons.len(), 2);
+    assert_eq!(stage.scene.materials[0].reflectance, Rgb([UNSTATED; 3]));
+    assert_eq!(
+        stage.summary.left_out,
+        [
+            "`Tr 1` of `wall`: read as opaque",
+            "`glass` is fully transparent (`d`, `Tr`): it cannot be seen",
+            "colours of vertices: their materials' count (line 2)",
+            "faces of fewer than 3 corners (line 5)",
+            "free-form curves and surfaces (line 7)",
+            "material `ciexyz` has no `Kd` in red, green and blue: it reflects 0.8",
+            "material `wall` has no `Kd` in red, green and blue: it reflects 0.8",
+            "points and lines: they have no area (line 6)",
+        ]
+    );
 }
 
 #[test]
