@@ -75,10 +75,19 @@ fn carried(
     Ok(Carried { text, losses })
 }
 
-/// UTF-8, or else Windows-1252, which older desks write; a carriage return alone ends a line, as the
-/// standard has it.
+/// UTF-16 with its byte order mark, UTF-8, or else Windows-1252, which older desks write; a carriage
+/// return alone ends a line, as the standard has it.
 fn decoded(bytes: &[u8]) -> String {
-    let text = of_bytes(bytes);
+    let (units, _) = bytes.as_chunks::<2>();
+    let utf_16 = |unit: fn([u8; 2]) -> u16| {
+        let units: Vec<u16> = units.iter().map(|two| unit(*two)).collect();
+        String::from_utf16_lossy(&units).into()
+    };
+    let text = match units.first() {
+        Some([0xff, 0xfe]) => utf_16(u16::from_le_bytes),
+        Some([0xfe, 0xff]) => utf_16(u16::from_be_bytes),
+        _ => of_bytes(bytes),
+    };
     let text = text.strip_prefix('\u{feff}').unwrap_or(&text);
     text.replace("\r\n", "\n").replace('\r', "\n")
 }

@@ -86,6 +86,8 @@ struct Reader {
     list: Option<String>,
     others: BTreeMap<String, (usize, usize)>,
     lines: BTreeMap<u32, usize>,
+    /// Times that the part which is being read has.
+    timed: BTreeSet<String>,
     known: usize,
 }
 
@@ -109,7 +111,8 @@ pub fn read(
     };
     for cues in [false, true] {
         reader.section = Section::Head;
-        for record in records(text) {
+        let mut records = records(text);
+        for record in records.by_ref() {
             if record.key == "enddata" {
                 break;
             }
@@ -117,6 +120,10 @@ pub fn read(
             reader.record(&record, cues)?;
         }
         reader.mix();
+        if let Some(cue) = records.find(|record| cues && record.key == "cue") {
+            let what = "cues behind `EndData`, where the file ends, are not read";
+            reader.losses.push(Loss::new(what).line(cue.line));
+        }
     }
     if reader.known == 0 {
         let message = format!("`{name}` is no USITT ASCII file: no line begins with a word of it");

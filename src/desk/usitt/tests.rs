@@ -198,7 +198,39 @@ fn an_eos_file_becomes_a_designers_text() {
         line 40, cue 1: channel 9: parameters 48@255 (more emitters, places, shapes)
         line 54: `cue $$timeposition` is not read (1 record): lights do not move here
         line 56: list 2 (1 cue) is left out: `--list 2` reads it in place of this one
+        line 59: cues behind `EndData`, where the file ends, are not read
         "#);
+}
+
+#[test]
+fn what_a_file_says_twice_or_too_late_is_told() {
+    let text = "Ident 3:0\nCue 1\nUp 3\nDown 3\nUp 4\nChan 1@50 2@10 1@60 2@10\nPart 2\nUp 5\n\
+                Chan 3@10\nEndData\nCue 2\n Chan 1@10\n";
+    let carried = imported(text);
+    let told: Vec<String> = carried.losses.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        told,
+        [
+            "line 5, cue 1: `up` stands twice: the last counts",
+            "line 6, cue 1: channel 1 has two levels: the last counts (10 % of the light)",
+            "line 11: cues behind `EndData`, where the file ends, are not read",
+        ]
+    );
+    let states = states(&parsed(&carried.text));
+    assert_eq!(states.len(), 1);
+    assert_eq!(states[0].1[&1].0, 600);
+}
+
+#[test]
+fn a_file_may_be_in_utf_16() {
+    let text = "\u{feff}Ident 3:0\r\nCue 1\r\nText B\u{fc}hne\r\nChan 1@50\r\n";
+    let read = |units: fn(u16) -> [u8; 2]| {
+        let bytes: Vec<u8> = text.encode_utf16().flat_map(units).collect();
+        let carried = import("test.asc", &bytes, None, Work::silent()).1;
+        carried.unwrap().text
+    };
+    assert!(read(u16::to_le_bytes).contains("B\u{fc}hne"));
+    assert_eq!(read(u16::to_le_bytes), read(u16::to_be_bytes));
 }
 
 /// An unknown record, behind each line in turn: the list of losses has it everywhere but

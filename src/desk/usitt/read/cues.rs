@@ -25,6 +25,7 @@ impl Reader {
             other.1 += usize::from(part.is_none());
             return Ok(Section::OtherCue);
         }
+        self.timed.clear();
         let number = record.cue(number)?;
         let last = self.show.cues.last().map(|cue| cue.number);
         if part.is_some() && last == Some(number) {
@@ -65,6 +66,7 @@ impl Reader {
         let Some(cue) = self.show.cues.last_mut() else {
             return Ok(());
         };
+        self.timed.clear();
         // What stands before the first part is the cue's own.
         let is_own = |part: &Part| part.moves.is_empty() && part.lit.is_none();
         if number > 1 || !cue.parts.iter().all(is_own) {
@@ -91,6 +93,11 @@ impl Reader {
             let loss = Loss::new(what).line(record.line);
             loss.cue(number.clone().unwrap_or_default())
         };
+        let is_time = matches!(record.key.as_str(), "up" | "down");
+        if is_time && !self.timed.insert(record.key.clone()) {
+            let what = format!("`{}` stands twice: the last counts", record.key);
+            self.losses.push(loss(what));
+        }
         match record.key.as_str() {
             "chan" | "$$chanmove" => return self.levels(record),
             "$$param" => return self.colours(record),
@@ -171,10 +178,17 @@ impl Reader {
             let Some(part) = self.last_part() else {
                 continue;
             };
-            match moves {
+            let before = match moves {
                 true => part.moves.insert(channel, level),
                 false => part.lit.get_or_insert_default().insert(channel, level),
             };
+            if let Some(before) = before.filter(|before| *before != level) {
+                let what = format!("channel {channel} has two levels: the last counts");
+                let cue = self.show.cues.last().map(|cue| cue.number.to_string());
+                let light = f64::from(before.abs_diff(level)) / 1000.0;
+                let loss = Loss::new(what).line(record.line).light(light);
+                self.losses.push(loss.cue(cue.unwrap_or_default()));
+            }
         }
         match moves {
             true => self.show.tracks = true,
