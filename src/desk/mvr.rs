@@ -56,8 +56,8 @@ struct Hung {
     frame: Frame,
     /// The focus point that it looks at.
     focus: Option<String>,
-    /// Universe from 1 and address from 1.
-    address: Option<(u32, u32)>,
+    /// As the file has it.
+    address: Option<String>,
     /// CIE x, y, Y of the gel.
     colour: Option<[f64; 3]>,
     /// The zoom that it is set to, degrees.
@@ -120,6 +120,9 @@ impl ReadError {
                 "allow more with `--memory MB`, which is {} here, or export less of the set",
                 work.memory >> 20
             ),
+            ReadError::Nothing(_) => "a plan needs a fixture that gives light, or a set in glTF \
+                                      (.gltf, .glb)"
+                .to_owned(),
             _ => "export the plan again as MVR (.mvr)".to_owned(),
         };
         Box::new(Diagnostic::error("", format!("`{name}`: {self}")).help(help)).into()
@@ -165,7 +168,7 @@ fn read(name: &str, bytes: &[u8], folder: &str, work: Work<'_>) -> Result<Carrie
         reader.collect(layer, Frame::default(), DEPTH)?;
     }
     let plan = reader.plan;
-    if plan.hung.is_empty() && plan.sets.is_empty() {
+    if plan.hung.is_empty() && plan.sets.is_empty() && plan.skipped.is_empty() {
         return Err(ReadError::Empty);
     }
     drop(document);
@@ -314,7 +317,7 @@ fn fixture(node: Node<'_, '_>, line: usize, frame: Frame) -> Hung {
         mode: text("GDTFMode"),
         frame,
         focus: Some(text("Focus").to_ascii_lowercase()).filter(|focus| !focus.is_empty()),
-        address: address.and_then(|n| n.text()).and_then(addressed),
+        address: address.and_then(|n| n.text()).map(str::to_owned),
         colour: colour(&text("Color")),
         zoom: zoom
             .into_iter()
@@ -322,11 +325,13 @@ fn fixture(node: Node<'_, '_>, line: usize, frame: Frame) -> Hung {
     }
 }
 
-/// An address as universe and number: `2.101`, or counted over all universes.
+/// An address as universe and number, both from 1: `2.101`, or counted over all universes.
 fn addressed(text: &str) -> Option<(u32, u32)> {
     let text = text.trim();
     if let Some((universe, number)) = text.split_once('.') {
-        return Some((universe.parse().ok()?, number.parse().ok()?));
+        let address = (universe.parse().ok()?, number.parse().ok()?);
+        return Some(address)
+            .filter(|(universe, number)| *universe > 0 && (1..=512).contains(number));
     }
     let absolute: u32 = text.parse().ok().filter(|absolute| *absolute > 0)?;
     Some(((absolute - 1) / 512 + 1, (absolute - 1) % 512 + 1))

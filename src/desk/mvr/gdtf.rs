@@ -16,6 +16,8 @@ const ATTRIBUTES: usize = 250;
 /// Names of namespaces in a document: each element has those of all around it, and descriptions have
 /// none.
 const NAMESPACES: usize = 20;
+/// Types of beams that are light of a spot; one without a type is a wash.
+const BEAMS: [&str; 6] = ["", "Wash", "Spot", "Rectangle", "PC", "Fresnel"];
 /// Bytes that an element takes, with the text behind it and with what is kept of it.
 const ELEMENT_BYTES: usize = 400;
 /// Bytes that an attribute takes.
@@ -44,6 +46,8 @@ pub struct Fixture {
     pub moves: bool,
     /// A lamp of it makes no beam.
     pub is_without_beam: bool,
+    /// The type of a beam that GDTF does not have.
+    pub unknown_type: Option<String>,
     /// Whether the mode was found; `None` of a type that is not read.
     pub mode: Option<bool>,
 }
@@ -221,6 +225,10 @@ impl Geometries<'_, '_, '_> {
         };
         let fixture = &mut *self.fixture;
         fixture.beams += 1;
+        let kind = node.attribute("BeamType").unwrap_or_default();
+        if !BEAMS.contains(&kind) {
+            fixture.unknown_type = Some(kind.to_owned());
+        }
         fixture.beam = fixture.beam.or(Some(frame));
         fixture.beam_angle = fixture.beam_angle.or(number("BeamAngle"));
         fixture.field_angle = fixture.field_angle.or(number("FieldAngle"));

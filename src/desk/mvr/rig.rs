@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 use super::gdtf::{self, Fixture, XmlError};
 use super::zip::{Archive, ZipError};
-use super::{Carried, Hung, Plan, ReadError, Set};
+use super::{Carried, Hung, Plan, ReadError, Set, addressed};
 use crate::desk::Loss;
 use crate::desk::names::Names;
 use crate::files::Memory;
@@ -404,13 +404,19 @@ fn described(hung: &Hung, fixture: &Fixture, rgb: bool, assumed: &mut Assumed) -
         rounded(field),
         rounded(flux)
     );
+    if let Some(unknown) = &fixture.unknown_type {
+        assumed.say(format!("`{kind}`: a spot for its beam of type `{unknown}`"));
+    }
     if rgb {
         return out;
     }
     match fixture.temperature {
         Some(kelvin) => {
-            let kelvin = kelvin.clamp(1000.0, 25_000.0).round();
-            let _ = write!(out, "  {kelvin} K");
+            let taken = kelvin.clamp(1000.0, 25_000.0).round();
+            if (taken - kelvin).abs() >= 1.0 {
+                assumed.say(format!("`{kind}`: {kelvin} K becomes {taken} K"));
+            }
+            let _ = write!(out, "  {taken} K");
         }
         None => assumed.say(format!("`{kind}`: white light")),
     }
@@ -445,7 +451,12 @@ fn aim(plan: &Plan, hung: &Hung, frame: super::Frame, assumed: &mut Assumed) -> 
 
 /// The lines of a patch file for a fixture.
 fn addresses(hung: &Hung, fixture: &Fixture, rgb: bool, channel: &mut Channel, out: &mut Carried) {
-    let Some((universe, start)) = hung.address else {
+    let Some(written) = &hung.address else {
+        return;
+    };
+    let Some((universe, start)) = addressed(written) else {
+        let what = format!("`{}`: `{written}` is no address of DMX", hung.name);
+        out.losses.push(Loss::new(what).line(hung.line));
         return;
     };
     let at = |(offset, low): (u16, Option<u16>)| {
@@ -486,6 +497,12 @@ fn losses(hung: &Hung, fixture: &Fixture, out: &mut Carried) {
     if fixture.moves {
         say(format!(
             "`{}` can turn its head: it stays as it hangs",
+            hung.name
+        ));
+    }
+    if fixture.is_without_beam {
+        say(format!(
+            "`{}` has a lamp that only glows: left out",
             hung.name
         ));
     }

@@ -172,7 +172,10 @@ fn addresses_are_counted_over_all_universes_or_not() {
     assert_eq!(addressed("1"), Some((1, 1)));
     assert_eq!(addressed("513"), Some((2, 1)));
     assert_eq!(addressed("3.17"), Some((3, 17)));
-    assert_eq!(addressed("0"), None);
+    assert_eq!(addressed("3.512"), Some((3, 512)));
+    for none in ["0", "1.0", "0.1", "1.513", "x"] {
+        assert_eq!(addressed(none), None, "{none}");
+    }
 }
 
 #[test]
@@ -481,14 +484,48 @@ fn what_makes_no_beam_is_no_light() {
             .join("; ")
             .contains("a field of 360 degrees becomes 170")
     );
-    match carried("BeamType=\"None\"").unwrap_err() {
-        ImportError::Refused(refused) => {
-            assert!(
-                refused.message.contains("makes no beam"),
-                "{}",
-                refused.message
-            );
-        }
-        other => panic!("{other}"),
-    }
+    let plan = |kind: &[u8]| plan_of(&fixture("1", ""), &[("T.gdtf", kind)]);
+    let said = refused(&plan(&kind("BeamType=\"None\"")), 1 << 30).unwrap();
+    assert!(said.contains("makes no beam"), "{said}");
+    assert!(said.contains("needs a fixture that gives light"), "{said}");
+}
+
+#[test]
+fn a_plan_of_models_that_are_not_read_says_which() {
+    let set = "<SceneObject><Geometries><Geometry3D fileName='a.3ds'/></Geometries></SceneObject>";
+    let said = refused(&plan_of(set, &[]), 1 << 30).unwrap();
+    assert!(said.contains("ends in .3ds: only glTF is read"), "{said}");
+    assert!(said.contains("a set in glTF (.gltf, .glb)"), "{said}");
+    let said = refused(&plan_of("", &[]), 1 << 30).unwrap();
+    assert!(said.contains("neither fixtures nor a set"), "{said}");
+}
+
+#[test]
+fn what_is_changed_or_left_out_of_a_fixture_is_told() {
+    let beam = "BeamType=\"Foo\" BeamAngle=\"18\" FieldAngle=\"26\"";
+    let kind = TYPE
+        .replace("BeamAngle=\"18\" FieldAngle=\"26\"", beam)
+        .replace("\"3200\"/>", "\"99999\"/><Beam BeamType=\"Glow\"/>");
+    let kind = archive(&[("description.xml", kind.as_bytes())]);
+    let objects = ["0", "1.513", "2.7"].map(|address| {
+        let address = format!("<Addresses><Address>{address}</Address></Addresses>");
+        fixture("1", &address)
+    });
+    let plan = plan_of(&objects.concat(), &[("T.gdtf", &kind)]);
+    let carried = import("a.mvr", &plan, "set", Work::silent()).unwrap();
+    let losses: Vec<String> = carried.losses.iter().map(ToString::to_string).collect();
+    insta::assert_snapshot!(losses.join("\n"), @r"
+    line 1: `F`: `0` is no address of DMX
+    line 1: `F` has a lamp that only glows: left out
+    line 1: `F`: `1.513` is no address of DMX
+    line 1: `F` has a lamp that only glows: left out
+    line 1: `F` has a lamp that only glows: left out
+    ");
+    insta::assert_snapshot!(carried.assumed.join("\n"), @r"
+    `T`: 99999 K becomes 25000 K (3 times)
+    `T`: a spot for its beam of type `Foo` (3 times)
+    fixtures without a focus point look as they hang (3 times)
+    the plan's X is stage left and its Y upstage
+    ");
+    assert_eq!(carried.patch, "ch1 2/7 16bit\n");
 }
