@@ -232,7 +232,7 @@ impl Canvas {
             primaries: header
                 .shared_attributes
                 .chromaticities
-                .and_then(primaries::to_rec_709),
+                .map_or(Ok(None), primaries::to_rec_709)?,
         })
     }
 

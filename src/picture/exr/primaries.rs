@@ -7,6 +7,8 @@ use exr::math::Vec2;
 use exr::meta::attribute::Chromaticities;
 use nalgebra::{Matrix3, Vector3};
 
+use super::{PictureError, truncated};
+
 /// The primaries and the white of Rec. 709.
 const REC_709: Chromaticities = Chromaticities {
     red: Vec2(0.64, 0.33),
@@ -18,18 +20,26 @@ const REC_709: Chromaticities = Chromaticities {
 const ROUNDING: f32 = 1e-3;
 
 /// The matrix from a file's red, green and blue to those of Rec. 709; `None` where they are the
-/// same, or the attribute describes no colours.
-pub(super) fn to_rec_709(own: Chromaticities) -> Option<Matrix3<f64>> {
+/// same.
+///
+/// # Errors
+/// [`PictureError::Malformed`] where the attribute describes no colours.
+pub(super) fn to_rec_709(own: Chromaticities) -> Result<Option<Matrix3<f64>>, PictureError> {
     let ends = |c: Chromaticities| [c.red, c.green, c.blue, c.white];
     let pairs = ends(own).into_iter().zip(ends(REC_709));
     let differs = |(a, b): (Vec2<f32>, Vec2<f32>)| {
-        (a.0 - b.0).abs() > ROUNDING || (a.1 - b.1).abs() > ROUNDING
+        !((a.0 - b.0).abs() <= ROUNDING && (a.1 - b.1).abs() <= ROUNDING)
     };
     if !pairs.into_iter().any(differs) {
-        return None;
+        return Ok(None);
     }
-    let matrix = to_xyz(REC_709)?.try_inverse()? * to_xyz(own)?;
-    matrix.iter().all(|x| x.is_finite()).then_some(matrix)
+    let inverse = to_xyz(REC_709).and_then(|to_xyz| to_xyz.try_inverse());
+    let matrix = inverse
+        .zip(to_xyz(own))
+        .map(|(from_xyz, own)| from_xyz * own);
+    let matrix = matrix.filter(|matrix| matrix.iter().all(|x| x.is_finite()));
+    let refused = || truncated("its `chromaticities` describe no colours");
+    matrix.map(Some).ok_or_else(refused)
 }
 
 /// The matrix from red, green and blue to CIE XYZ in which white has a luminance of 1 (Lindbloom,
@@ -59,15 +69,18 @@ mod tests {
             blue: Vec2(0.0, 0.0),
             white: Vec2(1.0 / 3.0, 1.0 / 3.0),
         };
-        let matrix = to_rec_709(xyz).unwrap();
+        let matrix = to_rec_709(xyz).unwrap().unwrap();
         // IEC 61966-2-1: red is 0.4124, 0.2126, 0.0193.
         let red = matrix * Vector3::new(0.4124, 0.2126, 0.0193);
         assert!((red - Vector3::new(1.0, 0.0, 0.0)).norm() < 1e-3, "{red}");
-        assert!(to_rec_709(REC_709).is_none());
-        let flat = Chromaticities {
-            red: REC_709.green,
-            ..REC_709
-        };
-        assert!(to_rec_709(flat).is_none());
+        assert!(to_rec_709(REC_709).unwrap().is_none());
+        let [mut flat, mut odd, mut dark] = [REC_709; 3];
+        flat.red = flat.green;
+        odd.blue = Vec2(f32::NAN, 0.06);
+        dark.white.1 = 0.0;
+        for none in [flat, odd, dark] {
+            let error = to_rec_709(none).unwrap_err().to_string();
+            assert!(error.contains("describe no colours"), "{error}");
+        }
     }
 }
