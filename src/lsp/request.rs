@@ -7,7 +7,8 @@ use lsp_server::ErrorCode;
 use lsp_types::request::{
     CodeActionRequest, CodeLensRequest, Completion, DocumentHighlightRequest, DocumentLinkRequest,
     DocumentSymbolRequest, FoldingRangeRequest, Formatting, GotoDefinition, HoverRequest,
-    InlayHintRequest, PrepareRenameRequest, References, Rename, Request, SemanticTokensFullRequest,
+    Initialize, InlayHintRequest, PrepareRenameRequest, References, Rename, Request,
+    SemanticTokensFullRequest,
 };
 use lsp_types::{
     CodeActionParams, CodeActionResponse, CompletionResponse, DocumentSymbolResponse,
@@ -176,6 +177,10 @@ fn of_structure(server: &Server<'_>, method: &str, params: Value) -> Result<Answ
                 Ok(Some(links))
             },
         ),
+        Initialize::METHOD => Err((
+            ErrorCode::InvalidRequest,
+            "the server is initialized already".to_owned(),
+        )),
         other => Err((
             ErrorCode::MethodNotFound,
             format!("`{other}` is nothing that this server does"),

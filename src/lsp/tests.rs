@@ -457,6 +457,14 @@ fn no_keystroke_waits_for_colours() {
 }
 
 #[test]
+fn a_second_request_to_begin_is_invalid() {
+    let mut editor = Editor::new(json!({}));
+    let again = editor.request("initialize", json!({ "capabilities": {} }));
+    let code = editor.response(&again).error.map(|error| error.code);
+    assert_eq!(code, Some(ErrorCode::InvalidRequest as i32));
+}
+
+#[test]
 fn a_client_that_is_gone_or_forgets_to_shut_down_is_told_apart() {
     for exits in [true, false] {
         let (client, server) = Connection::memory();
