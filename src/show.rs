@@ -348,6 +348,8 @@ pub struct Part {
     pub up: Time,
     /// Duration of falling fades.
     pub down: Time,
+    /// Whether the times up and down are the show's default.
+    pub by_default: [bool; 2],
     /// Shape of the fades.
     pub curve: Fade,
     /// What moves, in order of parameters, each once in the whole cue.

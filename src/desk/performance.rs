@@ -242,6 +242,7 @@ fn stand(show: &Show, levels: &[f64], now: Time) -> Cue {
         delay: Time::ZERO,
         up: Time::ZERO,
         down: Time::ZERO,
+        by_default: [false; 2],
         curve: Fade::LINEAR,
         moves: all(show, levels),
         effects: Vec::new(),

@@ -103,8 +103,6 @@ struct Indices {
 #[derive(Clone, Debug)]
 pub struct Lowered {
     cue: Cue,
-    /// Whether the default time is the time up, and down, of each part.
-    by_default: Vec<[bool; 2]>,
     /// Where its number stands.
     number: Span,
     /// The places of its nodes.
@@ -389,7 +387,6 @@ impl Lowered {
     /// the last `nodes` places of `map`; it wrote out so many levels.
     pub fn of(
         cue: &Cue,
-        by_default: Vec<[bool; 2]>,
         [statement, number]: [Span; 2],
         map: &SpanMap,
         (nodes, levels): (usize, usize),
@@ -403,7 +400,6 @@ impl Lowered {
         let spans = map.spans.iter().skip(first).map(relative).collect();
         Lowered {
             cue: renumbered(cue.clone(), |id| id.wrapping_sub(first as u32)),
-            by_default,
             number: relative(&number),
             spans,
             levels,
@@ -432,9 +428,10 @@ impl KnownCue<'_> {
             indices.apply(&mut cue);
         }
         let [up, down] = default;
-        for (part, by_default) in cue.parts.iter_mut().zip(&self.lowered.by_default) {
-            part.up = if by_default[0] { up } else { part.up };
-            part.down = if by_default[1] { down } else { part.down };
+        for part in &mut cue.parts {
+            let [is_up, is_down] = part.by_default;
+            part.up = if is_up { up } else { part.up };
+            part.down = if is_down { down } else { part.down };
         }
         (cue, moved(&self.lowered.number))
     }

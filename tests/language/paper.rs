@@ -125,7 +125,7 @@ fn git_takes_it_as_a_diff_driver() {
     git(&["add", "."]);
     let said = git(&["diff", "--cached"]);
     assert!(
-        said.contains("a.lxq\ncue 2: starts at 0:30 -> at 0:31\n"),
+        said.contains("a.lxq\ncue 2: at 0:30 -> 0:31 (1 s later)\n"),
         "{said}"
     );
     assert!(said.contains("b.lxq\n"), "{said}");

@@ -93,7 +93,6 @@ impl<'a> Lower<'a, '_> {
         let before = (self.report.count(), self.spans.spans.len(), self.budget);
         let number = self.cue_number(cue.number);
         let header = headed(span, cue.number);
-        self.by_default.clear();
         let made = self.cue(cue, header, number, times)?;
         if let Some(text) = statement.text
             && self.report.count() == before.0
@@ -101,10 +100,7 @@ impl<'a> Lower<'a, '_> {
             let nodes = self.spans.spans.len() - before.1;
             let places = [span, cue.number.span];
             let levels = before.2.saturating_sub(self.budget);
-            let of_part = |part: &Part| self.by_default.get(&part.id).copied();
-            let by_default = made.parts.iter().map(|p| of_part(p).unwrap_or_default());
-            let by_default = by_default.collect();
-            let lowered = Lowered::of(&made, by_default, places, &self.spans, (nodes, levels));
+            let lowered = Lowered::of(&made, places, &self.spans, (nodes, levels));
             self.fresh.push((text, Box::new(lowered)));
         }
         Some(made)
@@ -233,14 +229,15 @@ impl<'a> Lower<'a, '_> {
         for written in &cue.body.parts {
             let number = self.count(written.number, 99_999, "a part's number");
             if let Some(earlier) = number.and_then(|n| seen.insert(n, written.number.span)) {
-                self.same_part(written.number.span, earlier, "is used twice in this cue");
+                let places = [written.number.span, earlier];
+                self.same_part(places, "is used twice in this cue", &cue.body.parts);
             }
             let made = self.part(written, number.unwrap_or(1), times, &mut moved, &mut alone);
             let direct = cue.body.moves.first();
             match (number, parts.first_mut(), direct) {
                 (Some(1), _, Some(first)) => {
                     let why = "is what stands directly in the cue";
-                    self.same_part(written.number.span, first.span, why);
+                    self.same_part([written.number.span, first.span], why, &cue.body.parts);
                 }
                 (Some(1), Some(slot), None) => *slot = made,
                 _ => parts.push(made),
@@ -266,12 +263,14 @@ impl<'a> Lower<'a, '_> {
         parts
     }
 
-    fn same_part(&mut self, span: Span, earlier: Span, why: &str) {
+    fn same_part(&mut self, [span, earlier]: [Span; 2], why: &str, parts: &[ast::Part<'a>]) {
+        let is_free = |n: &u32| parts.iter().all(|part| part.number.text != n.to_string());
+        let free = (2..).find(is_free).unwrap_or(2);
         self.report.add(
             Diagnostic::error(codes::PART_NUMBER, format!("this part's number {why}"))
                 .place(span, "again here")
                 .place(earlier, "first here")
-                .help("give it another number, such as `part 2`"),
+                .help(format!("did you mean `{free}`, which is free?")),
         );
     }
 
@@ -441,7 +440,6 @@ impl<'a> Lower<'a, '_> {
 impl<'a> Lower<'a, '_> {
     /// A part without moves.
     fn new_part(&mut self, id: NodeId, number: u32, label: String, times: Times) -> Part {
-        self.by_default.insert(id, times.by_default);
         Part {
             id,
             number,
@@ -450,6 +448,7 @@ impl<'a> Lower<'a, '_> {
             delay: times.delay,
             up: times.up,
             down: times.down,
+            by_default: times.by_default,
             curve: times.curve,
             moves: Vec::new(),
             effects: Vec::new(),

@@ -23,7 +23,7 @@ mod values;
 use std::collections::BTreeMap;
 
 use self::calculation::Named;
-pub(super) use self::colour::hex;
+pub(super) use self::colour::{hex, named};
 use super::ast::{Declaration, Span, Statement, Word};
 use super::lowering_cache::Lowered;
 use super::names::{self, Kind, Names};
@@ -61,7 +61,6 @@ pub fn lower<'a>(read: &Read<'a>, report: &mut Report, most: usize) -> Lowering<
         most,
         budget: most,
         fresh: Vec::new(),
-        by_default: BTreeMap::new(),
         names_lost: read.names_lost,
         gels: &read.gels,
         depth: 0,
@@ -108,8 +107,6 @@ struct Lower<'a, 'r> {
     budget: usize,
     /// Cues that were lowered without a word.
     fresh: Vec<(&'a str, Box<Lowered>)>,
-    /// Of each part of the cue that is lowered, whether its times up and down are the default.
-    by_default: BTreeMap<NodeId, [bool; 2]>,
     /// Names may be declared in a file that was not read: what was wrong with it was said.
     names_lost: bool,
     /// The colours of gels by their numbers.

@@ -41,6 +41,7 @@ fn cue_rows(show: &Show, cue: &Cue, at: &CueTime, before: Option<&Cue>) -> Vec<V
         delay: crate::units::Time::ZERO,
         up: crate::units::Time::ZERO,
         down: crate::units::Time::ZERO,
+        by_default: [false; 2],
         curve: Fade::LINEAR,
         moves: Vec::new(),
         effects: Vec::new(),

@@ -151,7 +151,21 @@ fn cues(old: &Version, new: &Version, out: &mut Vec<Change>) {
         found.ok()
     };
     let alike = same_words(&old.show, &new.show);
-    let mut shifts = Shifts::default();
+    let mut stated = Shifts {
+        word: "at",
+        ..Shifts::default()
+    };
+    // With another default time each cue moves by another time.
+    let default = |show: &Show| {
+        let mut parts = show.cues.iter().flat_map(|cue| &cue.parts);
+        let found = parts.find(|part| part.by_default == [true; 2]);
+        found.map(|part| (part.up, part.down))
+    };
+    let mut followed = Shifts {
+        word: "GO",
+        is_loose: default(&old.show) != default(&new.show),
+        ..Shifts::default()
+    };
     for (i, cue) in new.show.cues.iter().enumerate() {
         let what = format!("cue {}", cue.number);
         let Some(k) = find(&old.show, cue) else {
@@ -167,12 +181,16 @@ fn cues(old: &Version, new: &Version, out: &mut Vec<Change>) {
         };
         if let Some(was) = old.show.cues.get(k) {
             let mut hows = heads(was, cue);
+            if let (Trigger::At(was), Trigger::At(now)) = (was.trigger, cue.trigger) {
+                stated.add(&what, (was, now), out);
+            }
             // A clock time that changed has stated when GO moved already.
             if was.trigger == cue.trigger {
-                shifts.add(&what, (go(&old.timeline, k), go(&new.timeline, i)), out);
+                followed.add(&what, (go(&old.timeline, k), go(&new.timeline, i)), out);
             }
             if !(alike && same_parts(was, cue)) {
-                hows.extend(parts(&old.show, was, &new.show, cue, go(&new.timeline, i)));
+                let go = go(&new.timeline, i);
+                hows.extend(parts((&old.show, was), (&new.show, cue), go));
             }
             out.extend(hows.into_iter().map(|how| Change {
                 what: what.clone(),
@@ -190,41 +208,56 @@ fn cues(old: &Version, new: &Version, out: &mut Vec<Change>) {
     }
 }
 
-/// Cues in a row whose GO moved by the same time, which one line says.
+/// Cues in a row whose clock time, or whose GO, moved by the same time, which one line says.
 #[derive(Default)]
 struct Shifts {
+    /// What moved: `at` or `GO`.
+    word: &'static str,
+    /// One line says cues that moved in the same direction, though by different times.
+    is_loose: bool,
     moved: Time,
+    /// The least and the largest move of the line, in seconds.
+    range: [f64; 2],
     first: String,
     /// Where the line stands.
     line: usize,
 }
 
 impl Shifts {
-    /// Adds the line of a cue whose GO moved although its own trigger says nothing of it, or lets the
-    /// line before say it too.
+    /// Adds the line of a cue that moved, or lets the line before say it too.
     fn add(&mut self, what: &str, (was, now): (Time, Time), out: &mut Vec<Change>) {
         let moved = now - was;
-        let same = !self.first.is_empty() && moved == self.moved;
+        let way_of = |moved: Time| shift(moved).1;
+        let is_alike = moved == self.moved || self.is_loose && way_of(moved) == way_of(self.moved);
+        let same = !self.first.is_empty() && is_alike;
         self.moved = moved;
         if moved == Time::ZERO {
             self.first.clear();
             return;
         }
-        let (by, way) = shift(moved);
+        let word = self.word;
+        let number_of = |what: &str| what.strip_prefix("cue ").unwrap_or(what).to_owned();
+        let (seconds, way) = shift(moved);
         match out.get_mut(self.line).filter(|_| same) {
             Some(line) => {
-                let last = what.strip_prefix("cue ").unwrap_or(what);
-                line.what = format!("cues {} to {last}", self.first);
-                line.how = format!("GO {by} s {way}");
+                let [least, most] = self.range;
+                self.range = [least.min(seconds), most.max(seconds)];
+                let [least, most] = self.range.map(number);
+                let by = match least == most {
+                    true => most,
+                    false => format!("{least} to {most}"),
+                };
+                line.what = format!("cues {} to {}", self.first, number_of(what));
+                line.how = format!("{word} {by} s {way}");
             }
             None => {
-                what.strip_prefix("cue ")
-                    .unwrap_or(what)
-                    .clone_into(&mut self.first);
+                let by = number(seconds);
+                self.range = [seconds; 2];
+                self.first = number_of(what);
                 self.line = out.len();
                 out.push(Change {
                     what: what.to_owned(),
-                    how: format!("GO {} -> {} ({by} s {way})", clock(was), clock(now)),
+                    how: format!("{word} {} -> {} ({by} s {way})", clock(was), clock(now)),
                 });
             }
         }
@@ -266,6 +299,7 @@ fn same_parts(was: &Cue, now: &Cue) -> bool {
             delay,
             up,
             down,
+            by_default: _,
             curve,
             moves: _,
             effects: _,
@@ -310,7 +344,9 @@ fn heads(was: &Cue, now: &Cue) -> Vec<String> {
         Trigger::Go => "GO".to_owned(),
         Trigger::At(time) => format!("at {}", clock(time)),
     };
-    if was.trigger != now.trigger {
+    // One clock time after another is told with those of the cues around it.
+    let both_at = matches!((was.trigger, now.trigger), (Trigger::At(_), Trigger::At(_)));
+    if was.trigger != now.trigger && !both_at {
         out.push(format!(
             "starts {} -> {}",
             trigger(was.trigger),
@@ -340,16 +376,16 @@ fn heads(was: &Cue, now: &Cue) -> Vec<String> {
 }
 
 /// Seconds of a move in time, and its direction.
-fn shift(moved: Time) -> (String, &'static str) {
+fn shift(moved: Time) -> (f64, &'static str) {
     let way = if moved.micros() > 0 {
         "later"
     } else {
         "earlier"
     };
-    (number(moved.seconds().abs()), way)
+    (moved.seconds().abs(), way)
 }
 
-fn parts(old: &Show, was: &Cue, new: &Show, now: &Cue, go: Time) -> Vec<String> {
+fn parts((old, was): (&Show, &Cue), (new, now): (&Show, &Cue), go: Time) -> Vec<String> {
     let mut out = Vec::new();
     let (before, after) = (moves(old, was), moves(new, now));
     for (name, (part, words)) in &after {
@@ -393,7 +429,7 @@ fn parts(old: &Show, was: &Cue, new: &Show, now: &Cue, go: Time) -> Vec<String> 
             false => !p.written && moved(p) == moved(part),
         };
         if let Some(was) = was.parts.iter().find(same) {
-            out.extend(timing(old, was, new, part));
+            out.extend(timing((old, was), (new, part)));
         }
     }
     out
@@ -436,7 +472,7 @@ fn effects<'s>(show: &'s Show, cue: &Cue) -> BTreeMap<&'s str, &'s str> {
     named.collect()
 }
 
-fn timing(old: &Show, was: &Part, new: &Show, now: &Part) -> Vec<String> {
+fn timing((old, was): (&Show, &Part), (new, now): (&Show, &Part)) -> Vec<String> {
     let which = if !now.written {
         let bank = by_bank(new, &now.moves).first().map(|(bank, _)| *bank);
         let bank = bank.and_then(|bank| new.banks.get(bank));
@@ -451,10 +487,22 @@ fn timing(old: &Show, was: &Part, new: &Show, now: &Part) -> Vec<String> {
         let (before, after) = (time(was.delay), time(now.delay));
         out.push(format!("{which}delay {before} -> {after}"));
     }
-    for (word, was, now) in [("up", was.up, now.up), ("down", was.down, now.down)] {
-        if was != now {
-            out.push(format!("{which}{word} {} -> {}", time(was), time(now)));
-        }
+    // Where both are the default's, the line of `default` or of its value tells the change.
+    let is_up = was.up != now.up && !(was.by_default[0] && now.by_default[0]);
+    let is_down = was.down != now.down && !(was.by_default[1] && now.by_default[1]);
+    let both = |part: &Part| match (time(part.up), time(part.down)) {
+        (up, down) if up == down => up,
+        (up, down) => format!("{up}/{down}"),
+    };
+    match (is_up, is_down) {
+        (true, true) => out.push(format!("{which}time {} -> {}", both(was), both(now))),
+        (true, false) => out.push(format!("{which}up {} -> {}", time(was.up), time(now.up))),
+        (false, true) => out.push(format!(
+            "{which}down {} -> {}",
+            time(was.down),
+            time(now.down)
+        )),
+        (false, false) => {}
     }
     let (before, after) = (was.curve.name(old), now.curve.name(new));
     if before != after {

@@ -90,8 +90,8 @@ fn a_difference_speaks_of_levels_times_and_light() {
     assert_eq!(
         lines,
         [
+            "cue 2: at 0:30 -> 0:31 (1 s later)",
             "cue 2: label \"\" -> \"Dusk\"",
-            "cue 2: starts at 0:30 -> at 0:31",
             "cue 2: lamps 40 -> 55 at 0:31",
             "cue 2: part 2 delay 1 -> 2.5",
             "cue 2.5: added at 0:50",
@@ -156,7 +156,7 @@ fn parts_that_were_not_written_are_not_named() {
     );
     let found = compared(&cues(3), &cues(4));
     let lines: Vec<String> = found.changes.iter().map(ToString::to_string).collect();
-    assert_eq!(lines, ["cue 1: fire up 3 -> 4", "cue 1: fire down 3 -> 4"]);
+    assert_eq!(lines, ["cue 1: fire time 3 -> 4"]);
 }
 
 /// The kinds of changes of a cue that no other line tells.
@@ -222,4 +222,53 @@ fn a_cue_between_moves_nothing_but_the_clock() {
     );
     let removed = compared(&cues("cue 2.5 { time 2  lamps 80 }\n"), &cues(""));
     assert!(removed.curves.is_empty(), "{:?}", removed.curves);
+}
+
+#[test]
+fn one_change_of_times_is_one_line() {
+    let lines = |old: &str, new: &str| -> Vec<String> {
+        let found = compared(old, new);
+        found.changes.iter().map(ToString::to_string).collect()
+    };
+    let at = |by: u32, last: u32| -> String {
+        let cue = |n: u32| {
+            let level = 10 * n;
+            format!("cue {n} at 0:{} {{ lamps {level} }}\n", 10 * n + by)
+        };
+        let cues: String = (1..5).map(cue).collect();
+        format!("{cues}cue 5 at 0:{last} {{ fire 5 }}\n")
+    };
+    assert_eq!(lines(&at(0, 55), &at(2, 55)), ["cues 1 to 4: at 2 s later"]);
+    assert_eq!(
+        lines(&at(0, 55), &at(2, 56)),
+        [
+            "cues 1 to 4: at 2 s later",
+            "cue 5: at 0:55 -> 0:56 (1 s later)"
+        ]
+    );
+    let cues = |default: &str, own: &str| {
+        format!(
+            "{default}cue 1 {{ lamps 10 }}\ncue 2 {{ {own} lamps 20 }}\ncue 3 {{ lamps 30 }}\n\
+             cue 4 {{ lamps 40 }}\ncue 5 {{ up 2 lamps 50 }}\n"
+        )
+    };
+    // A time of its own is told, though it is the default's too.
+    assert_eq!(
+        lines(
+            &cues("default time 4\n", "time 4"),
+            &cues("default time 5\n", "time 5")
+        ),
+        [
+            "default: was: default time 4\n  now: default time 5",
+            "cues 2 to 5: GO 1 to 4 s later",
+            "cue 2: time 4 -> 5"
+        ]
+    );
+    assert_eq!(
+        lines(
+            &cues("default time 4\n", "time 4"),
+            &cues("default time 4\n", "time 6/5")
+        ),
+        ["cue 2: time 4 -> 6/5", "cues 3 to 5: GO 2 s later"]
+    );
 }
