@@ -299,9 +299,10 @@ pub fn outline(text: &str) -> Vec<Outlined<'_>> {
     scan::scan(text).cuts.into_iter().map(outlined).collect()
 }
 
-/// The colour that `#ffb36b` or `#fb6` is.
+/// The colour that `#ffb36b`, `#fb6` or `#orange` is.
 pub fn colour(text: &str) -> Option<Rgb> {
-    let coded = lower::hex(text.strip_prefix('#')?)?;
+    let written = text.strip_prefix('#')?;
+    let coded = lower::hex(written).or_else(|| lower::named(written))?;
     Some(Rgb::from_srgb8(coded))
 }
 

@@ -310,15 +310,20 @@ impl<'a> Reader<'a, '_> {
         } else {
             (base + failure.at, base + failure.at + found.len())
         };
-        let span = self.span(start, end);
-        let mut diagnostic = Diagnostic::error(codes::SYNTAX, message).place(span, "not expected");
         let before = text.get(..failure.at).unwrap_or("");
+        let (range, meant) = mistaken(before, found).unzip();
+        let span = match range {
+            Some(range) => self.span(base + range.start, base + range.end),
+            None => self.span(start, end),
+        };
+        let mut diagnostic = Diagnostic::error(codes::SYNTAX, message).place(span, "not expected");
         let behind = unfinished(before).filter(|_| !found.is_empty() && !failure.between_items);
         if let Some(word) = behind {
             let span = self.span(base + word.start, base + word.end);
             diagnostic = diagnostic.place(span, "it is missing behind this");
         }
-        if let Some(help) = advice(failure, before, found, word) {
+        let meant = meant.map(|meant| format!("did you mean `{meant}`?"));
+        if let Some(help) = meant.or_else(|| advice(failure, before, found, word)) {
             diagnostic = diagnostic.help(help);
         }
         self.report.add(diagnostic);
@@ -328,6 +333,40 @@ impl<'a> Reader<'a, '_> {
 /// A word that could be the name of a value.
 fn is_name(word: &str) -> bool {
     !word.is_empty() && !syntax::is_inner_word(word) && !STATEMENTS.contains(&word)
+}
+
+/// Bytes of a statement that are parsed again for a suggestion.
+const LONG: usize = 1 << 14;
+
+/// The word of the language that `word` is meant to be, and behind which `behind` may stand.
+fn meant(before: &str, word: &str, behind: &str) -> Option<&'static str> {
+    let short = Some(before).filter(|before| before.len() <= LONG);
+    let rule = syntax::rule_of(first_word(short?))?;
+    let fits = |near: &&str| {
+        // No rule takes the last character, so that parsing stops there at the latest.
+        let text = format!("{before}{near} {behind}");
+        let stop = syntax::stop(rule, &format!("{text}\u{1}"));
+        stop.is_some_and(|(at, _)| at >= text.trim_end().len())
+    };
+    let is_near = |near: &&str| nearest(word, std::iter::once(*near)).is_some();
+    nearest(
+        word,
+        syntax::inner_words().filter(|near| is_near(near) && fits(near)),
+    )
+}
+
+/// What is at fault before `found`, and what is meant by it: a number whose unit stands off, or a word
+/// of the language that was taken for a name.
+fn mistaken(before: &str, found: &str) -> Option<(Range<usize>, String)> {
+    let written = before.trim_end();
+    let word = written.rsplit([' ', '\t', '\n', '{', '}', ',']).next()?;
+    let start = written.len() - word.len();
+    if syntax::UNIT_WORDS.contains(&found) && word.ends_with(is_digit) {
+        return Some((start..before.len() + found.len(), format!("{word}{found}")));
+    }
+    let word = Some(word).filter(|word| is_name(word) && !found.is_empty())?;
+    let meant = meant(before.get(..start)?, word, found)?;
+    Some((start..written.len(), meant.to_owned()))
 }
 
 /// The last word of the line before, where the error is the first thing on its line: something is
@@ -439,7 +478,8 @@ fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<St
     if only(syntax::NUMBER) && is_name(word) {
         return Some(value());
     }
-    if let Some(near) = nearest(word, syntax::inner_words()) {
+    let near = meant(before, word, "").or_else(|| nearest(word, syntax::inner_words()));
+    if let Some(near) = near {
         return Some(format!("did you mean `{near}`?"));
     }
     if let Some(help) = misplaced(failure, word) {
@@ -447,9 +487,6 @@ fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<St
     }
     if failure.wants_quantity && is_name(word) {
         return Some(value());
-    }
-    if syntax::UNIT_WORDS.contains(&word) && before.trim_end().ends_with(is_digit) {
-        return Some(format!("a unit stands right behind its number: `5{word}`"));
     }
     if let Some(help) = place_without_word(before, found) {
         return Some(help);

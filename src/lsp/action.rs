@@ -2,6 +2,7 @@
 //! show then has fewer errors.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 use lsp_types::{
     CodeAction, CodeActionKind, CodeActionOrCommand, Diagnostic, TextEdit, Uri, WorkspaceEdit,
@@ -36,10 +37,15 @@ pub fn actions(
         }
         let here = text.get(label.span.clone()).unwrap_or("");
         let offered = diagnostic.help.iter().flat_map(|help| typed(help, here));
+        let is_surplus = diagnostic.help.iter().any(|h| h.starts_with("remove it"));
         let offered = offered.map(str::to_owned).chain(habit(here));
-        for offered in offered.take(TRIED) {
+        let offered = offered.chain(is_surplus.then(String::new));
+        let offered = offered.map(|offered| (label.span.clone(), offered));
+        let next = diagnostic.labels.get(1).map(|label| label.span.start);
+        let closed = (here == "{").then(|| closing(text, label.span.start, next));
+        for (span, offered) in closed.into_iter().chain(offered).take(TRIED) {
             let mut mended = text.to_owned();
-            mended.replace_range(label.span.clone(), &offered);
+            mended.replace_range(span.clone(), &offered);
             // Only the show's own file can be tried alone.
             if label.file == 0
                 && errors(&show.diagnostics_of(&mended)) >= errors(show.diagnostics())
@@ -56,9 +62,9 @@ pub fn actions(
             }
             let title = match offered.is_empty() {
                 true => format!("remove `{here}`"),
-                false => format!("write `{offered}`"),
+                false => format!("write `{}`", offered.trim()),
             };
-            let edit = TextEdit::new(lines.range(&label.span), offered);
+            let edit = TextEdit::new(lines.range(&span), offered);
             let changes = BTreeMap::from([(uri.to_string(), (uri.clone(), vec![edit]))]);
             out.push(CodeActionOrCommand::CodeAction(CodeAction {
                 title,
@@ -74,6 +80,17 @@ pub fn actions(
         }
     }
     out
+}
+
+/// The place and the text of the brace that closes the one at `open`: before the next statement, or at
+/// the end.
+fn closing(text: &str, open: usize, next: Option<usize>) -> (Range<usize>, String) {
+    let before = text.get(..next.unwrap_or(text.len())).unwrap_or(text);
+    let end = before.trim_end().len();
+    // Behind a comment it would be one too.
+    let is_long = text.get(open..end).unwrap_or("").contains(['\n', '/']);
+    let brace = if is_long { "\n}" } else { " }" };
+    (end..end, brace.to_owned())
 }
 
 /// What a line of help has between backquotes and is no example: a name that is meant, or words that

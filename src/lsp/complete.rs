@@ -9,6 +9,7 @@ use lsp_types::{
 };
 
 use super::buffers::normal;
+use super::hover::of_quantity;
 use super::open_show::{OpenShow, statement_at};
 use super::outline::FILE_WORDS;
 use super::text::{Encoding, Lines};
@@ -51,8 +52,13 @@ pub fn complete(show: &OpenShow, text: &str, at: usize, encoding: Encoding) -> V
     let range = Lines::new(text, encoding).range(&(start..at));
     let statement = typed.split_whitespace().next().unwrap_or("");
     let with_places = words.len() <= EXPLAINED;
+    let before = text
+        .get(..start)
+        .unwrap_or("")
+        .split_whitespace()
+        .next_back();
     let item = |word: String| {
-        let (detail, documentation) = about(show, statement, &word, with_places);
+        let (detail, documentation) = about(show, (statement, before), &word, with_places);
         CompletionItem {
             kind: Some(kind(&word)),
             text_edit: Some(CompletionTextEdit::Edit(TextEdit::new(range, word.clone()))),
@@ -72,7 +78,7 @@ pub fn complete(show: &OpenShow, text: &str, at: usize, encoding: Encoding) -> V
 /// of a word of the language its row of the manual.
 fn about(
     show: &OpenShow,
-    statement: &str,
+    (statement, before): (&str, Option<&str>),
     word: &str,
     with_places: bool,
 ) -> (Option<String>, Option<String>) {
@@ -95,7 +101,23 @@ fn about(
         };
     }
     let (usage, meaning) = help_of_word(statement, word).unzip();
-    (usage, meaning)
+    let other = || match kind(word) {
+        CompletionItemKind::UNIT if before == Some("cue") => Some(label_of(show, word)),
+        CompletionItemKind::UNIT => of_quantity(word, before, statement).map(str::to_owned),
+        CompletionItemKind::FILE if word.ends_with('/') => Some("folder".to_owned()),
+        CompletionItemKind::FILE => Some("file".to_owned()),
+        _ => None,
+    };
+    (usage.or_else(other), meaning)
+}
+
+/// What the cue of a number is called.
+fn label_of(show: &OpenShow, number: &str) -> String {
+    let mut cues = show.document().into_iter().flat_map(|d| &d.show().cues);
+    let cue = cues.find(|cue| cue.number.to_string() == number);
+    cue.map_or("the next number".to_owned(), |cue| {
+        format!("cue \"{}\"", cue.label)
+    })
 }
 
 /// Endings of the files that are meant behind a word.

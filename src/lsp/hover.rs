@@ -22,7 +22,9 @@ const LISTED: usize = 12;
 pub fn hover(show: &OpenShow, text: &str, at: usize) -> Option<(String, Range<usize>)> {
     if let Some(range) = name_at(text, at) {
         let name = text.get(range.clone())?;
-        return Some((of_name(show, name)?, range));
+        if let Some(words) = of_name(show, name) {
+            return Some((words, range));
+        }
     }
     let statement = statement_at(text, at)?;
     let (text, start) = (text.get(statement.clone())?, statement.start);
@@ -33,21 +35,23 @@ pub fn hover(show: &OpenShow, text: &str, at: usize) -> Option<(String, Range<us
     let word = text.get(range.clone()).filter(|_| range.start <= at)?;
     let before = i.checked_sub(1).and_then(|i| tokens.get(i));
     let before = before.and_then(|(range, _)| text.get(range.clone()));
+    let statement = text.split_whitespace().next().unwrap_or("");
     let words = match token {
-        Token::Statement if word == "cue" => {
-            let (number, _) = tokens.get(i + 1)?;
-            of_cue(show.document()?, text.get(number.clone())?)?
+        Token::Statement if i == 0 => {
+            let number = tokens.get(i + 1).and_then(|(n, _)| text.get(n.clone()));
+            let cue = number.filter(|_| word == "cue");
+            let cue = cue.and_then(|number| of_cue(show.document()?, number));
+            cue.or_else(|| Some(code(&help_of(word).ok()?)))?
         }
         Token::Quantity if before == Some("cue") => of_cue(show.document()?, word)?,
-        Token::Statement => code(&help_of(word).ok()?),
-        Token::Quantity => {
-            let (first, _) = tokens.first()?;
-            of_quantity(word, before, text.get(first.clone())?)?
+        Token::Quantity => format!("`{word}`: {}", of_quantity(word, before, statement)?),
+        Token::Colour => {
+            let own = of_name(show, word.trim_start_matches('#'));
+            own.or_else(|| of_colour(word))?
         }
-        Token::Colour => of_colour(word)?,
-        Token::Word => {
-            let (first, _) = tokens.first()?;
-            let (usage, meaning) = help_of_word(text.get(first.clone())?, word)?;
+        Token::Name | Token::Text => of_material(show, word.trim_matches('"'))?,
+        Token::Word | Token::Statement => {
+            let (usage, meaning) = help_of_word(statement, word)?;
             format!("`{usage}`\n\n{meaning}")
         }
         _ => return None,
@@ -64,8 +68,11 @@ fn of_name(show: &OpenShow, name: &str) -> Option<String> {
     let (text, place) = show.declaration_of(name)?;
     let own = text.get(statement_at(text, place.range.start)?)?;
     let mut out = format!("```lxq\n{own}\n```");
-    let document = show.document()?;
-    let Some(index) = document.show().banks.iter().position(|b| b.name == name) else {
+    let found = show.document().and_then(|document| {
+        let mut banks = document.show().banks.iter();
+        Some((document, banks.position(|b| b.name == name)?))
+    });
+    let Some((document, index)) = found else {
         return Some(out);
     };
     if let Some(channel) = document.show().banks.get(index).and_then(|b| b.channel) {
@@ -73,6 +80,16 @@ fn of_name(show: &OpenShow, name: &str) -> Option<String> {
     }
     let _ = write!(out, "\n\n{}", level_over_the_show(document, index)?);
     Some(out)
+}
+
+/// What a material of the stage reflects.
+fn of_material(show: &OpenShow, name: &str) -> Option<String> {
+    let materials = &show.document()?.setup()?.scene.materials;
+    let material = materials.iter().find(|material| material.name == name)?;
+    let [r, g, b] = material.reflectance.0.map(|c| percent(c).round());
+    Some(format!(
+        "material of the stage: reflects {r} % of red, {g} % of green, {b} % of blue"
+    ))
 }
 
 /// The level of a bank from the start to the end, as a row of bars.
@@ -212,9 +229,13 @@ fn escaped(text: &str) -> String {
 }
 
 /// What a number is by its unit, or by the word before it and the statement.
-fn of_quantity(word: &str, before: Option<&str>, statement: &str) -> Option<String> {
+pub fn of_quantity(word: &str, before: Option<&str>, statement: &str) -> Option<&'static str> {
     let unit = word.trim_start_matches(|c: char| c.is_ascii_digit() || ".-+:".contains(c));
-    let what = match unit.trim() {
+    let is_level = |before: &str| {
+        let is_name = before.starts_with(char::is_alphabetic) && !lang::words().contains(&before);
+        before == "level" || (["cue", "look"].contains(&statement) && (before == "to" || is_name))
+    };
+    Some(match unit.trim() {
         "s" => "seconds",
         "ms" => "milliseconds",
         "m" => "metres",
@@ -235,11 +256,15 @@ fn of_quantity(word: &str, before: Option<&str>, statement: &str) -> Option<Stri
             "beam" | "field" | "fov" | "turn" => "degrees",
             "channel" => "a desk's channel",
             "repeat" => "times",
+            before if is_level(before) => "percent",
+            before if before.ends_with('x') => "pixels high",
             _ => return None,
         },
+        "x" => "pixels wide",
+        "p" => "pixels high, 16 wide for 9 high",
+        "k" => "3840 pixels wide, 2160 high",
         _ => return None,
-    };
-    Some(format!("`{word}`: {what}"))
+    })
 }
 
 /// A colour in linear light.

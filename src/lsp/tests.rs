@@ -521,13 +521,44 @@ proptest! {
 #[test]
 fn words_of_the_language_are_explained_where_they_stand() {
     let mut editor = Editor::new(json!({}));
-    let text = format!("{SHOW}light spare spot at 0, 0, 3 aim 0, 0, 0 beam 20 field 30 900 cd\n");
+    let text = format!(
+        "{SHOW}light spare spot at 0, 0, 3 aim 0, 0, 0 beam 20 field 30 900 cd\n\
+         let dusk = #203060\nbank cyc = spare  dimmer square rgb\ncurve dawn = linear 0 0, 1 100\n\
+         effect candle = flicker seed 3\n\
+         cue 4 {{ cyc #steelblue }}\ncue 5 {{ cyc #dusk\n  curve dawn\n}}\n"
+    );
     editor.open("show.lxq", &text);
     for (place, expected) in [
         ("spot at", "light NAME spot"),
         ("aim 0", "light NAME spot"),
         ("beam 20", "full angles"),
         ("time 4", "duration of fades"),
+        ("out }", "100 and 0"),
+        ("80\n", "percent"),
+        ("floor reflectance", "reflects 50 % of red"),
+        ("square r", "25 %"),
+        ("rgb\n", "see \"rgb banks\""),
+        ("#steelblue", "linear light"),
+        ("#dusk", "let dusk"),
+        ("curve dawn\n", "shape of fades"),
+        ("16x12", "pixels wide"),
+        ("seed 3", "random"),
+    ] {
+        let hover = editor.on("textDocument/hover", ("show.lxq", &text), place, json!({}));
+        let words = hover["contents"]["value"].as_str().unwrap_or_default();
+        assert!(words.contains(expected), "{place}: {hover}");
+    }
+}
+
+#[test]
+fn a_file_that_opens_with_an_error_is_explained() {
+    let mut editor = Editor::new(json!({}));
+    let text = format!("{SHOW}cue 9 {{ lamps @ }}\n");
+    editor.open("show.lxq", &text);
+    for (place, expected) in [
+        ("sky 80", "bank sky = moon"),
+        ("time 4", "duration of fades"),
+        ("cue 2", "cue"),
     ] {
         let hover = editor.on("textDocument/hover", ("show.lxq", &text), place, json!({}));
         let words = hover["contents"]["value"].as_str().unwrap_or_default();
@@ -567,9 +598,14 @@ fn completion_says_what_it_offers() {
     );
     assert_eq!(item(&offered("preview "), "{")["label"], "{");
     assert!(item(&offered("preview { "), "tolerance")["detail"].is_string());
-    assert_eq!(item(&offered("cue "), "4")["label"], "4");
+    let numbers = offered("cue ");
+    assert_eq!(item(&numbers, "4")["detail"], "the next number");
+    assert_eq!(item(&numbers, "2")["detail"], "cue \"Moon\"");
+    let times = offered("cue 9 { time 5");
+    assert_eq!(item(&times, "5ms")["detail"], "milliseconds");
+    assert!(item(&offered("preview { tone "), "plain")["detail"].is_string());
     let files = offered("include \"");
-    assert!(labels(&files).contains(&"rig.lxq"), "{files}");
+    assert_eq!(item(&files, "rig.lxq")["detail"], "file");
     assert_eq!(labels(&offered("stage \"")), Vec::<&str>::new());
     let values = offered("let x = ");
     assert!(labels(&values).contains(&"full"), "{values}");
@@ -582,6 +618,19 @@ fn examples_of_the_manual_are_no_fixes() {
         ("cue 9 { lamps at 40 }", "40"),
         ("cue 9 { lamps 40% in 3s }", "time"),
         ("cue 9 { lamps @ 40 }", ""),
+        ("cue 9 { part 2 { lamps 4 }  part 2 { sky 5 } }", "3"),
+        ("effect candle = flicker rat 6", "rate"),
+        ("cue 9 { time 4min  lamps 5 }", "4:00"),
+        ("cue 9 { time 1.5min  lamps 5 }", "1:30"),
+        ("cue 9 { lamps 5", " }"),
+        ("cue 9 {\n  lamps 5", "\n}"),
+        (
+            "light l spot at 0,0,3 aim 0,0,0 beam 24 deg field 40 900 cd",
+            "24deg",
+        ),
+        ("cue 9 { lamps 5  follow 2 }", ""),
+        ("let blue_sky = #stealblue", "#steelblue"),
+        ("bank more = moon chanel 7", "channel"),
     ] {
         let text = format!("{SHOW}{line}\n");
         editor.open("show.lxq", &text);

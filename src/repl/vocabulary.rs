@@ -196,7 +196,14 @@ impl Vocabulary {
         }
         if let Complete::Levels = spec.complete {
             let levels = before.split_once(spec.name).map_or("", |(_, rest)| rest);
-            return Some(self.of_statement(&format!("look tried {{{levels}"), word));
+            let before = format!("look tried {{{levels}");
+            let mut offered = self.of_statement(&before, word);
+            // Looks may stand among levels that are tried.
+            if let Some(beginning) = lang::Beginning::of(&before) {
+                let looks = strings(&self.looks).filter(|look| beginning.takes(look));
+                offered.extend(looks.map(str::to_owned));
+            }
+            return Some(offered);
         }
         let mut typed = Vec::new();
         let mut rest = tokens.iter();
@@ -278,7 +285,8 @@ impl Vocabulary {
         let keywords = lang::words()
             .into_iter()
             .filter(begun)
-            .filter(|k| !(has_level && LEVEL_WORDS.contains(k)));
+            .filter(|k| !(has_level && LEVEL_WORDS.contains(k)))
+            .filter(|k| is_meant(before, k));
         let names = self.names_of(before).into_iter().filter(begun);
         let mut out: Vec<String> = keywords
             .filter(|k| beginning.takes_keyword(k))
@@ -323,7 +331,7 @@ impl Vocabulary {
             }
             ("cue", _) => return self.movable().collect(),
             ("look", _) if before.matches('{').count() > before.matches('}').count() => {
-                return self.movable().collect();
+                return strings(&self.banks).chain(strings(&self.groups)).collect();
             }
             ("look", _) if is_list => (&self.looks, &[]),
             (_, last) if last == first => (self.declared_by(first), &[]),
@@ -378,6 +386,19 @@ fn strings(names: &[String]) -> impl Iterator<Item = &str> {
     names.iter().map(String::as_str)
 }
 
+/// Whether a word that the grammar takes behind `before` has a meaning there.
+fn is_meant(before: &str, word: &str) -> bool {
+    let last = before.split_whitespace().next_back();
+    match word {
+        _ if last == Some("gel") => false,
+        "at" => !(before.starts_with("cue") && before.contains('{')),
+        "filmic" | "plain" => last == Some("tone"),
+        "on" | "off" => last == Some("dither"),
+        "auto" => last == Some("exposure"),
+        _ => true,
+    }
+}
+
 /// A number that goes on with a unit of the kind that is meant behind `before`.
 fn units(before: &str, word: &str) -> impl Iterator<Item = String> {
     let end = word.find(|c: char| !(c.is_ascii_digit() || c == '.'));
@@ -426,7 +447,7 @@ mod tests {
     }
 
     const IN_A_CUE: &[&str] = &[
-        "assert", "at", "blackout", "block", "cueonly", "curve", "delay", "down", "follow", "hang",
+        "assert", "blackout", "block", "cueonly", "curve", "delay", "down", "follow", "hang",
         "lamps", "late", "night", "note", "part", "repeat", "snap", "time", "up", "warm",
     ];
 
@@ -465,6 +486,12 @@ mod tests {
             &["fov", "from", "lens", "roll", "size", "to"],
         );
         offers("preview { t", &["tolerance", "tone"]);
+        offers("preview { tone ", &["filmic", "plain"]);
+        offers("preview { dither ", &["off", "on"]);
+        offers("preview { gap ", &[]);
+        offers("cue 2 { lamps gel ", &["L201"]);
+        offers("look dusk { ", &["lamps", "late", "warm"]);
+        offers("set n", &["night"]);
         offers("set lamps f", &["full"]);
         offers("set lamps 50 f", &[]);
         offers("set lamps 50% warm f", &["full"]);

@@ -8,11 +8,25 @@ use crate::lang::names::{Kind, nearest};
 use crate::lang::report::Place;
 use crate::units::Rgb;
 
-/// Common names to suggest where one is mistyped; every name of CSS is known.
-const COMMON: [&str; 16] = [
-    "amber", "aqua", "black", "blue", "cyan", "gold", "green", "indigo", "lavender", "magenta",
-    "orange", "pink", "purple", "red", "white", "yellow",
-];
+/// The names of CSS and `amber`, to suggest where one is mistyped; the commonest come first.
+const NAMED: &str = "\
+    amber aqua black blue cyan gold green indigo lavender magenta orange pink purple red white \
+    yellow aliceblue antiquewhite aquamarine azure beige bisque blanchedalmond blueviolet brown \
+    burlywood cadetblue chartreuse chocolate coral cornflowerblue cornsilk crimson darkblue \
+    darkcyan darkgoldenrod darkgray darkgreen darkgrey darkkhaki darkmagenta darkolivegreen \
+    darkorange darkorchid darkred darksalmon darkseagreen darkslateblue darkslategray \
+    darkslategrey darkturquoise darkviolet deeppink deepskyblue dimgray dimgrey dodgerblue \
+    firebrick floralwhite forestgreen fuchsia gainsboro ghostwhite goldenrod gray greenyellow grey \
+    honeydew hotpink indianred ivory khaki lavenderblush lawngreen lemonchiffon lightblue \
+    lightcoral lightcyan lightgoldenrodyellow lightgray lightgreen lightgrey lightpink lightsalmon \
+    lightseagreen lightskyblue lightslategray lightslategrey lightsteelblue lightyellow lime \
+    limegreen linen maroon mediumaquamarine mediumblue mediumorchid mediumpurple mediumseagreen \
+    mediumslateblue mediumspringgreen mediumturquoise mediumvioletred midnightblue mintcream \
+    mistyrose moccasin navajowhite navy oldlace olive olivedrab orangered orchid palegoldenrod \
+    palegreen paleturquoise palevioletred papayawhip peachpuff peru plum powderblue rebeccapurple \
+    rosybrown royalblue saddlebrown salmon sandybrown seagreen seashell sienna silver skyblue \
+    slateblue slategray slategrey snow springgreen steelblue tan teal thistle tomato turquoise \
+    violet wheat whitesmoke yellowgreen";
 
 /// Whether a value is written as a colour.
 pub fn is_colour(text: &str) -> bool {
@@ -50,7 +64,12 @@ impl Lower<'_, '_> {
             return Some(Rgb::from_srgb8(srgb));
         }
         let message = format!("`{}` is not a colour", word.text);
-        let near = nearest(name, self.names.of(&[Kind::Value]).chain(COMMON));
+        let near = nearest(
+            name,
+            self.names
+                .of(&[Kind::Value])
+                .chain(NAMED.split_whitespace()),
+        );
         let help = match near {
             _ if name.is_empty() => {
                 "a comment begins with `//`; a colour is written `#ffb36b`".to_owned()
@@ -138,7 +157,17 @@ pub fn named(name: &str) -> Option<[u8; 3]> {
         return Some([255, 191, 0]);
     }
     let named = name.chars().all(|c| c.is_ascii_alphabetic()) && name != "transparent";
-    let colour = named.then(|| color::parse_color(name).ok())??;
+    let colour = named.then(|| color::parse_color(&name.replace("grey", "gray")).ok())??;
     let coded = colour.to_alpha_color::<color::Srgb>().to_rgba8();
     Some([coded.r, coded.g, coded.b])
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn every_name_that_is_suggested_is_a_colour() {
+        let mut names = super::NAMED.split_whitespace();
+        assert_eq!(names.clone().count(), 149);
+        assert!(names.all(|name| super::named(name).is_some()));
+    }
 }

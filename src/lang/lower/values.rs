@@ -31,6 +31,20 @@ const SIZES: [(&str, (&str, &str)); 4] = [
     ("4k", ("3840", "2160")),
 ];
 
+/// A time with a unit of plain English, as it is written here.
+fn timed(digits: &str, unit: &str) -> Option<String> {
+    let seconds = match unit {
+        "sec" | "secs" | "second" | "seconds" => return Some(format!("{digits}s")),
+        "min" | "mins" | "minute" | "minutes" => 60.0 * digits.parse::<f64>().ok()?,
+        _ => return None,
+    };
+    Some(format!(
+        "{}:{:02}",
+        (seconds / 60.0).floor(),
+        seconds % 60.0
+    ))
+}
+
 impl Lower<'_, '_> {
     pub fn fault<T>(&mut self, word: Word<'_>, wanted: Wanted, fault: &Fault) -> Option<T> {
         let diagnostic = match fault {
@@ -49,8 +63,10 @@ impl Lower<'_, '_> {
                     Diagnostic::error(codes::BAD_NUMBER, format!("there is no unit `{unit}`"))
                         .place(word.span, "unknown unit")
                         .help(wanted.example());
-                match nearest(unit, UNITS.into_iter()) {
-                    Some(near) => base.help(format!("did you mean `{near}`?")),
+                let digits = word.text.trim_end_matches(unit.as_str()).trim_end();
+                let near = || Some(format!("{digits}{}", nearest(unit, UNITS.into_iter())?));
+                match timed(digits, unit).or_else(near) {
+                    Some(meant) => base.help(format!("did you mean `{meant}`?")),
                     None => base,
                 }
             }

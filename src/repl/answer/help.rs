@@ -41,28 +41,33 @@ const MANUAL: &str = include_str!("../../../grammar/README.md");
 /// How a word of the language is used within a statement, and what it means, by the tables of the
 /// manual; `None` where none has it.
 pub fn of_word(statement: &str, word: &str) -> Option<(String, String)> {
-    let rows = MANUAL.lines().filter_map(|line| {
-        let cells = line.strip_prefix("| `")?.strip_suffix(" |")?;
-        cells.split_once("` | ")
-    });
-    // How well a row explains the word: it is of the statement and has it, or begins with it. One of
-    // another statement may mean something else.
-    let rank = |usage: &str| {
+    let mut best: Option<(u8, &str, &str)> = None;
+    // The statement that a table is about, by its heading: ``in `cue` ``.
+    let mut of_table = "";
+    for line in MANUAL.lines() {
+        of_table = match line.strip_prefix("| in `") {
+            Some(heading) => heading.split('`').next().unwrap_or_default(),
+            None if line.starts_with('|') => of_table,
+            None => "",
+        };
+        let cells = line.strip_prefix("| `").and_then(|line| {
+            let cells = line.strip_suffix(" |")?;
+            cells.split_once("` | ")
+        });
+        let Some((usage, rest)) = cells else { continue };
+        // How well a row explains the word: it is of the statement and has it, or begins with it. One
+        // of another statement may mean something else.
         let pieces = usage.split("`, `").map(|piece| {
-            let mut words = piece.split([' ', '/', '`']);
+            let mut words = piece.split([' ', '/']);
             let first = words.next().unwrap_or_default();
             let has = first == word || words.any(|other| other == word);
             match has {
-                true if first == statement => 2,
+                true if first == statement || of_table == statement => 2,
                 true if first == word => 1,
                 _ => 0,
             }
         });
-        pieces.max().unwrap_or(0)
-    };
-    let mut best: Option<(u8, &str, &str)> = None;
-    for (usage, rest) in rows {
-        let rank = rank(usage);
+        let rank = pieces.max().unwrap_or(0);
         if rank > best.map_or(0, |(best, ..)| best) {
             best = Some((rank, usage, rest));
         }
@@ -128,7 +133,23 @@ mod tests {
         assert!(of("light", "spot").0.starts_with("light NAME spot"));
         assert!(of("view", "fov").0.starts_with("view NAME from"));
         assert!(of("cue", "snap").1.contains("`snap` is `time 0`"));
+        assert!(of("cue", "effect").0.contains("LEVEL effect E"));
+        assert!(of("effect", "rate").1.contains("times a second"));
+        assert!(of("preview", "rate").1.contains("frames"));
+        assert!(of("bank", "square").1.contains("25 %"));
         assert_eq!(super::of_word("cue", "no_word_of_it"), None);
+    }
+
+    #[test]
+    fn every_word_of_the_language_is_explained() {
+        let words = crate::lang::words();
+        let keywords = crate::lang::keywords();
+        let is_explained = |word: &&str| {
+            let mut of = keywords.iter();
+            of.any(|statement| super::of_word(statement, word).is_some())
+        };
+        let missing: Vec<_> = words.iter().filter(|word| !is_explained(word)).collect();
+        assert!(missing.is_empty(), "{missing:?}");
     }
 
     #[test]
