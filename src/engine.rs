@@ -23,7 +23,6 @@ mod pooled;
 mod refine;
 mod refiner;
 mod rendering;
-pub mod session;
 mod setup;
 mod stage;
 mod tasks;
@@ -36,7 +35,6 @@ use std::sync::Arc;
 use crate::files::{Stamp, Store};
 use crate::lang::edit::Edit;
 use crate::picture::Image;
-use crate::plan::Metric;
 use crate::pool::Pool;
 use crate::pool::disk_cache::Note;
 use crate::pool::image_cache::{CacheStatistics, ImageCache};
@@ -53,11 +51,9 @@ pub use self::error::{Error, TaskFault};
 pub use self::forecast::{Forecast, NextImage};
 pub use self::host::{Host, POOL_LIMIT, PoolPlace};
 pub use self::live::{LiveControl, Moves};
-pub use self::plan::PlanOptions;
 pub use self::player::ManyKeys;
 pub use self::pooled::{Freed, PoolSummary, StoreSummary, UnlitBank};
 pub use self::refine::{Ended, Goal, RefinementSummary, Step, Warning, WorstMoment};
-pub use self::session::Session;
 pub use self::stage::{StageFile, StageMaterial};
 pub use self::tasks::{LEASE, Task, TaskList, TaskState, Worked};
 pub use self::versions::Serving;
@@ -98,7 +94,6 @@ pub struct Engine {
     /// Operators and pool of the document's setup; `None` where it has none.
     rendering: Option<rendering::SetupImages>,
     /// What orders the images that are refined; `None`: the best that the images allow.
-    metric: Option<Metric>,
     /// How images are chosen.
     way: Way,
     background: Option<background::BackgroundRefinement>,
@@ -165,7 +160,6 @@ impl Engine {
             deadline,
             document,
             rendering: None,
-            metric: None,
             way: Way::default(),
             background: None,
             impatient: false,

@@ -248,7 +248,7 @@ pub use cli::main;
 pub use diagnostic::{Diagnostic, Diagnostics, Severity, Style};
 pub use engine::{
     Background, Document, Edited, Ended, Engine, Error, Event, Forecast, Goal, Host, LiveControl,
-    Moves, PlanOptions, PoolPlace, RefinementSummary, Status, Way, WayForecast,
+    Moves, PoolPlace, RefinementSummary, Status, Way, WayForecast,
 };
 pub use files::{
     AtomicWriter, Clock, Disk, Entry, FileError, Files, Folder, Memory, MemoryStore, Store,

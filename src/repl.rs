@@ -323,14 +323,10 @@ impl Repl {
             let folder = path.parent().unwrap_or(Path::new(""));
             self.engine.host().store.sweep(folder);
         }
-        let (usual, way) = (self.engine.metric(), self.engine.way());
+        let way = self.engine.way();
         let chosen = call.option("way").map(argument::way).transpose()?;
-        if let Some(name) = call.option("metric") {
-            self.engine.set_metric(Some(argument::metric(name)?));
-        }
         self.engine.set_way(chosen.unwrap_or(way));
         let reply = self.answer_from_view(call);
-        self.engine.set_metric(usual);
         self.engine.set_way(way);
         reply
     }

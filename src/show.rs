@@ -77,8 +77,6 @@ pub struct Preview {
     pub white: Option<f64>,
     /// How light becomes a displayed brightness.
     pub tone: ToneCurve,
-    /// Whether light between two steps of the display shows as a pattern of both.
-    pub dither: bool,
     /// Quality of coarse pictures, a step of G's scale.
     pub coarse: u8,
     /// Quality of refined pictures, a step of G's scale.
@@ -95,7 +93,6 @@ impl Default for Preview {
             bias: 0.0,
             white: None,
             tone: ToneCurve::default(),
-            dither: false,
             coarse: 1,
             refined: 4,
         }

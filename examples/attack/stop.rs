@@ -8,7 +8,7 @@ use std::time::Duration;
 use nix::sys::signal::Signal;
 
 use crate::dice::Dice;
-use crate::moments::{SESSION, VERBS, code, start, tell};
+use crate::moments::{VERBS, code, start, tell};
 use crate::program;
 
 /// What is promised, in seconds.
@@ -84,7 +84,6 @@ pub fn all(seed: u64, moments: usize) -> bool {
         ("boxes.obj", &obj),
         ("boxes.mtl", MTL),
         ("other.lxq", &sheet),
-        ("session.txt", SESSION),
     ] {
         fs::write(folder.path().join(name), text).unwrap();
     }

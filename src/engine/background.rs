@@ -248,7 +248,7 @@ impl Engine {
         }
         self.choose_base(&goal)?;
         self.background = Some(BackgroundRefinement {
-            refiner: Refiner::new(goal, self.metric, Calls::Background, self.now()),
+            refiner: Refiner::new(goal, Calls::Background, self.now()),
             job: None,
             way: self.way,
             view: self.document.view().map(str::to_owned),

@@ -127,47 +127,6 @@ pub enum Error {
     /// A background task ended without giving its images back.
     #[error("the rendering broke off")]
     TaskLost,
-    /// The operator has too few steps of quality for what was asked.
-    #[error("the operator has {found} steps of quality, and this needs {needed}")]
-    TooFewSteps {
-        /// Steps that the operator has.
-        found: u8,
-        /// Steps that are needed.
-        needed: u8,
-    },
-    /// Coarse and refined images have one quality, so that there is nothing to compare.
-    #[error("coarse images have one quality only")]
-    OneQuality,
-    /// Refined images would be what the coarse ones are.
-    #[error("coarse images are what refined ones would be")]
-    AlikeRefined,
-    /// Both coarse qualities give the same images: no error is known.
-    #[error("the coarse images of both qualities are the same")]
-    AlikeCoarse,
-    /// The images that a measurement needs do not fit into memory.
-    #[error("the images take {needed} bytes, the budget is {budget}")]
-    MeasureMemory {
-        /// Bytes needed.
-        needed: usize,
-        /// Bytes allowed.
-        budget: usize,
-    },
-    /// The sequence is black at every step of quality.
-    #[error("the sequence is black at every step")]
-    Black,
-    /// No choice of quality reaches the wanted error.
-    #[error("an error of {until} is out of reach")]
-    OutOfReach {
-        /// The relative error that was asked for.
-        until: f64,
-        /// The step of quality that errors are measured against.
-        reference: u8,
-        /// The choice that comes nearest.
-        best: Option<super::measure::Candidate>,
-    },
-    /// A session's commands could not be read as text.
-    #[error("{} is not text in UTF-8", .0.display())]
-    NotText(PathBuf),
     /// A file could not be read or written.
     #[error(transparent)]
     File(#[from] FileError),

@@ -90,7 +90,7 @@ impl Engine {
         self.tone_at(own.unwrap_or_else(|| tone::auto_exposure(images.into_iter()) + bias))
     }
 
-    /// The show's own curve and dithering at an exposure, stops.
+    /// The show's own curve at an exposure, stops.
     pub(crate) fn tone_at(&self, exposure: f64) -> Tone {
         let preview = &self.show().preview;
         Tone {
@@ -99,7 +99,6 @@ impl Engine {
                 ToneCurve::Filmic => Curve::Filmic,
                 ToneCurve::Plain => Curve::Plain,
             },
-            dither: preview.dither,
         }
     }
 

@@ -11,7 +11,6 @@ use serde::Serialize;
 
 use super::refine::{Goal, Warning};
 use super::{Engine, Error};
-use crate::plan::Metric;
 use crate::pool::is_within;
 use crate::renderer::Transport as _;
 use crate::renderer::{Cost, Quality};
@@ -143,15 +142,11 @@ impl Engine {
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered ([`Engine::coarse`]).
     pub fn forecast(&self) -> Result<Forecast, Error> {
-        self.forecast_by(self.metric, ErrorUnit::Light)
+        self.forecast_by(ErrorUnit::Light)
     }
 
-    /// The same in the order of a metric, with errors in a unit.
-    pub(super) fn forecast_by(
-        &self,
-        metric: Option<Metric>,
-        unit: ErrorUnit,
-    ) -> Result<Forecast, Error> {
+    /// Like [`Engine::forecast`], with errors in a unit.
+    pub(super) fn forecast_by(&self, unit: ErrorUnit) -> Result<Forecast, Error> {
         let quality = self.refined_step();
         let mut out = Forecast {
             quality: quality.0,
@@ -168,7 +163,7 @@ impl Engine {
         if pool.has_no_estimated_error() || is_as_fine {
             return Ok(out);
         }
-        let next = self.directions(pool, metric, unit)?;
+        let next = self.directions(pool, unit)?;
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         let cost = self.refined_cost()?;
         let ready = rendering.is_prepared(quality);

@@ -7,19 +7,12 @@
 pub mod comparison;
 pub mod difference;
 pub mod machine;
-pub mod playback;
 pub mod quality;
 pub mod reference;
-pub mod refinement;
 pub mod tradeoff;
-pub mod trial;
-pub mod tune;
-pub mod tuner;
 pub mod wait;
 
 pub use comparison::{BankError, Comparison};
 pub use machine::{Machine, Origin};
 pub use reference::Reference;
-pub use trial::{Order, Shown, Trial};
-pub use tuner::{Candidate, Tuner};
 pub use wait::LongRun;

@@ -2,49 +2,22 @@
 
 use super::displayed::OF_ALL_LIGHT;
 use super::{Engine, Error};
-use crate::plan::{
-    self, Direction, LeftOut, Metric, Moment, Plan, PlanReport, Predicted, Weighting,
-};
+use crate::plan::{self, Direction, LeftOut, Moment, Plan, PlanReport, Predicted, Weighting};
 use crate::pool::{Pool, is_within};
-use crate::timeline::{KeyOptions, KeySequence};
 use crate::units::{ErrorUnit, Time, Tolerance};
 
-/// What a plan is made for.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlanOptions {
-    /// What is measured; all but settings render coarse images first.
-    pub metric: Metric,
-    /// The error of the worst moment that is aimed for.
-    pub tolerance: Tolerance,
-    /// Allow negative keys, which float playback can show, and spare the knots.
-    pub signed_keys: bool,
-}
-
 impl Engine {
-    /// The plan of the show alone: key settings, basis, predicted error; no pool in it. The metrics
-    /// `influence` and `error` render coarse images first.
+    /// The plan of the show alone: key settings, basis, predicted error. Errors are those of the images
+    /// that are there; without images the basis follows from the levels alone.
     ///
     /// # Errors
-    /// [`Error::NoSetup`] when images are wanted and there is no stage or view, what rendering
-    /// says, or [`Error::Plan`] when a decomposition fails.
-    pub fn plan(&mut self, options: PlanOptions) -> Result<PlanReport, Error> {
-        if options.metric != Metric::Settings {
-            self.coarse()?;
-        }
-        if !options.signed_keys {
-            return self.plan_of(self.document.keys(), options);
-        }
-        let key_options = KeyOptions { signed_keys: true };
-        let keys = KeySequence::new(self.document.timeline(), key_options)?;
-        self.plan_of(&keys, options)
-    }
-
-    fn plan_of(&self, keys: &KeySequence, options: PlanOptions) -> Result<PlanReport, Error> {
-        let Tolerance { error, unit } = options.tolerance;
-        let weighting = match (options.metric, self.pool()) {
-            (Metric::Settings, _) => Weighting::settings(keys.coordinates()),
-            (_, None) => return Err(Error::NotRendered),
-            (metric, Some(pool)) => self.weighting(pool, keys, Some(metric), unit)?,
+    /// [`Error::Plan`] when a decomposition fails.
+    pub fn plan(&self, tolerance: Tolerance) -> Result<PlanReport, Error> {
+        let keys = self.document.keys();
+        let Tolerance { error, unit } = tolerance;
+        let weighting = match self.pool() {
+            Some(pool) => self.weighting(pool, unit)?,
+            None => Weighting::settings(keys.coordinates()),
         };
         let work = self.host.work();
         work.check()?;
@@ -56,7 +29,7 @@ impl Engine {
         plan.tolerance = error;
         plan.predicted.iter_mut().for_each(|e| *e *= of_all_light);
         work.check()?;
-        if let Some(pool) = self.pool().filter(|_| options.metric != Metric::Settings) {
+        if let Some(pool) = self.pool() {
             self.predict_errors(&mut plan, pool, unit)?;
         }
         let report = PlanReport {
@@ -70,66 +43,15 @@ impl Engine {
         })
     }
 
-    /// The metric of plans unless one is chosen: that of the images that are there, else levels
-    /// alone.
-    ///
-    /// # Errors
-    /// [`Error::Plan`].
-    pub fn usual_metric(&self) -> Result<Metric, Error> {
-        match (self.metric, self.pool()) {
-            (Some(chosen), _) => Ok(chosen),
-            (None, None) => Ok(Metric::Settings),
-            (None, Some(_)) => self.plan_metric(),
-        }
+    /// The weights that order what is to be refined.
+    fn weighting(&self, pool: &Pool, unit: ErrorUnit) -> Result<Weighting, Error> {
+        Ok(pool.weighting().clone().at(self.moments(pool, unit)?))
     }
 
-    /// The metric chosen to order what is refined; `None` where it is the best that the images
-    /// allow.
-    pub fn metric(&self) -> Option<Metric> {
-        self.metric
-    }
-
-    /// Refines in the order of another metric from now on; images that are there are kept.
-    pub fn set_metric(&mut self, metric: Option<Metric>) {
-        self.metric = metric;
-    }
-
-    /// The metric that orders what is to be refined.
-    ///
-    /// # Errors
-    /// [`Error::NotRendered`] before the coarse images are rendered; [`Error::Plan`].
-    pub fn plan_metric(&self) -> Result<Metric, Error> {
-        let (pool, keys) = (self.rendered()?, self.document.keys());
-        let weighting = self.weighting(pool, keys, self.metric, ErrorUnit::Light)?;
-        Ok(weighting.metric())
-    }
-
-    /// The weights that order what is to be refined of `keys`.
-    fn weighting(
-        &self,
-        pool: &Pool,
-        keys: &KeySequence,
-        metric: Option<Metric>,
-        unit: ErrorUnit,
-    ) -> Result<Weighting, Error> {
-        let weighting = match metric {
-            None | Some(Metric::Error) => pool.weighting().clone(),
-            Some(Metric::Norm) => Weighting::new(Metric::Norm, pool.norms())?,
-            Some(Metric::Settings) => return Ok(Weighting::settings(keys.coordinates())),
-            Some(Metric::Influence) => return Ok(Weighting::influence(&pool.norms(), keys)?),
-        };
-        Ok(weighting.at(self.moments(pool, unit)?))
-    }
-
-    /// What is left to refine in the order of a metric.
-    pub(super) fn directions(
-        &self,
-        pool: &Pool,
-        metric: Option<Metric>,
-        unit: ErrorUnit,
-    ) -> Result<Vec<Direction>, Error> {
+    /// What is left to refine, the most useful first.
+    pub(super) fn directions(&self, pool: &Pool, unit: ErrorUnit) -> Result<Vec<Direction>, Error> {
         let keys = self.document.keys();
-        let weighting = self.weighting(pool, keys, metric, unit)?;
+        let weighting = self.weighting(pool, unit)?;
         Ok(plan::next(keys, &pool.settings(), &weighting, None)?.directions)
     }
 
@@ -157,7 +79,7 @@ impl Engine {
     }
 
     /// The settings of the moments whose error counts.
-    pub(super) fn settings_of_cues(&self) -> Vec<Vec<f64>> {
+    pub fn settings_of_cues(&self) -> Vec<Vec<f64>> {
         let timeline = self.document.timeline();
         let times = self.moments_of_cues().into_iter();
         times.map(|(_, time)| timeline.evaluate(time)).collect()

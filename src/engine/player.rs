@@ -2,16 +2,12 @@
 
 use std::sync::Arc;
 
-use super::measure::playback::{Frame, Judged, KeyFormat, UNSEEN, judge};
 use super::{Engine, Error};
-use crate::picture::Image;
 use crate::picture::tone::Tone;
-use crate::playback::key::Format;
+use crate::playback::key::{self, Format};
 use crate::playback::{Playback, Player};
-use crate::units::Time;
-
-/// Channels that decide the default format; a measurement looks at whole images.
-const SAMPLE: usize = 20_000;
+use crate::units::{Time, srgb_decode};
+use crate::work::Cancelled;
 
 /// Key images that memory does not hold.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -93,75 +89,29 @@ impl Engine {
     pub fn player(&mut self) -> Result<Player, Error> {
         let playback = self.playback()?;
         let tone = self.tone_of(playback.images());
-        self.player_of(&playback, tone, None)
+        Ok(self.player_of(&playback, tone)?)
     }
 
-    /// A player with keys in a format, or else in the fastest that is good enough for this show.
+    /// A player with keys in half precision where that shows no difference, else in single.
+    ///
+    /// A half keeps light to 2^-11 of itself, a twentieth of a step of the display, down to 2^-29 of
+    /// the brightest light of its image. So halves serve unless that is more than the light of half
+    /// a step, as where the sun stands in sight.
     pub(crate) fn player_of(
         &self,
         playback: &Arc<Playback>,
         tone: Tone,
-        format: Option<Format>,
-    ) -> Result<Player, Error> {
-        match format {
-            Some(format) => Ok(Player::new(playback, format, tone, self.host.work())?),
-            None => self.default_player(playback, tone),
-        }
-    }
-
-    /// Half precision where its error stays under half a step of 8 bits, as it does unless a light
-    /// in sight is a hundred million times brighter than what is to be seen next to it; else single.
-    /// 8 bits are never the default: they err by more, and take longer to decode than to read.
-    fn default_player(&self, playback: &Arc<Playback>, tone: Tone) -> Result<Player, Error> {
-        let half = Player::new(playback, Format::Half, tone, self.host.work())?;
-        if self.sampled(playback, tone, &half)? < UNSEEN {
-            return Ok(half);
-        }
-        let work = self.host.work();
-        Ok(Player::new(playback, Format::Float, tone, work)?)
-    }
-
-    /// The largest error of some channels, in steps of 8 bits.
-    fn sampled(&self, playback: &Playback, tone: Tone, player: &Player) -> Result<f64, Error> {
-        let stride = (playback.size().0 * playback.size().1 * 3).div_ceil(SAMPLE);
-        Ok(self.judge(playback, tone, stride, player)?.most)
-    }
-
-    /// All formats, judged as the default is.
-    pub(super) fn key_formats(
-        &self,
-        playback: &Arc<Playback>,
-        tone: Tone,
-    ) -> Result<Vec<KeyFormat>, Error> {
-        let chosen = self.default_player(playback, tone)?.format();
-        let mut out = Vec::new();
-        for format in Format::ALL {
-            let player = Player::new(playback, format, tone, self.host.work())?;
-            out.push(KeyFormat {
-                name: format.name(),
-                bytes: player.bytes(),
-                error: self.sampled(playback, tone, &player)?,
-                chosen: format == chosen,
-            });
-        }
-        Ok(out)
-    }
-
-    /// How far a player's frames are off, of every `stride`-th channel.
-    fn judge(
-        &self,
-        playback: &Playback,
-        tone: Tone,
-        stride: usize,
-        player: &Player,
-    ) -> Result<Judged, Error> {
-        let mut frame = |time| {
-            let mut image = Image::new(0, 0);
-            player.light(time, &mut image);
-            Frame::Light(image)
+    ) -> Result<Player, Cancelled> {
+        let brightest = playback.images().iter().map(key::peak).fold(0.0, f32::max);
+        let format = if f64::from(brightest) * key::HALF_RANGE
+            < tone.light(srgb_decode(0.5 / 255.0))
+            && brightest < key::HALF_BRIGHTEST
+        {
+            Format::Half
+        } else {
+            Format::Float
         };
-        let work = self.host.work();
-        Ok(judge(playback, tone, stride, &mut frame, work)?)
+        Player::new(playback, format, tone, self.host.work())
     }
 
     /// Frames a second that playback alone reaches, measured over about half a second.

@@ -172,8 +172,7 @@ impl Engine {
             if engine.try_refined(&goal)? {
                 ways = engine.ways(&goal)?;
             }
-            let mut refiner =
-                Refiner::new(Goal::count(0), engine.metric, Calls::Blocking, engine.now());
+            let mut refiner = Refiner::new(Goal::count(0), Calls::Blocking, engine.now());
             engine.drive(&mut refiner, &mut |_| Ok(()))?;
             Ok(ways)
         })
@@ -237,7 +236,7 @@ impl Engine {
             engine.idle()?;
             let (begin, before) = (engine.now(), engine.statistics().rendered);
             engine.coarse_for(goal)?;
-            let mut refiner = Refiner::new(goal, engine.metric, Calls::Blocking, engine.now());
+            let mut refiner = Refiner::new(goal, Calls::Blocking, engine.now());
             if goal.asks_for_a_way() {
                 // Pictures of every bank alone may be all that the goal needs.
                 refiner.done.images = engine.statistics().rendered - before;

@@ -11,7 +11,6 @@ use super::refine::{Ended, Goal, RefinementSummary, Warning};
 use super::rendering::{self, Job, Rendered, Reused};
 use super::{Engine, Error};
 use crate::picture::Image;
-use crate::plan::Metric;
 use crate::pool::Pool;
 use crate::pool::image_cache::Wanted;
 use crate::renderer::{Quality, Setup};
@@ -86,7 +85,6 @@ pub(super) enum Calls {
 pub(super) struct Refiner {
     goal: Goal,
     /// What orders the images, as it was when the refinement began.
-    metric: Option<Metric>,
     calls: Calls,
     coarse: Coarse,
     pub done: RefinementSummary,
@@ -97,10 +95,9 @@ pub(super) struct Refiner {
 }
 
 impl Refiner {
-    pub fn new(goal: Goal, metric: Option<Metric>, calls: Calls, now: f64) -> Refiner {
+    pub fn new(goal: Goal, calls: Calls, now: f64) -> Refiner {
         Refiner {
             goal: goal.or_one(),
-            metric,
             calls,
             coarse: Coarse::default(),
             done: RefinementSummary::default(),
@@ -143,7 +140,7 @@ impl Refiner {
             engine.calibrate_cost()?;
         }
         let begin = engine.now();
-        let forecast = engine.forecast_by(self.metric, self.goal.unit())?;
+        let forecast = engine.forecast_by(self.goal.unit())?;
         let left = self.goal.budget.map(|s| s - self.done.seconds);
         let goal = Goal {
             budget: left,

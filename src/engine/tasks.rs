@@ -292,7 +292,7 @@ impl Engine {
     /// Mixtures that the goal is predicted to need. Those that have arrived are taken up first.
     fn missing_mixtures(&mut self, goal: Goal) -> Result<Vec<Task>, Error> {
         self.take_arrivals()?;
-        let mut refiner = Refiner::new(goal, self.metric, Calls::Farm, self.now());
+        let mut refiner = Refiner::new(goal, Calls::Farm, self.now());
         loop {
             match refiner.advance(self)? {
                 Next::Ended(_) => return Ok(Vec::new()),

@@ -85,7 +85,7 @@ impl Engine {
     /// [`Error::NoSetup`]; [`Error::Plan`].
     pub fn ways(&self, goal: &Goal) -> Result<Vec<WayForecast>, Error> {
         let forecast = match self.pool() {
-            Some(_) => Some(self.forecast_by(self.metric, goal.unit())?),
+            Some(_) => Some(self.forecast_by(goal.unit())?),
             None => None,
         };
         self.ways_beyond(goal, forecast.as_ref())

@@ -8,7 +8,6 @@ pub fn preview_statement(preview: &Preview) -> String {
         ToneCurve::Filmic => "filmic",
         ToneCurve::Plain => "plain",
     };
-    let dither = if preview.dither { "  dither on" } else { "" };
     let exposure = match (preview.exposure, preview.bias) {
         (Some(stops), _) => stops.to_string(),
         (None, 0.0) => "auto".to_owned(),
@@ -18,7 +17,7 @@ pub fn preview_statement(preview: &Preview) -> String {
         .white
         .map_or_else(String::new, |kelvin| format!("  white {kelvin} K"));
     format!(
-        "preview {{ tolerance {}  gap {}  rate {}  exposure {}{white}  tone {tone}{dither}  coarse {}  refined {} }}",
+        "preview {{ tolerance {}  gap {}  rate {}  exposure {}{white}  tone {tone}  coarse {}  refined {} }}",
         preview.tolerance,
         preview.gap.seconds(),
         preview.rate,

@@ -6,10 +6,8 @@
 //! them. A still stretch is still to the bit. Dithering is off unless asked for: without it two
 //! levels compare pixel by pixel.
 
-mod dither;
 mod table;
 
-pub use self::dither::Dither;
 pub use self::table::{BLOCK, ByteTable};
 
 use super::Image;
@@ -83,36 +81,26 @@ impl Curve {
     }
 }
 
-/// An exposure, a curve, and whether steps between codes are dithered.
+/// An exposure and a curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tone {
     /// In stops: light is multiplied by 2^exposure. Beyond 100 either way it counts as 100.
     pub exposure: f64,
     /// The curve after it.
     pub curve: Curve,
-    /// Whether light between two codes shows as both, as a fixed pattern.
-    pub dither: bool,
 }
 
 impl Tone {
     /// `image` as sRGB bytes, interleaved, row by row from the top.
     pub fn encode(&self, image: &Image) -> Vec<u8> {
         let mut out = vec![0; image.data().len()];
-        match self.dithered() {
-            Some(dither) => dither.encode(3 * image.width(), image.data(), &mut out),
-            None => self.table().encode(image.data(), &mut out),
-        }
+        self.table().encode(image.data(), &mut out);
         out
     }
 
-    /// The look-up that [`Tone::encode`] does without dithering, for who encodes many pictures.
+    /// The look-up of [`Tone::encode`], for encoding many pictures.
     pub fn table(&self) -> ByteTable {
         ByteTable::new(&self.thresholds())
-    }
-
-    /// The pattern of [`Tone::encode`], where one is asked for.
-    pub fn dithered(&self) -> Option<Dither> {
-        self.dither.then(|| Dither::new(self))
     }
 
     /// The display's value, 0 to 1 and not rounded, of light.
@@ -246,7 +234,6 @@ mod tests {
         let plain = Tone {
             exposure: 1.0,
             curve: Curve::Plain,
-            dither: false,
         };
         // 18 % grey after one stop; sRGB's own value for 0.18 is 118.
         assert_eq!(plain.encode(&grey(0.09)), [118; 3]);
@@ -257,7 +244,6 @@ mod tests {
             let tone = Tone {
                 exposure: extreme,
                 curve: Curve::Filmic,
-                dither: false,
             };
             assert_eq!(tone.encode(&grey(0.0)), [0; 3]);
         }
@@ -307,11 +293,7 @@ mod tests {
             .iter()
             .flat_map(|c| exposures.iter().map(move |e| (*c, *e)))
         {
-            let tone = Tone {
-                exposure,
-                curve,
-                dither: false,
-            };
+            let tone = Tone { exposure, curve };
             let (thresholds, table) = (tone.thresholds(), tone.table());
             for (below, threshold) in thresholds.iter().enumerate() {
                 let byte = below as u8;
@@ -325,7 +307,7 @@ mod tests {
         /// Any bits at all: comparing with each threshold is the definition.
         #[test]
         fn any_float_is_looked_up_as_it_is_compared(bits: u32, exposure in -120.0..120.0_f64, at in 0_usize..2) {
-            let tone = Tone { exposure, curve: CURVES[at], dither: false };
+            let tone = Tone { exposure, curve: CURVES[at] };
             let (thresholds, table) = (tone.thresholds(), tone.table());
             let near = thresholds[bits as usize % 255].to_bits();
             for light in [bits, near.wrapping_add(bits >> 24), near.wrapping_sub(bits >> 24)] {
@@ -338,7 +320,7 @@ mod tests {
         /// Comparing with thresholds is the same as applying the curve and rounding.
         #[test]
         fn thresholds_are_the_curve(light in 0.0_f32..4.0, exposure in -3.0..3.0_f64, at in 0_usize..2) {
-            let tone = Tone { exposure, curve: CURVES[at], dither: false };
+            let tone = Tone { exposure, curve: CURVES[at] };
             let shown = 255.0 * srgb_encode(tone.curve.apply(f64::from(light) * exposure.exp2()));
             let byte = f64::from(tone.encode(&grey(light))[0]);
             prop_assert!((byte - shown).abs() <= 0.5 + 1e-4, "{byte} {shown}");

@@ -22,8 +22,6 @@ pub struct PlanReport {
     pub segments: Vec<SegmentReport>,
     /// The key settings.
     pub keys: Vec<Vec<f64>>,
-    /// Name of the metric.
-    pub metric: &'static str,
     /// Whether directions are weighted by how long they are lit.
     pub time_weighted: bool,
     /// The error of the worst moment aimed for.
@@ -161,7 +159,6 @@ impl Plan {
             banks,
             segments: keys.segments().iter().map(segment).collect(),
             keys: keys.keys().to_vec(),
-            metric: self.metric.name(),
             time_weighted: self.time_weighted,
             tolerance: self.tolerance,
             unit: ErrorUnit::Light,

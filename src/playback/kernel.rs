@@ -11,7 +11,7 @@ mod read;
 #[cfg(test)]
 mod tests;
 
-use self::read::{Bytes, Floats, Halves, Key, Signed, signed};
+use self::read::{Floats, Halves, Key};
 use super::key::{KeyImage, half_factor};
 use crate::picture::tone::{BLOCK, ByteTable};
 use crate::timeline::Blend;
@@ -85,8 +85,6 @@ pub struct Keys<'a>(Stored<'a>);
 enum Stored<'a> {
     Floats(Vec<Floats<'a>>),
     Halves(Vec<Halves<'a>>),
-    Bytes(Vec<Bytes<'a>>),
-    Signed(Vec<Signed<'a>>),
 }
 
 impl<'a> Keys<'a> {
@@ -109,13 +107,6 @@ impl<'a> Keys<'a> {
                 }),
                 _ => None,
             })?),
-            KeyImage::Byte { .. } => {
-                let signed = all(keys, signed)?;
-                match signed.iter().any(|key| !key.negative.is_empty()) {
-                    true => Stored::Signed(signed),
-                    false => Stored::Bytes(signed.iter().map(|key| key.bytes).collect()),
-                }
-            }
         };
         Some(Keys(stored))
     }
@@ -127,8 +118,6 @@ impl<'a> Keys<'a> {
         match &self.0 {
             Stored::Floats(keys) => spread(keys, factors, target, threads, floats),
             Stored::Halves(keys) => spread(keys, factors, target, threads, halves),
-            Stored::Bytes(keys) => spread(keys, factors, target, threads, bytes),
-            Stored::Signed(keys) => spread(keys, factors, target, threads, signed_bytes),
         }
     }
 }
@@ -178,16 +167,6 @@ fn halves(keys: &[Halves<'_>], factors: Factors, target: Target<'_>) {
     by_degree(keys, factors, target);
 }
 
-#[multiversion::multiversion(targets = "simd")]
-fn bytes(keys: &[Bytes<'_>], factors: Factors, target: Target<'_>) {
-    by_degree(keys, factors, target);
-}
-
-#[multiversion::multiversion(targets = "simd")]
-fn signed_bytes(keys: &[Signed<'_>], factors: Factors, target: Target<'_>) {
-    by_degree(keys, factors, target);
-}
-
 #[inline(always)]
 fn by_degree<K: Key>(keys: &[K], factors: Factors, target: Target<'_>) {
     let [p, q, r, s] = factors.weights;
@@ -231,7 +210,7 @@ fn by_block<K: Key, T: Copy + Default, const N: usize>(
             let (stored, _) = key.stored().as_chunks();
             stored.get(index).unwrap_or(&black)
         });
-        write(&blended(keys, index, stored, factors), out);
+        write(&blended(keys, stored, factors), out);
     }
     if !rest.is_empty() {
         let stored = keys.each_ref().map(|key| {
@@ -243,7 +222,7 @@ fn by_block<K: Key, T: Copy + Default, const N: usize>(
             padded
         });
         let mut last = [T::default(); BLOCK];
-        write(&blended(keys, whole, stored.each_ref(), factors), &mut last);
+        write(&blended(keys, stored.each_ref(), factors), &mut last);
         for (to, from) in rest.iter_mut().zip(last) {
             *to = from;
         }
@@ -259,33 +238,20 @@ fn by_block<K: Key, T: Copy + Default, const N: usize>(
 )]
 fn blended<K: Key, const N: usize>(
     keys: [K; N],
-    index: usize,
     stored: [&[K::Stored; BLOCK]; N],
     factors: [f32; 3],
 ) -> Block {
-    let common = keys.map(|key| key.common(index));
     let mixed = |light| match K::WEIGHED {
         true => sum(light),
         false => lerps(light, factors),
     };
     let mut out = [0.0; BLOCK];
     let mut light = [0.0; N];
-    if common.iter().all(|common| K::is_plain(*common)) {
-        for lane in 0..BLOCK {
-            for k in 0..N {
-                light[k] = keys[k].light(stored[k][lane]);
-            }
-            out[lane] = mixed(light);
+    for lane in 0..BLOCK {
+        for k in 0..N {
+            light[k] = keys[k].light(stored[k][lane]);
         }
-    } else {
-        let signs = common.map(K::signs);
-        for lane in 0..BLOCK {
-            for k in 0..N {
-                let bits = keys[k].light(stored[k][lane]).to_bits();
-                light[k] = f32::from_bits(bits | signs[k][lane]);
-            }
-            out[lane] = mixed(light);
-        }
+        out[lane] = mixed(light);
     }
     out
 }

@@ -1,4 +1,4 @@
-//! Key images as playback keeps them: in single precision, in half precision, or in 8 bits.
+//! Key images as playback keeps them, in single or half precision; and the page's code of 8 bits.
 //!
 //! Playback reads key images faster than it can compute with them, so their size sets its pace.
 //! Light is decoded before it is blended; a larger code never stands for less light; zero stays
@@ -8,7 +8,7 @@
 //! picture. The square follows the display's own code, so that darks are coded as finely as they
 //! are shown: `low` is at most [`Tone::knee`]. The eighth power reaches lamps in sight, which must
 //! stay a hundred times brighter than white where a cue fades them. It takes no table, only
-//! multiplications. Channels that are negative have a bit plane of signs beside the codes.
+//! multiplications.
 //!
 //! [`Tone::knee`]: crate::picture::tone::Tone::knee
 
@@ -21,20 +21,17 @@ pub enum Format {
     Float,
     /// Half precision with a scale: a relative error of 2^-11 at most, 6 bytes a pixel.
     Half,
-    /// 8 bits, coded as above: 3 bytes a pixel.
-    Byte,
 }
 
 impl Format {
     /// All, the most exact first.
-    pub const ALL: [Format; 3] = [Format::Float, Format::Half, Format::Byte];
+    pub const ALL: [Format; 2] = [Format::Float, Format::Half];
 
-    /// Its name: `f32`, `f16` or `8-bit`.
+    /// Its name: `f32` or `f16`.
     pub fn name(self) -> &'static str {
         match self {
             Format::Float => "f32",
             Format::Half => "f16",
-            Format::Byte => "8-bit",
         }
     }
 }
@@ -50,16 +47,6 @@ pub enum KeyImage {
         codes: Vec<u16>,
         /// What 1.0 stands for.
         scale: f32,
-    },
-    /// Light = ± (low (c/255)^2 + high (c/255)^8).
-    Byte {
-        /// c of each channel.
-        codes: Vec<u8>,
-        /// The two numbers of the code.
-        curve: ByteCurve,
-        /// One bit for each channel, set where it is negative: channel i is bit i % 8 (least
-        /// significant first) of byte i / 8. `None` where no channel is.
-        negative: Option<Vec<u8>>,
     },
 }
 
@@ -95,7 +82,7 @@ impl ByteCurve {
     }
 
     /// The factors of c^2 and c^8 for codes as whole numbers.
-    pub(super) fn per_code(self) -> (f32, f32) {
+    fn per_code(self) -> (f32, f32) {
         let square = 255.0_f64 * 255.0;
         let low = f64::from(self.low) / square;
         let high = f64::from(self.high) / (square * square * square * square);
@@ -152,8 +139,7 @@ fn starts(middles: &[f64; 255]) -> Box<[u8; STRETCHES]> {
 }
 
 /// low c^2 + high c^8: three products to the power, none of a table.
-#[inline(always)]
-pub(super) fn byte_light(code: u8, low: f32, high: f32) -> f32 {
+fn byte_light(code: u8, low: f32, high: f32) -> f32 {
     let c = f32::from(code);
     let c2 = c * c;
     let c4 = c2 * c2;
@@ -162,6 +148,10 @@ pub(super) fn byte_light(code: u8, low: f32, high: f32) -> f32 {
 
 /// 2^112: what the exponent of a half lacks when its bits are read as those of a float.
 const REBIAS: f32 = f32::from_bits((127 + 112) << 23);
+/// Light that halves of an image keep, as a part of its brightest: 2^-29.
+pub const HALF_RANGE: f64 = 1.0 / (1 << 29) as f64;
+/// Light beyond which halves cut.
+pub const HALF_BRIGHTEST: f32 = 2.1e9;
 /// The largest half.
 const HALF_MOST: f32 = 65504.0;
 /// The smallest normal half, 2^-14. Below it nothing is kept: with the peak at 2^15 and more it is
@@ -206,27 +196,18 @@ fn half_scale(peak: f32) -> f32 {
 }
 
 impl KeyImage {
-    /// `image` in a format; `knee` (see [`crate::picture::tone::Tone::knee`]) is read for 8 bits
-    /// alone.
+    /// `image` in a format.
     ///
     /// What is not finite stays so in single precision; otherwise NaN becomes zero and infinities
     /// the brightest light that the format holds.
-    pub fn new(image: &Image, format: Format, knee: f32) -> KeyImage {
+    pub fn new(image: &Image, format: Format) -> KeyImage {
         let data = image.data();
         match format {
             Format::Float => KeyImage::Float(data.to_vec()),
             Format::Half => {
-                let scale = half_scale(peak(data));
+                let scale = half_scale(peak(image));
                 let codes = data.iter().map(|v| half(v / scale)).collect();
                 KeyImage::Half { codes, scale }
-            }
-            Format::Byte => {
-                let curve = ByteCurve::new(peak(data), knee);
-                KeyImage::Byte {
-                    codes: curve.codes(data),
-                    curve,
-                    negative: data.iter().any(|v| *v < 0.0).then(|| signs(data)),
-                }
             }
         }
     }
@@ -236,9 +217,6 @@ impl KeyImage {
         match self {
             KeyImage::Float(data) => size_of_val(data.as_slice()),
             KeyImage::Half { codes, .. } => size_of_val(codes.as_slice()),
-            KeyImage::Byte {
-                codes, negative, ..
-            } => codes.len() + negative.as_ref().map_or(0, Vec::len),
         }
     }
 
@@ -251,36 +229,18 @@ impl KeyImage {
                 let factor = half_factor(*scale);
                 codes.iter().map(|c| half_light(*c, factor)).collect()
             }
-            KeyImage::Byte {
-                codes,
-                curve,
-                negative,
-            } => {
-                let is_negative = |at: usize| {
-                    let byte = negative.as_ref().and_then(|plane| plane.get(at / 8));
-                    byte.is_some_and(|byte| byte >> (at % 8) & 1 == 1)
-                };
-                let sign = |at| if is_negative(at) { -1.0 } else { 1.0 };
-                let signed = |(at, code): (usize, &u8)| sign(at) * curve.light(*code);
-                codes.iter().enumerate().map(signed).collect()
-            }
         }
     }
 }
 
-/// The largest finite magnitude.
-pub(super) fn peak(data: &[f32]) -> f32 {
-    let finite = data.iter().map(|v| v.abs()).filter(|v| v.is_finite());
+/// The largest finite magnitude of an image.
+pub fn peak(image: &Image) -> f32 {
+    let finite = image
+        .data()
+        .iter()
+        .map(|v| v.abs())
+        .filter(|v| v.is_finite());
     finite.fold(0.0, f32::max)
-}
-
-/// The bit plane of what is negative.
-fn signs(data: &[f32]) -> Vec<u8> {
-    let eight = |channels: &[f32]| {
-        let bits = channels.iter().enumerate();
-        bits.fold(0, |byte, (at, v)| byte | u8::from(*v < 0.0) << at)
-    };
-    data.chunks(8).map(eight).collect()
 }
 
 #[cfg(test)]
@@ -296,9 +256,25 @@ mod tests {
         Image::from_data(values.len(), 1, data).unwrap()
     }
 
-    fn kept(values: &[f32], format: Format, knee: f32) -> Vec<f32> {
-        let image = KeyImage::new(&row(values), format, knee);
+    fn kept(values: &[f32], format: Format) -> Vec<f32> {
+        let image = KeyImage::new(&row(values), format);
         image.light().iter().step_by(3).copied().collect()
+    }
+
+    /// Light by the code of 8 bits, its sign kept as the page keeps it.
+    fn coded(values: &[f32], knee: f32) -> Vec<f32> {
+        let curve = ByteCurve::new(peak(&row(values)), knee);
+        let codes = curve.codes(values);
+        let pairs = codes.iter().zip(values);
+        pairs
+            .map(|(code, v)| {
+                if *v < 0.0 {
+                    -curve.light(*code)
+                } else {
+                    curve.light(*code)
+                }
+            })
+            .collect()
     }
 
     /// Every half that is kept, against its definition.
@@ -331,16 +307,16 @@ mod tests {
     fn a_picture_of_any_brightness_has_halves_of_full_precision() {
         for peak in [1e-30, 1e-20, 0.3, 1.0, 7e4, 1.6e9] {
             let values = [peak, -peak / 3.0, peak * 1e-6, 0.0];
-            let back = kept(&values, Format::Half, 1.0);
+            let back = kept(&values, Format::Half);
             for (value, back) in values.iter().zip(&back) {
                 let bound = value.abs() * (2.0_f32).powi(-11) + peak * 2.0_f32.powi(-29);
                 assert!((value - back).abs() <= bound, "{value} {back}");
             }
         }
         // Beyond, and black.
-        let back = kept(&[3e38, f32::INFINITY, 0.0], Format::Half, 1.0);
+        let back = kept(&[3e38, f32::INFINITY, 0.0], Format::Half);
         assert!(back[0] > 2e9 && back[1].is_finite() && back[2] == 0.0);
-        assert_eq!(kept(&[0.0, f32::NAN], Format::Half, 1.0), [0.0, 0.0]);
+        assert_eq!(kept(&[0.0, f32::NAN], Format::Half), [0.0, 0.0]);
     }
 
     #[test]
@@ -358,23 +334,17 @@ mod tests {
             let reached = peak.min(REACH * knee);
             assert!((lights[255] / reached - 1.0).abs() < 1e-6);
             let both: Vec<f32> = lights.iter().flat_map(|l| [*l, -l]).collect();
-            assert_eq!(kept(&both, Format::Byte, knee), both, "{curve:?}");
+            assert_eq!(coded(&both, knee), both, "{curve:?}");
         }
-        let samples = KeyImage::new(&row(&[1.0, -1.0, 0.0]), Format::Byte, 1.0);
-        let KeyImage::Byte { negative, .. } = &samples else {
-            unreachable!()
-        };
-        assert_eq!(negative.as_deref(), Some(&[0b0011_1000, 0][..]));
-        assert_eq!(samples.bytes(), 9 + 2);
     }
 
     #[test]
     fn what_eight_bits_cannot_hold() {
-        let back = kept(&[f32::INFINITY, f32::NAN, 0.5], Format::Byte, 1.0);
+        let back = coded(&[f32::INFINITY, f32::NAN, 0.5], 1.0);
         assert_eq!(back[0], 0.5);
         assert_eq!(back[1], 0.0);
-        assert_eq!(kept(&[0.0, 0.0], Format::Byte, 1.0), [0.0, 0.0]);
-        let cut = kept(&[1e9, 1.0], Format::Byte, 0.5);
+        assert_eq!(coded(&[0.0, 0.0], 1.0), [0.0, 0.0]);
+        let cut = coded(&[1e9, 1.0], 0.5);
         assert!((cut[0] - 256.0).abs() < 1e-3);
     }
 
@@ -388,7 +358,6 @@ mod tests {
             let tone = Tone {
                 exposure: -2.0,
                 curve,
-                dither: false,
             };
             let steps = |light: f64| 255.0 * tone.display(light);
             let white = tone.light(1.0);
@@ -399,7 +368,7 @@ mod tests {
                     .map(|i| (most * (f64::from(i) / 9000.0).powi(2)) as f32)
                     .chain([peak as f32])
                     .collect();
-                let back = kept(&values, Format::Byte, tone.knee());
+                let back = coded(&values, tone.knee());
                 let off = |(v, b): (&f32, &f32)| (steps((*v).into()) - steps((*b).into())).abs();
                 let worst = values.iter().zip(&back).map(off).fold(0.0, f64::max);
                 assert!(worst < bound, "{curve:?} {peak}: {worst}");
@@ -417,7 +386,7 @@ mod tests {
         ) {
             let peak = values.iter().fold(0.0_f32, |m, v| m.max(v.abs()));
             let curve = ByteCurve::new(peak, knee);
-            for (value, back) in values.iter().zip(kept(&values, Format::Byte, knee)) {
+            for (value, back) in values.iter().zip(coded(&values, knee)) {
                 let value = value.clamp(-REACH * knee, REACH * knee);
                 let apart = |light: f32| (f64::from(value.abs()) - f64::from(light)).abs();
                 let best = (0..=255).map(|c| apart(curve.light(c))).fold(f64::INFINITY, f64::min);

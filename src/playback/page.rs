@@ -173,8 +173,6 @@ struct Data<'a> {
     start: f64,
     end: f64,
     curve: &'a str,
-    /// Light between two codes shows as a pattern of both.
-    dither: bool,
     made: String,
     coordinates: &'a [Fader],
     mixers: &'a [Mixer],
@@ -276,7 +274,6 @@ fn json<'a>(
             Curve::Filmic => "filmic",
             Curve::Plain => "plain",
         },
-        dither: contents.tone.dither,
         made: remark(contents, keys, size, full),
         coordinates: &contents.faders,
         mixers: &contents.mixers,
@@ -384,7 +381,6 @@ mod tests {
         Tone {
             exposure: -2.0,
             curve: Curve::Filmic,
-            dither: false,
         }
     }
 

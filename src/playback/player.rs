@@ -6,7 +6,7 @@ use super::Playback;
 use super::kernel::{Factors, Keys, Target};
 use super::key::{Format, KeyImage};
 use crate::picture::Image;
-use crate::picture::tone::{ByteTable, Dither, Tone};
+use crate::picture::tone::{ByteTable, Tone};
 use crate::timeline::{Segment, blend};
 use crate::units::Time;
 use crate::work::{Cancelled, Work};
@@ -19,7 +19,6 @@ pub struct Player {
     kept: Vec<KeyImage>,
     format: Format,
     table: ByteTable,
-    dither: Option<Dither>,
     threads: usize,
 }
 
@@ -38,7 +37,7 @@ impl Player {
         if format != Format::Float {
             for image in playback.images() {
                 work.check()?;
-                kept.push(KeyImage::new(image, format, tone.knee()));
+                kept.push(KeyImage::new(image, format));
             }
         }
         Ok(Player {
@@ -46,7 +45,6 @@ impl Player {
             kept,
             format,
             table: tone.table(),
-            dither: tone.dithered(),
             threads: work.threads,
         })
     }
@@ -80,15 +78,7 @@ impl Player {
     pub fn show(&self, time: Time, out: &mut Vec<u8>) {
         let (width, height) = self.playback.size();
         out.resize(width * height * 3, 0);
-        match &self.dither {
-            None => self.blend(time, Target::Bytes(out, &self.table)),
-            // The pattern needs to know rows, which the fused pass does not: two passes.
-            Some(dither) => {
-                let mut light = vec![0.0; out.len()];
-                self.blend(time, Target::Light(&mut light));
-                dither.encode(3 * width, &light, out);
-            }
-        }
+        self.blend(time, Target::Bytes(out, &self.table));
     }
 
     /// The same as light.

@@ -20,7 +20,7 @@ pub struct Evidence {
 
 /// What a prediction is multiplied by before it is believed, with no refined picture and with one:
 /// two steps of quality share errors that their difference does not show, up to three times as
-/// much (`examples/trial`).
+/// much (`examples/studies`).
 const ROOM: [f64; 2] = [3.0, 4.0];
 
 /// Whether an error that was `predicted` with so many refined pictures counts as within `wanted`:

@@ -3,7 +3,7 @@
 //! The work is counted: hemicubes and their pixels, fragments, pairs of receiver and emitter, form
 //! factors. The counts come from the same layouts that the operator uses and from one rasterization
 //! of the view at one sample a pixel; no form factor and no shadow is computed. Each count has a
-//! unit cost, fitted to measurements of shipped scenes (`cargo run --release --example cost` lists
+//! unit cost, fitted to measurements of shipped scenes (`cargo run --release -p footlight-studies --bin cost` lists
 //! them); a change of the operator needs a new fit. The unit is the time of one small fixed task on
 //! the machine at hand ([`cost_scale`]), so that no machine's speed is written here.
 

@@ -9,7 +9,6 @@ pub(super) mod picture;
 pub(super) mod play;
 pub(super) mod plot;
 pub(super) mod render;
-pub(super) mod session;
 pub(super) mod text;
 
 use std::path::Path;

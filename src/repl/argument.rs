@@ -6,8 +6,6 @@ use crate::engine::{Engine, Goal, LiveControl, Way};
 use crate::lang;
 use crate::picture::exr::Precision;
 use crate::picture::y4m::Chroma;
-use crate::plan::Metric;
-use crate::playback::key::Format;
 use crate::renderer::Quality;
 use crate::report::target::{Layers, TargetOptions};
 use crate::units::{CueNumber, Time, Tolerance};
@@ -136,32 +134,12 @@ pub fn goal(call: &Call) -> Result<Goal, Error> {
     })
 }
 
-/// The metric that a word names.
-pub fn metric(name: &str) -> Result<Metric, Error> {
-    let known = |m: &Metric| m.name() == name;
-    Metric::ALL.into_iter().find(known).ok_or_else(|| {
-        Error::Usage(format!(
-            "there is no metric `{name}`; it is settings, influence or error"
-        ))
-    })
-}
-
 /// The way to an error that a word names.
 pub fn way(name: &str) -> Result<Way, Error> {
     let known = |w: &Way| w.name() == name;
     Way::ALL.into_iter().find(known).ok_or_else(|| {
         Error::Usage(format!(
             "there is no way `{name}`; it is auto, paper or alone"
-        ))
-    })
-}
-
-/// The format of key images that a word names.
-pub fn key_format(word: &str) -> Result<Format, Error> {
-    let known = |f: &&Format| f.name() == word;
-    Format::ALL.iter().find(known).copied().ok_or_else(|| {
-        Error::Usage(format!(
-            "`{word}` is no format of key images; there are f32, f16 and 8-bit"
         ))
     })
 }

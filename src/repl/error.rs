@@ -21,18 +21,6 @@ pub enum Error {
     /// A device failed: standard input, the terminal.
     #[error("{0}")]
     Device(String),
-    /// A line of a session could not be done; what was done before it is kept.
-    #[error("{path}:{line}: {cause}")]
-    Session {
-        /// The file of commands.
-        path: String,
-        /// Where the command begins, from 1.
-        line: usize,
-        /// What is wrong with it.
-        cause: Box<Error>,
-        /// What the session reports of the lines before.
-        before: Printable,
-    },
 }
 
 /// A request that is wrong, and what to type.
@@ -82,39 +70,20 @@ impl Error {
 
     /// What a cancel that the limit of time asked for is to the user.
     pub(super) fn late(self, seconds: f64) -> Error {
-        self.map(
-            &|error| match error.engine().is_some_and(engine::Error::is_cancel) {
-                true => engine::Error::OutOfTime { seconds }.into(),
-                false => error,
-            },
-        )
+        if self.engine().is_some_and(engine::Error::is_cancel) {
+            engine::Error::OutOfTime { seconds }.into()
+        } else {
+            self
+        }
     }
 
     /// What to say while a refinement runs in the background, which was asked for by these words.
     pub(super) fn busy(self, words: &str) -> Error {
-        self.map(&|error| match error.engine() {
+        match self.engine() {
             Some(engine::Error::Busy) => {
                 Error::Usage(format!("`{words}` is at work: `wait` for it, or `stop` it"))
             }
-            _ => error,
-        })
-    }
-
-    /// Another error in its place, or in the place of what ended a session.
-    fn map(self, change: &dyn Fn(Error) -> Error) -> Error {
-        match self {
-            Error::Session {
-                path,
-                line,
-                cause,
-                before,
-            } => Error::Session {
-                path,
-                line,
-                cause: Box::new(cause.map(change)),
-                before,
-            },
-            other => change(other),
+            _ => self,
         }
     }
 
@@ -129,7 +98,6 @@ impl Error {
                 report::Error::Chart(_) | report::Error::PageData(_) => 3,
                 _ => 2,
             },
-            Error::Session { cause, .. } => cause.exit_code(),
         }
     }
 
@@ -138,46 +106,24 @@ impl Error {
         matches!(self.exit_code(), 1..=3)
     }
 
-    /// The whole message, ready to print. As JSON it is one array whatever went wrong; what a
-    /// session measured before the line that ended it is no part of that.
+    /// The whole message, ready to print. As JSON it is one array whatever went wrong.
     pub fn report(&self, style: Style) -> Printable {
         if let Some(diagnostics) = self.diagnostics() {
             return diagnostics.render(style);
         }
         match self {
             _ if style == Style::Json => self.diagnosed().render(style),
-            Error::Session { cause, before, .. } => {
-                let mut text = before.clone();
-                text.push(&format!("error: {}\n", self.sentence()));
-                text.append(&cause.report(style));
-                text
-            }
-            other if other.exit_code() == 130 => format!("{}\n", other.sentence()).into(),
-            other => format!("error: {}\n", other.sentence()).into(),
-        }
-    }
-
-    /// What happened, without what caused it.
-    fn sentence(&self) -> String {
-        match self {
-            Error::Session { path, line, .. } => {
-                format!("{path}:{line}: the session ends here; what is above it is done")
-            }
-            other => other.to_string(),
+            other if other.exit_code() == 130 => format!("{other}\n").into(),
+            other => format!("error: {other}\n").into(),
         }
     }
 
     /// The error as diagnostics; one without code and place where the show's text has no part.
     fn diagnosed(&self) -> Diagnostics {
-        if let Some(diagnostics) = self.diagnostics() {
-            return diagnostics.clone();
-        }
-        let mut all = match self {
-            Error::Session { cause, .. } => cause.diagnosed(),
-            _ => Diagnostics::default(),
-        };
-        all.list.insert(0, Diagnostic::error("", self.sentence()));
-        all
+        self.diagnostics().cloned().unwrap_or_else(|| Diagnostics {
+            list: vec![Diagnostic::error("", self.to_string())],
+            ..Diagnostics::default()
+        })
     }
 }
 

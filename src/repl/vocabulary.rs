@@ -11,7 +11,6 @@ use super::usage;
 use super::verb::{self, Complete, VERBS, VerbSpec};
 use crate::engine::{Document, Way};
 use crate::lang::{self, codes};
-use crate::plan::Metric;
 use crate::show::{FADES, Show};
 
 /// The names of a show.
@@ -246,7 +245,6 @@ impl Vocabulary {
         match (name, value) {
             ("bank", _) => offer(strings(&self.banks)),
             ("view", _) => offer(strings(&self.views)),
-            ("metric", _) => offer(Metric::ALL.map(Metric::name)),
             ("way", _) => offer(Way::ALL.map(Way::name)),
             (_, "FILE" | "DIR") => None,
             _ => Some(Vec::new()),
@@ -393,7 +391,7 @@ fn is_meant(before: &str, word: &str) -> bool {
         _ if last == Some("gel") => false,
         "at" => !(before.starts_with("cue") && before.contains('{')),
         "filmic" | "plain" => last == Some("tone"),
-        "on" | "off" => last == Some("dither"),
+        "dither" | "on" | "off" => false,
         "auto" => last == Some("exposure"),
         _ => true,
     }
@@ -487,7 +485,6 @@ mod tests {
         );
         offers("preview { t", &["tolerance", "tone"]);
         offers("preview { tone ", &["filmic", "plain"]);
-        offers("preview { dither ", &["off", "on"]);
         offers("preview { gap ", &[]);
         offers("cue 2 { lamps gel ", &["L201"]);
         offers("look dusk { ", &["lamps", "late", "warm"]);
@@ -503,7 +500,7 @@ mod tests {
         offers("stop ", &["now"]);
         offers("pool drop ", &["all", "unused"]);
         offers("refine ", &["&", "for", "until"]);
-        offers("chart ", &["plan", "session", "transport", "ways"]);
+        offers("chart ", &["transport"]);
         offers("cue 3 { lamps 5 curve d", &["dawn"]);
         offers("cue 3 { time (sl", &["slow"]);
         offers("bank x = m", &["moon"]);

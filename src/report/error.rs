@@ -2,8 +2,6 @@
 
 use std::path::PathBuf;
 
-use super::tune;
-use super::words::{count, percent};
 use crate::chart::ChartError;
 use crate::engine::{self, ManyKeys};
 use crate::files::FileError;
@@ -175,27 +173,6 @@ pub fn engine_error(error: &engine::Error) -> String {
             path.display()
         ),
         E::NoBackground => "nothing can run in the background here; say it without `&`".to_owned(),
-        E::OneQuality => "there is one quality only, so that nothing can be tried".to_owned(),
-        E::TooFewSteps { found, needed } => format!(
-            "the pictures of this show have {} of quality: `plan --measure` needs {needed}, two for coarse \
-             pictures and a finer one to hold them against",
-            count((*found).into(), "step")
-        ),
-        E::AlikeRefined => "coarse pictures are what refined ones would be: nothing changes by \
-                            refining; a higher `refined` in the show's `preview` does"
-            .to_owned(),
-        E::AlikeCoarse => "the coarse pictures of both qualities are the same: nothing is wrong \
-                           with them as far as can be told, and nothing to refine"
-            .to_owned(),
-        E::MeasureMemory { needed, budget } => {
-            let mega = |bytes: usize| bytes.div_ceil(1 << 20);
-            format!(
-                "the pictures of every source at every step take {} MB, the memory allowed is {} \
-                 MB: give the view a smaller size for tuning, or allow more with --memory",
-                mega(*needed),
-                mega(*budget)
-            )
-        }
         E::Render(TransportError::Memory {
             what,
             needed,
@@ -206,12 +183,6 @@ pub fn engine_error(error: &engine::Error) -> String {
              `--memory MB`, or make fewer cues of fewer banks (256 MB is the most)",
             limit >> 20
         ),
-        E::Black => "the sequence is black at every step: there is nothing to measure".to_owned(),
-        E::OutOfReach {
-            until,
-            reference,
-            best,
-        } => out_of_reach(*until, *reference, best.as_ref()),
         E::File(FileError::Linked { path, .. }) => format!(
             "{error}, of which the others would keep the old text, and was not written; `cp {path} \
              {path}.own && mv {path}.own {path}` gives it a text of its own"
@@ -282,26 +253,4 @@ fn no_bank(name: &str, fixed: bool, known: &[String]) -> String {
     let near = nearest(name, known.iter().map(String::as_str));
     let hint = near.map_or_else(|| known.join(", "), |n| format!("did you mean `{n}`?"));
     format!("there is no bank `{name}`: {hint}")
-}
-
-/// No choice is good enough: which comes nearest, and what to ask for instead.
-fn out_of_reach(
-    until: f64,
-    reference: u8,
-    best: Option<&crate::engine::measure::Candidate>,
-) -> String {
-    let nearest = best.map_or("nothing".to_owned(), |best| {
-        // Up, so that it can be asked for.
-        let reachable = (best.error * 1e5).ceil() / 1e3;
-        format!(
-            "the best is {}, off by {} %: ask for --tolerance {reachable}%",
-            tune::choice(best),
-            percent(best.error)
-        )
-    });
-    format!(
-        "{} % is out of reach: the scale's finest step, {reference}, is what errors are against, \
-         and of the others {nearest}",
-        percent(until)
-    )
 }

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::words::{self, count};
-use crate::plan::{LeftOut, Metric, PlanReport};
+use crate::plan::{LeftOut, PlanReport};
 use crate::printable;
 use crate::units::ErrorUnit;
 
@@ -140,7 +140,7 @@ pub fn describe(plan: &PlanReport) -> String {
         predicted.any(|step| step.refined == plan.used && step.error <= plan.tolerance);
     let _ = writeln!(
         text,
-        "{} {} {}{} (metric {}); predicted after each",
+        "{} {} {}{}; predicted after each",
         if is_reached {
             format!("{} of {}", count(plan.used, "refined picture"), plan.rank)
         } else {
@@ -156,12 +156,8 @@ pub fn describe(plan: &PlanReport) -> String {
             " of the light"
         } else {
             ""
-        },
-        plan.metric
+        }
     );
-    if plan.metric == Metric::Settings.name() {
-        text.push_str("by levels alone; counted again once there are pictures\n");
-    }
     for step in &plan.predicted {
         let mark = if is_reached && step.refined == plan.used {
             "  <- tolerance"

@@ -78,8 +78,7 @@ pub fn spectrum(plan: &PlanReport, theme: Theme) -> (Drawing, String) {
         words::error(plan.tolerance, plan.unit)
     );
     let title = format!("{}: {words}", plan.show);
-    let text = format!("{words} (metric {})", plan.metric);
-    (chart::panels(&title, &[shares(plan)], theme), text)
+    (chart::panels(&title, &[shares(plan)], theme), words)
 }
 
 /// Shares of the sequence's light: of each direction, and of what is left after it.
@@ -113,7 +112,7 @@ fn shares(plan: &PlanReport) -> Panel {
         false => shown(p.error),
     };
     Panel {
-        title: format!("metric {}", plan.metric),
+        title: "by the light that it is missing".to_owned(),
         x: Axis::new("refined pictures", Scale::Whole),
         y: Axis::new(unit, Scale::Log),
         series: vec![

@@ -16,7 +16,6 @@ use crate::picture::tone::Tone;
 use crate::picture::{Image, png, signed};
 use crate::plan::PlanReport;
 use crate::playback::Playback;
-use crate::playback::key::Format;
 use crate::renderer::TransportError;
 use crate::renderer::contract::check_memory;
 use crate::timeline::CueTime;
@@ -106,7 +105,7 @@ fn write_cues(
     let pool = engine.pool().ok_or(engine::Error::NotRendered)?;
     let (width, height) = pool.size();
     // Each key is shown once at most: coding them for playback would cost more than it saves.
-    let player = playback.map(|playback| engine.player_of(playback, tone, Some(Format::Float)));
+    let player = playback.map(|playback| super::film::exact(engine, playback, tone));
     let player = player.transpose()?;
     let light_at = |time: Time| -> Result<Image, engine::Error> {
         let Some(player) = &player else {

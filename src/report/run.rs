@@ -8,7 +8,7 @@ use super::document::headline;
 use super::manifest::Results;
 use super::words::{count, error, exposure, percent};
 use super::{Error, results, sheet, ways};
-use crate::engine::{self, Ended, Engine, Goal, PlanOptions, WayForecast, WorstMoment};
+use crate::engine::{self, Ended, Engine, Goal, WayForecast, WorstMoment};
 use crate::plan::PlanReport;
 use crate::playback::Playback;
 use crate::pool::image_cache::CacheStatistics;
@@ -126,11 +126,7 @@ fn run_loop(engine: &mut Engine, goal: Goal) -> Result<Loop, Error> {
         ..goal
     };
     let tolerance = goal.until.unwrap_or(engine.show().preview.tolerance);
-    let plan = engine.plan(PlanOptions {
-        metric: engine.plan_metric()?,
-        tolerance,
-        signed_keys: false,
-    })?;
+    let plan = engine.plan(tolerance)?;
     let planned = engine.now();
     let ended = engine.refine(goal)?.ended;
     let ended = ended.ok_or(engine::Error::TaskLost)?;

@@ -14,7 +14,6 @@ use crate::engine::Engine;
 use crate::picture::exr::Precision;
 use crate::picture::tone::Tone;
 use crate::picture::y4m::Chroma;
-use crate::playback::key::Format;
 use crate::playback::{Playback, Player};
 
 /// What `play` can write, as its errors say it.
@@ -127,8 +126,6 @@ pub struct Sequence<'e> {
     pub playback: Arc<Playback>,
     /// How light becomes bytes.
     pub tone: Tone,
-    /// How keys are kept; `None`: as is fastest and good enough.
-    pub keys: Option<Format>,
     /// What of it is written.
     pub span: Span,
 }
@@ -139,7 +136,7 @@ impl Sequence<'_> {
         let Sequence {
             engine, playback, ..
         } = self;
-        Ok(engine.player_of(playback, self.tone, self.keys)?)
+        Ok(engine.player_of(playback, self.tone)?)
     }
 }
 

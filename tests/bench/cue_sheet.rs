@@ -3,7 +3,7 @@
 
 use std::fmt::Write as _;
 
-#[path = "../../examples/trial/dice.rs"]
+#[path = "../../examples/studies/src/dice.rs"]
 #[allow(dead_code, reason = "not all of it is wanted here")]
 pub mod dice;
 

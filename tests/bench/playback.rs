@@ -66,7 +66,7 @@ fn frames(size: (usize, usize), rounds: usize) {
     let tone = Tone::default();
     let table = tone.table();
     let channels = size.0 * size.1 * 3;
-    let kept = Format::ALL.map(|format| keys(&banks, format, tone));
+    let kept = Format::ALL.map(|format| keys(&banks, format));
     let keys = kept
         .each_ref()
         .map(|k| Keys::new(&k.iter().collect::<Vec<_>>()).unwrap());
@@ -315,8 +315,8 @@ fn picture((width, height): (usize, usize), number: usize) -> Image {
     .unwrap()
 }
 
-fn keys(banks: &[Image], format: Format, tone: Tone) -> Vec<KeyImage> {
-    let keep = |image| KeyImage::new(image, format, tone.knee());
+fn keys(banks: &[Image], format: Format) -> Vec<KeyImage> {
+    let keep = |image| KeyImage::new(image, format);
     banks[..4].iter().map(keep).collect()
 }
 
@@ -353,7 +353,6 @@ fn read(key: &KeyImage) -> u64 {
             words(blocks, |v| u64::from(v.to_bits()))
         }
         KeyImage::Half { codes, .. } => words(codes.as_chunks::<32>().0, |v| u64::from(*v)),
-        KeyImage::Byte { codes, .. } => words(codes.as_chunks::<64>().0, |v| u64::from(*v)),
     }
 }
 

@@ -10,6 +10,7 @@
 
 mod browser;
 mod displayed;
+mod judge;
 mod output;
 mod page;
 mod playback;

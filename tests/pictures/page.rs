@@ -131,7 +131,6 @@ fn mixture(show: &mut Repl, seconds: f64) -> Vec<u8> {
     let tone = Tone {
         exposure: model.preview.exposure.unwrap(),
         curve: Curve::Filmic,
-        dither: false,
     };
     tone.encode(&sum)
 }

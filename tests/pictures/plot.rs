@@ -123,10 +123,7 @@ fn what_cannot_be_drawn_says_what_could() {
             "plot warm --tolerance 2%",
             "`--tolerance` is for `plot spectrum`",
         ),
-        (
-            "plot keys --metric error",
-            "`--metric` is for `plot spectrum`",
-        ),
+        ("plot keys --metric error", "`--metric` was removed"),
         ("plot spectrum --tolerance much", "is not an error"),
     ] {
         let error = show.execute(line).unwrap_err();
@@ -139,7 +136,7 @@ fn what_cannot_be_drawn_says_what_could() {
 fn the_spectrum_the_basis_and_the_error_follow_the_pool() {
     let (mut show, store) = open(SHOW);
     let (said, svg) = drawn(&mut show, &store, "spectrum --tolerance 10%");
-    assert!(said.contains("reach 10.0 % (metric settings)"), "{said}");
+    assert!(said.contains("reach 10.0 %"), "{said}");
     assert!(svg.contains("tolerance 10.0 %") && svg.contains("singular value"));
     let (said, svg) = drawn(&mut show, &store, "basis");
     assert!(said.contains("nothing is refined yet"), "{said}");
@@ -155,8 +152,6 @@ fn the_spectrum_the_basis_and_the_error_follow_the_pool() {
         said.starts_with("2 refined pictures: predicted error"),
         "{said}"
     );
-    let (said, _) = drawn(&mut show, &store, "spectrum --metric error");
-    assert!(said.contains("(metric error)"), "{said}");
 }
 
 #[test]

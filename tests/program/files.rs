@@ -209,8 +209,6 @@ fn no_result_replaces_what_the_command_reads() {
         "play s.lxq -o 0002.exr",
         "play s.lxq -o ####.exr",
         "plot s.lxq -o keys/b.png",
-        "session s.lxq commands.csv -o commands.csv",
-        "chart session s.lxq --commands commands.csv -o commands.csv",
         "diff old.lxq s.lxq -o keys/b.png",
     ] {
         let (code, said) = told(folder.path(), &split(line));
@@ -261,10 +259,7 @@ fn a_pipe_and_a_device_are_written_into() {
     pipe(&at("p.png"));
     symlink("/dev/null", at("null.png")).unwrap();
     let device = fs::metadata("/dev/null").unwrap().ino();
-    for (verb, name) in [
-        ("picture", "p.png"),
-        ("picture", "null.png"),
-    ] {
+    for (verb, name) in [("picture", "p.png"), ("picture", "null.png")] {
         let child = footlight(folder.path())
             .args([verb, "s.lxq", "-o", name])
             .spawn()
@@ -344,7 +339,6 @@ fn what_is_no_file_is_refused_at_once() {
         (LIT.to_owned(), "fmt x"),
         (LIT.to_owned(), "diff x s.lxq"),
         (LIT.to_owned(), "diff s.lxq x"),
-        (LIT.to_owned(), "session s.lxq x"),
         (lit("include \"x\""), "check s.lxq"),
         (lit("bank i image \"x\""), "check s.lxq"),
         (stage.replace("set.obj", "x"), "check s.lxq"),
@@ -439,7 +433,6 @@ fn names_of_files_need_not_be_text() {
         ("plot s*.lxq -o c*.svg", Some("c*.svg")),
         ("run s*.lxq -o o*", Some("o*/show.html")),
         ("run s*.lxq", Some("out/s*/show.html")),
-        ("session s*.lxq commands* -o d*.csv", Some("d*.csv")),
         ("repl s*.lxq -c save", None),
     ] {
         let (code, said) = told(&folder, &words(line));

@@ -30,8 +30,6 @@ cue 2 at 0:10 { time 6  lamps 80 }
 cue 3 at 1:30 { time 4  lamps 5  sky #403010 }
 "#;
 
-const SESSION: &str = "refine 1\ncue 2 at 0:10 { time 3  lamps 60 }\nrefine 1\n";
-
 fn project() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
@@ -45,7 +43,6 @@ impl Place {
         let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
         write("show.lxq", SHOW);
         write("old.lxq", &SHOW.replace("lamps 80", "lamps 60"));
-        write("session.txt", SESSION);
         for name in ["outside.lxq", "set.obj", "set.mtl", "render.py"] {
             let from = project().join("examples/outside").join(name);
             fs::copy(from, folder.path().join(name)).unwrap();
@@ -164,17 +161,6 @@ fn every_example_of_the_help_runs() {
     }
 }
 
-#[test]
-fn a_show_that_refines_to_its_coarse_quality_is_told_so() {
-    let place = Place::new();
-    let text = SHOW.replace("refined 3", "refined 2");
-    fs::write(place.path().join("show.lxq"), text).unwrap();
-    let output = place.shell("footlight --quiet chart plan show.lxq -o plan.png");
-    assert_eq!(output.status.code(), Some(2));
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(said.contains("nothing changes by refining"), "{said}");
-}
-
 /// Work beside the prompt, done at once.
 struct AtOnce;
 
@@ -189,10 +175,8 @@ fn every_verb_does_its_example_at_the_prompt() {
     let place = Place::new();
     for spec in VERBS {
         let store = MemoryStore::default();
-        for name in ["show.lxq", "session.txt"] {
-            let bytes = fs::read(place.path().join(name)).unwrap();
-            footlight::files::Store::write(&store, Path::new(name), &bytes).unwrap();
-        }
+        let bytes = fs::read(place.path().join("show.lxq")).unwrap();
+        footlight::files::Store::write(&store, Path::new("show.lxq"), &bytes).unwrap();
         for bank in ["lamps", "sky"] {
             let name = format!("refs/{bank}.exr");
             let bytes = fs::read(place.path().join(&name)).unwrap();

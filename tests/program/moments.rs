@@ -10,18 +10,15 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
 /// Every verb that works on a show, with what makes it go all the way; `SHOW` is the show's file.
-pub const VERBS: [&[&str]; 17] = [
+pub const VERBS: [&[&str]; 14] = [
     &["check", "SHOW"],
     &["plan", "SHOW"],
-    &["plan", "SHOW", "--metric", "settings"],
     &["picture", "SHOW", "-o", "p.png"],
     &["play", "SHOW", "-o", "film.y4m"],
     &["plot", "SHOW", "keys", "-o", "keys.svg"],
     &["run", "SHOW", "-o", "results"],
     &["quality", "SHOW"],
     &["chart", "transport", "SHOW", "-o", "chart.png"],
-    &["plan", "SHOW", "--measure"],
-    &["session", "SHOW", "session.txt", "--truth"],
     &["pool", "SHOW"],
     &["tracksheet", "SHOW"],
     &["cuesheet", "SHOW"],
@@ -29,9 +26,6 @@ pub const VERBS: [&[&str]; 17] = [
     &["diff", "SHOW", "other.lxq"],
     &["fmt", "--check", "SHOW"],
 ];
-
-/// What `session` replays.
-pub const SESSION: &str = "refine 1\nrefine 1\n";
 
 /// A verb that was told to end.
 pub struct Told {

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 use nix::sys::signal::Signal;
 
-use crate::moments::{SESSION, VERBS, code, start, tell};
+use crate::moments::{VERBS, code, start, tell};
 
 const SHOW: &str = "show \"Stop\"
 surface floor reflectance 0.5 box from -3,-3,-1 to 3,3,0
@@ -35,11 +35,7 @@ fn footlight(folder: &Path, words: &[&str]) -> Command {
 #[test]
 fn every_verb_ends_soon_after_a_signal() {
     let folder = tempfile::tempdir().unwrap();
-    for (name, text) in [
-        ("s.lxq", SHOW),
-        ("other.lxq", SHOW),
-        ("session.txt", SESSION),
-    ] {
+    for (name, text) in [("s.lxq", SHOW), ("other.lxq", SHOW)] {
         fs::write(folder.path().join(name), text).unwrap();
     }
     let moments = [(20, Signal::SIGINT), (90, Signal::SIGTERM)];

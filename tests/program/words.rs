@@ -164,7 +164,6 @@ fn no_verb_of_the_prompt_prints_what_commands_the_terminal() {
         "plot",
         "diff",
         "set",
-        "session",
         "plan",
         "picture -o",
         "compare --reference",

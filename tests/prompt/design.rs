@@ -1,19 +1,14 @@
 //! Design sessions measured, and refinement that knows what its calls cost.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::operator::Altered;
 use crate::{Stopped, prompt};
-use footlight::diagnostic::Style;
 use footlight::engine::{Host, Way};
-use footlight::files::{Folder, MemoryStore, Store};
-use footlight::picture::Image;
-use footlight::picture::combine::{combine, dot};
-use footlight::renderer::{Cost, Quality};
+use footlight::files::{Folder, MemoryStore};
+use footlight::renderer::Cost;
 use footlight::repl::Repl;
-use footlight::report::{Point, Record};
-use footlight::units::Time;
 
 const SHARED: Cost = Cost {
     prepare: 2.0,
@@ -73,170 +68,6 @@ fn check_warns_of_a_run_of_minutes() {
         "{less}"
     );
     assert!(!warned(15.0).contains("warning"));
-}
-
-const COMMANDS: &str = "// on coarse pictures\n\
-    cue 2 \"Lamp lit\" at 0:02 { lamp 60  time 1.5 }\n\n\
-    refine   // one\n\
-    cue 3 \"Dawn\" at 0:06 {\n  time 8\n  day 70\n}\n\
-    refine 5\n";
-
-/// A row of what a session measures: shares, not percent.
-#[derive(Debug)]
-struct Moment {
-    label: String,
-    event: String,
-    predicted_quality: Option<f64>,
-    error: f64,
-    quality: Option<f64>,
-}
-
-fn replay(commands: &str) -> (Repl, Vec<Moment>) {
-    let (mut show, store) = first(SHARED);
-    let path = Path::new("commands.txt");
-    store.write(path, commands.as_bytes()).unwrap();
-    show.execute("session commands.txt --truth -o moments.json")
-        .unwrap();
-    let bytes = store.read(Path::new("moments.json"), 1 << 20).unwrap();
-    let record: Record = serde_json::from_slice(&bytes).unwrap();
-    let column = |name: &str| record.column(name).unwrap();
-    let columns = ["predicted", "true error", "true"].map(column);
-    let moment = |point: &Point| {
-        let [predicted_quality, error, quality] = columns.map(|c| point.values[c]);
-        Moment {
-            label: point.label.clone(),
-            event: point.marks.join(" "),
-            predicted_quality,
-            error: error.unwrap() / 100.0,
-            quality,
-        }
-    };
-    let moments = record.series[0].points.iter().map(moment).collect();
-    (show, moments)
-}
-
-#[test]
-fn a_session_goes_from_coarse_to_true() {
-    let (show, moments) = replay(COMMANDS);
-    let events: Vec<&str> = moments.iter().map(|m| m.event.as_str()).collect();
-    assert_eq!(events, ["coarse", "edit", "refined", "edit", "refined"]);
-    assert_eq!(moments[3].label, "line 5: cue 3 \"Dawn\" at 0:06 {");
-    assert_eq!(show.engine().refined(), 2);
-
-    let quality = |m: &Moment| m.quality.unwrap();
-    assert_eq!(quality(&moments[0]), 0.0);
-    assert!(quality(&moments[2]) > 0.3, "{moments:?}");
-    // Two lights, two refined mixtures: nothing is left but rounding.
-    assert!(moments[4].error < 1e-6, "{moments:?}");
-    assert!(quality(&moments[4]) > 0.999);
-    let predicted = moments[4].predicted_quality.unwrap();
-    assert!(predicted > 0.999, "{predicted}");
-}
-
-/// The error of the sequence by looking at it, moment by moment.
-fn by_looking(show: &mut Repl) -> f64 {
-    let quality = Quality(show.engine().show().preview.refined);
-    let units: [Image; 2] =
-        [[1.0, 0.0], [0.0, 1.0]].map(|unit| show.engine_mut().render(&unit, quality).unwrap());
-    let (start, end) = (
-        show.engine().document().timeline().start(),
-        show.engine().document().timeline().end(),
-    );
-    let count = 400;
-    let (mut error, mut all) = (0.0, 0.0);
-    for i in 0..count {
-        let time: Time = start + (end - start).scaled((f64::from(i) + 0.5) / f64::from(count));
-        let levels = show.engine().document().timeline().evaluate(time);
-        let size = (units[0].width(), units[0].height());
-        let truth = combine(size, &[(levels[0], &units[0]), (levels[1], &units[1])], 1);
-        let off = combine(
-            size,
-            &[
-                (1.0, &show.engine_mut().picture(time).unwrap()),
-                (-1.0, &truth),
-            ],
-            1,
-        );
-        error += dot(&off, &off);
-        all += dot(&truth, &truth);
-    }
-    (error / all).sqrt()
-}
-
-#[test]
-fn the_true_error_is_what_one_sees() {
-    for commands in ["", "refine\n"] {
-        let (mut show, moments) = replay(commands);
-        let exact = moments.last().unwrap().error;
-        let seen = by_looking(&mut show);
-        assert!((exact / seen - 1.0).abs() < 0.01, "{exact} against {seen}");
-    }
-}
-
-#[test]
-fn an_error_ends_a_session_with_its_line_and_keeps_what_is_done() {
-    let cases = [
-        (
-            "refine\n\nrefine sometimes\n",
-            3,
-            2,
-            "`sometimes` is not a whole number",
-        ),
-        ("refine\ncue 2 { lmap 5 }\nrefine\n", 2, 1, "no bank"),
-        (
-            "refine\nquit\n",
-            2,
-            2,
-            "a session holds declarations and `refine`; `quit` is neither",
-        ),
-        ("refine\nlook open { lamp 5\nrefine\n", 2, 1, "}"),
-    ];
-    for (commands, line, code, words) in cases {
-        let (mut show, store) = first(SHARED);
-        let path = Path::new("commands.txt");
-        store.write(path, commands.as_bytes()).unwrap();
-        let error = show.execute("session commands.txt -o out.csv").unwrap_err();
-        let text = error.report(Style::Plain);
-        assert!(text.contains(&format!("commands.txt:{line}: ")), "{text}");
-        assert!(text.contains(words), "{text}");
-        assert!(text.contains("line 1: refine"), "{text}");
-        assert_eq!(
-            (error.exit_code(), show.engine().refined()),
-            (code, 1),
-            "{text}"
-        );
-        let csv = String::from_utf8(store.read(Path::new("out.csv"), 1 << 20).unwrap()).unwrap();
-        assert!(
-            csv.contains("# kind: session") && csv.contains("line 1: refine"),
-            "{csv}"
-        );
-    }
-}
-
-#[test]
-fn a_session_is_drawn_and_told() {
-    let (mut show, store) = first(SHARED);
-    store
-        .write(Path::new("c.txt"), COMMANDS.as_bytes())
-        .unwrap();
-    let reply = show.execute("session c.txt --truth -o s.svg").unwrap();
-    assert!(reply.text.ends_with("wrote s.svg\n"), "{}", reply.text);
-    let svg = String::from_utf8(store.read(Path::new("s.svg"), 1 << 24).unwrap()).unwrap();
-    for words in [
-        "as predicted",
-        "true",
-        "after an edit",
-        "how good was the sequence",
-    ] {
-        assert!(svg.contains(words), "{words}");
-    }
-    let error = show
-        .execute("session c.txt -o s.gif")
-        .unwrap_err()
-        .to_string();
-    assert!(error.contains(".png, .svg, .csv or .json"), "{error}");
-    let error = show.execute("session").unwrap_err().to_string();
-    assert!(error.contains("session FILE"), "{error}");
 }
 
 #[test]

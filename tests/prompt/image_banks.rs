@@ -5,11 +5,10 @@ use std::path::{Path, PathBuf};
 
 use crate::prompt;
 use footlight::diagnostic::Style;
-use footlight::engine::{Ended, Goal, Host, PlanOptions, TEXT_LIMIT};
+use footlight::engine::{Ended, Goal, Host, TEXT_LIMIT};
 use footlight::files::{Folder, Memory, MemoryStore, Store};
 use footlight::picture::exr::{self, Precision};
 use footlight::picture::{Image, png};
-use footlight::plan::Metric;
 use footlight::repl::{Error, Repl};
 
 fn root() -> PathBuf {
@@ -52,12 +51,7 @@ fn a_show_of_images_needs_neither_stage_nor_view_and_nothing_is_left_to_refine()
     let mut show = open(&format!("{PAIR}{CUES}"), files()).unwrap();
     let plan = show.execute("plan").unwrap().text;
     assert!(plan.contains("nothing is left to refine"), "{plan}");
-    let options = PlanOptions {
-        metric: Metric::Settings,
-        tolerance: 0.02.into(),
-        signed_keys: false,
-    };
-    let data = show.engine_mut().plan(options).unwrap();
+    let data = show.engine().plan(0.02.into()).unwrap();
     assert_eq!((data.used, data.predicted.len()), (0, 1));
 
     // One sum at full precision: rendered and from the pool it is the same picture.
@@ -86,13 +80,7 @@ fn a_show_of_images_needs_neither_stage_nor_view_and_nothing_is_left_to_refine()
     // The whole loop, and a step of quality that there is not.
     let ran = show.execute("run --keys -o out").unwrap().text;
     assert!(ran.contains("nothing left to refine"), "{ran}");
-    for verb in [
-        "check",
-        "picture 0:05",
-        "play",
-        "plot",
-        "plan --metric error",
-    ] {
+    for verb in ["check", "picture 0:05", "play", "plot", "plan"] {
         show.execute(verb).unwrap();
     }
     let fine = show.execute("picture --quality 2").unwrap_err();

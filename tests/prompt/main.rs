@@ -7,9 +7,10 @@
     reason = "a test stops at its first surprise"
 )]
 
-#[path = "../../examples/trial/dice.rs"]
+#[path = "../../examples/studies/src/dice.rs"]
 mod dice;
-#[path = "../../examples/trial/random_show.rs"]
+#[path = "../../examples/studies/src/random_show.rs"]
+#[allow(dead_code, reason = "not all of it is wanted here")]
 mod random_show;
 
 mod beside;
@@ -24,7 +25,6 @@ mod store;
 mod study;
 mod told;
 mod transcripts;
-mod tune;
 mod ways;
 
 use std::path::Path;

@@ -8,10 +8,9 @@ use std::time::Duration;
 use crate::operator::Altered;
 use crate::prompt;
 use footlight::diagnostic::Style;
-use footlight::engine::{self, Ended, Forecast, Goal, Host, PlanOptions, Version};
+use footlight::engine::{self, Ended, Goal, Host, Version};
 use footlight::files::{Clock, Memory, MemoryStore, Store};
 use footlight::picture::tone::Tone;
-use footlight::plan::Metric;
 use footlight::playback::Player;
 use footlight::playback::key::Format;
 use footlight::repl::{self, Repl};
@@ -342,17 +341,13 @@ fn the_plan_is_the_same_bytes_in_every_run_and_with_any_threads() {
         if refine {
             show.engine_mut().refine(Goal::default()).unwrap();
         }
-        let plain = show.execute("plan --json --metric settings").unwrap().text;
-        let error = show
-            .execute("plan --json --metric error --tolerance 0")
-            .unwrap()
-            .text;
+        let plain = show.execute("plan --json").unwrap().text;
+        let error = show.execute("plan --json --tolerance 0").unwrap().text;
         (plain, error)
     };
     let first = json(1, false);
     assert_eq!(first, json(2, true));
     let plan: serde_json::Value = serde_json::from_str(&first.1).unwrap();
-    assert_eq!(plan["metric"], "error");
     assert_eq!(plan["used"], plan["rank"]);
     assert_eq!(
         plan["coordinates"],
@@ -506,20 +501,6 @@ fn the_limit_of_time_ends_a_call_and_the_next_goes_on_from_there() {
 }
 
 #[test]
-fn influence_and_error_metrics_render_coarse_pictures_and_settings_do_not() {
-    let (mut show, _) = open();
-    let options = |metric| PlanOptions {
-        metric,
-        tolerance: 0.02.into(),
-        signed_keys: false,
-    };
-    show.engine_mut().plan(options(Metric::Settings)).unwrap();
-    assert!(show.engine().steps().is_empty());
-    show.engine_mut().plan(options(Metric::Influence)).unwrap();
-    assert_eq!(show.engine().steps().len(), 1);
-}
-
-#[test]
 fn every_verb_has_help_and_an_example_that_is_understood() {
     let (mut show, _) = open();
     let list = show.execute("help").unwrap().text;
@@ -531,42 +512,6 @@ fn every_verb_has_help_and_an_example_that_is_understood() {
     }
     let error = show.execute("picutre").unwrap_err().to_string();
     assert!(error.contains("did you mean `picture`"), "{error}");
-}
-
-#[test]
-fn a_metric_holds_for_a_call() {
-    let (mut show, _) = open();
-    let said = |show: &mut Repl, line: &str| show.execute(line).unwrap().text;
-    assert!(said(&mut show, "plan --metric influence").contains("metric influence"));
-    assert!(said(&mut show, "plan").contains("metric error"));
-    let error = show.execute("refine --metric light").unwrap_err();
-    let error = error.to_string();
-    assert!(error.contains("settings, influence or error"), "{error}");
-    assert_eq!(show.engine().metric(), None, "an error changes nothing");
-}
-
-/// The order of refinement follows the metric; what is foretold is always the error of the worst
-/// moment, so that both orders come to the same in the end.
-#[test]
-fn the_metric_orders_what_is_refined_and_errors_stay_comparable() {
-    let ahead = |metric: Metric| {
-        let (mut show, _) = open();
-        show.engine_mut().coarse().unwrap();
-        show.engine_mut().set_metric(Some(metric));
-        let outlook = show.engine().forecast().unwrap();
-        show.execute("refine").unwrap();
-        assert_eq!(
-            show.engine().pool().unwrap().settings()[0],
-            outlook.steps[0].setting
-        );
-        outlook
-    };
-    let (ours, plain) = (ahead(Metric::Error), ahead(Metric::Settings));
-    assert_eq!(ours.error, plain.error);
-    assert_ne!(ours.steps[0].setting, plain.steps[0].setting);
-    let last = |forecast: &Forecast| forecast.steps.last().unwrap().error;
-    assert!((last(&ours) - last(&plain)).abs() < 1e-9);
-    assert!(last(&ours) < ours.error);
 }
 
 /// An edit changes the error without a picture: what was reached before it may not be any more.

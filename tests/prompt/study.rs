@@ -227,15 +227,6 @@ fn what_a_step_sets_rises_with_it_and_so_does_its_price() {
     );
 }
 
-/// A random show, small, in a file of its own on the shelf.
-fn random(store: &MemoryStore) -> Repl {
-    let host = Host {
-        clock: Box::new(Ticking::by(0.25)),
-        ..Host::default()
-    };
-    random_of([32, 18], store, host)
-}
-
 /// The same with pictures of a size and other means.
 fn random_of(size: [usize; 2], store: &MemoryStore, host: Host) -> Repl {
     let made = crate::random_show::random_show(7, size);
@@ -249,66 +240,6 @@ fn random_of(size: [usize; 2], store: &MemoryStore, host: Host) -> Repl {
     crate::open(path, host)
 }
 
-fn record(show: &mut Repl, store: &MemoryStore, line: &str) -> (String, Record) {
-    let said = show.execute(&format!("{line} -o chart.json")).unwrap().text;
-    let bytes = store.read(Path::new("chart.json"), 1 << 24).unwrap();
-    (said.into(), serde_json::from_slice(&bytes).unwrap())
-}
-
-#[test]
-fn the_chart_of_the_plan_has_every_order_and_both_bounds() {
-    let store = MemoryStore::default();
-    let mut show = random(&store);
-    let (said, record) = record(&mut show, &store, "chart plan");
-    assert_eq!(record.kind, Kind::Plan);
-    let names: Vec<&str> = record.series.iter().map(|s| s.name.as_str()).collect();
-    assert!(names.iter().all(|n| n.starts_with("order: ")));
-    assert_eq!(names.len(), 5, "{names:?}");
-    let curve = |name: &str, x: &str| {
-        let series = record.series.iter().find(|s| s.name == name).unwrap();
-        record.curve(series, x, "true error of the worst moment")
-    };
-    let shipped = "order: estimated error (shipped)";
-    let start = curve(shipped, "refined pictures")[0].1;
-    for name in &names {
-        let points = curve(name, "refined pictures");
-        assert_eq!(points[0], (0.0, start), "{name}");
-        assert!(
-            points.last().unwrap().1 < 1e-3 * start,
-            "{name}: {points:?}"
-        );
-        for time in ["predicted time", "real time"] {
-            let times: Vec<f64> = curve(name, time).iter().map(|p| p.0).collect();
-            assert!(
-                times.windows(2).all(|w| w[0] <= w[1]),
-                "{name} {time}: {times:?}"
-            );
-            assert!(times[0] > 0.0);
-        }
-    }
-    // A prediction that mixes banks is ahead of bank by bank.
-    let at = |name: &str| curve(name, "refined pictures")[4].1;
-    assert!(at(shipped) < at("order: one picture for each bank"));
-    for word in ["true error: an oracle", "influence, the paper's"] {
-        assert!(said.contains(word), "{said}");
-    }
-    show.execute("chart plan -o plan.svg --dark").unwrap();
-    let svg = store.read(Path::new("plan.svg"), 1 << 24).unwrap();
-    let svg = String::from_utf8(svg).unwrap();
-    assert!(svg.contains("bank by bank") && !svg.contains("no data"));
-}
-
-#[test]
-fn a_trial_that_does_not_fit_is_refused_before_anything_is_rendered() {
-    let host = Host {
-        memory: 1 << 20,
-        ..Host::default()
-    };
-    let mut show = random_of([96, 54], &MemoryStore::default(), host);
-    let error = show.execute("chart plan").unwrap_err().to_string();
-    assert!(error.contains("every source at three qualities"), "{error}");
-}
-
 /// With a renderer that ignores quality.
 fn stubborn() -> Repl {
     let host = Host {
@@ -320,14 +251,6 @@ fn stubborn() -> Repl {
         ..Host::default()
     };
     random_of([16, 9], &MemoryStore::default(), host)
-}
-
-#[test]
-fn a_plan_without_errors_has_no_chart_and_says_why() {
-    let mut show = stubborn();
-    let error = show.execute("chart plan").unwrap_err();
-    assert_eq!(error.exit_code(), 2);
-    assert!(error.to_string().contains("nothing to refine"), "{error}");
 }
 
 #[test]
@@ -346,43 +269,18 @@ fn a_renderer_that_ignores_quality_leaves_no_error_and_nothing_to_refine() {
 }
 
 #[test]
-fn a_session_beside_the_show_is_charted() {
-    let store = MemoryStore::default();
-    let mut show = random(&store);
-    let missing = show.execute("chart session").unwrap_err();
-    assert!(missing.to_string().contains("session.txt"), "{missing}");
-    assert_eq!(missing.exit_code(), 3);
-    let commands = b"refine 1\npreview { gap 3 }\nrefine 1\n";
-    store.write(Path::new("set/session.txt"), commands).unwrap();
-    let (said, usual) = record(&mut show, &store, "chart session --truth");
-    assert_eq!(usual.kind, Kind::Session);
-    let points = &usual.series[0].points;
-    assert_eq!(points.len(), 4, "{said}");
-    let known = points.iter().all(|p| p.values.iter().all(Option::is_some));
-    assert!(known, "{points:?}");
-    store.write(Path::new("other.txt"), b"refine 1\n").unwrap();
-    let (_, other) = record(&mut show, &store, "chart session --commands other.txt");
-    assert_eq!(other.series[0].points.last().unwrap().values[5], None);
-}
-
-#[test]
-fn options_of_one_chart_are_refused_on_another() {
+fn what_is_no_chart_is_refused() {
     let store = MemoryStore::default();
     let mut show = furnace(&store);
     for (line, said) in [
-        ("chart", "say what to draw"),
-        ("chart plan session", "say what to draw"),
-        ("chart plan --truth", "`--truth` is for `chart session`"),
+        ("chart", "`chart transport`"),
+        ("chart plan", "`chart transport`"),
+        ("chart transport --truth", "was removed"),
+        ("session x", "was removed"),
         (
-            "chart plan --commands x",
-            "`--commands` is for `chart session`",
+            "chart transport -o chart.gif",
+            "use .png, .svg, .csv or .json",
         ),
-        (
-            "chart session --reference refs",
-            "`--reference` is for `chart transport`",
-        ),
-        ("chart playback", "say what to draw"),
-        ("chart plan -o chart.gif", "use .png, .svg, .csv or .json"),
     ] {
         let error = show.execute(line).unwrap_err();
         assert!(error.to_string().contains(said), "{line}: {error}");

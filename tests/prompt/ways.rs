@@ -99,8 +99,6 @@ fn steps_of_the_display_are_an_error_too() {
         let text = say(&mut show, wrong);
         assert!(text.contains("write steps of 255 as 1.5steps"), "{text}");
     }
-    let text = say(&mut show, "plan --measure --tolerance 1steps");
-    assert!(text.contains("--tolerance 1%"), "{text}");
 }
 
 /// Where every picture costs the same, two mixtures on top of what is there beat five banks.
@@ -179,22 +177,20 @@ fn what_is_rendered_serves_on() {
     assert_eq!(rendered.load(Ordering::Relaxed), 4);
 }
 
-/// Plan, spectrum, error, status and run name one count, one error and one metric.
+/// Plan, spectrum, error, status and run name one count and one error.
 #[test]
 fn every_verb_says_the_same_of_one_pool() {
     let (mut show, _) = open(None, &MemoryStore::default());
     let first = say(&mut show, "plan");
-    assert!(first.contains("metric settings"), "{first}");
     assert!(first.contains("counted again"), "{first}");
     let ran = say(&mut show, "run -o out");
     assert!(ran.contains("error 2.00 % -> 2.00 %"), "{ran}");
     let plan = say(&mut show, "plan");
     assert!(plan.contains("0 refined pictures of 2"), "{plan}");
-    assert!(plan.contains("metric brightness"), "{plan}");
     assert!(plan.contains("what is there"), "{plan}");
     let spectrum = say(&mut show, "plot spectrum -o s.svg");
     assert!(
-        spectrum.contains("0 refined pictures of 2 reach 2.00 % (metric brightness)"),
+        spectrum.contains("0 refined pictures of 2 reach 2.00 %"),
         "{spectrum}"
     );
     let error = say(&mut show, "plot error -o e.svg");

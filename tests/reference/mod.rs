@@ -21,7 +21,7 @@ use footlight::renderer::{Quality, Setup, Transport};
 use footlight::scene::{Emitter, Light, Rig, Scene, Source, View, obj};
 use footlight::units::Rgb;
 use footlight::work::{Silent, Work};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// A scene with one source for each of its banks.
 pub struct Case {
@@ -40,10 +40,15 @@ impl Case {
     }
 }
 
+/// The folder of the examples; the package of the studies lies in it.
+pub fn examples() -> PathBuf {
+    let package = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut places = package.ancestors().map(|root| root.join("examples"));
+    places.find(|place| place.is_dir()).unwrap()
+}
+
 fn folder(name: &str) -> PathBuf {
-    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
-        .join("examples/reference")
-        .join(name)
+    examples().join("reference").join(name)
 }
 
 /// Reads a picture of a scene.
@@ -137,7 +142,7 @@ pub fn stage() -> Case {
 
 /// The example show, each coordinate of its settings a source; there is no reference picture.
 pub fn tavern() -> Case {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/tavern");
+    let folder = examples().join("tavern");
     let text = std::fs::read_to_string(folder.join("tavern.lxq")).unwrap();
     let show = lang::parse(&mut Sources::default(), "tavern.lxq", &text)
         .show

@@ -14,11 +14,10 @@ use footlight::geometry::vec3;
 use footlight::lang;
 use footlight::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, View, obj};
 use footlight::units::Rgb;
-use std::path::PathBuf;
 
 /// The smallest show.
 pub fn first() -> Case {
-    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let folder = crate::reference::examples();
     let text = std::fs::read_to_string(folder.join("first.lxq")).unwrap();
     let parsed = lang::parse(&mut Sources::default(), "first.lxq", &text);
     let show = parsed.show.unwrap();

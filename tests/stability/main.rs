@@ -1,7 +1,7 @@
 //! Where the usual methods fail, and what is done here instead: each test shows both.
 //!
 //! The naive methods are in `methods`, which `examples/stability` draws; the paper's ways to choose
-//! and show refined pictures are in `examples/trial`. `data` holds what only other programs can
+//! and show refined pictures are in `examples/studies`. `data` holds what only other programs can
 //! find: `svd_peers` (the one in `tests/peers/svd`).
 
 #![allow(
@@ -18,23 +18,13 @@ mod meter;
 #[path = "../reference/mod.rs"]
 mod reference;
 
-#[path = "../../examples/trial/dice.rs"]
-mod dice;
-#[path = "../../examples/trial/evaluation.rs"]
-#[allow(dead_code, reason = "not all of it is wanted here")]
-mod evaluation;
-#[path = "../../examples/trial/projection.rs"]
-#[allow(dead_code, reason = "not all of it is wanted here")]
-mod projection;
-#[path = "../../examples/trial/random_show.rs"]
-mod random_show;
-
 mod contact;
 mod decomposition;
+#[path = "../../examples/studies/src/dice.rs"]
+mod dice;
 mod hostile;
 mod indirect;
 #[allow(dead_code, reason = "not all of it is wanted here")]
 mod methods;
-mod refined_first;
 mod sampling;
 mod study;

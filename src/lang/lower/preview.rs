@@ -95,8 +95,6 @@ impl<'a> Lower<'a, '_> {
         match (key.text, value.text) {
             ("tone", "filmic") => self.show.preview.tone = ToneCurve::Filmic,
             ("tone", "plain") => self.show.preview.tone = ToneCurve::Plain,
-            ("dither", "on") => self.show.preview.dither = true,
-            ("dither", "off") => self.show.preview.dither = false,
             ("exposure", "auto") => self.show.preview.exposure = None,
             ("tone" | "dither", _) => return self.unfit(key, value),
             (other, signed) if signed.starts_with('+') && other != "exposure" => {
@@ -173,7 +171,9 @@ impl<'a> Lower<'a, '_> {
         let (key, word) = (key.text, value.text);
         let message = match (key, word) {
             ("tone", _) => format!("`{word}` is no tone: it is `filmic` or `plain`"),
-            ("dither", _) => format!("`dither` is `on` or `off`, not `{word}`"),
+            ("dither", _) => {
+                "`dither` was removed: films and pages show 8 bits as they are".to_owned()
+            }
             ("white", _) => {
                 format!("`white` is a colour temperature such as `3200 K`, not `{word}`")
             }
@@ -184,7 +184,6 @@ impl<'a> Lower<'a, '_> {
                 format!("only `tolerance` has `steps`, `{key}` is a plain number")
             }
             (_, "auto") => format!("only `exposure` may be `auto`, `{key}` is a number"),
-            (_, "on" | "off") => format!("only `dither` is `on` or `off`, `{key}` is a number"),
             _ => format!("`{word}` is a tone, not a number"),
         };
         self.report

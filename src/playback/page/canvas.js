@@ -15,8 +15,7 @@ function canvasRenderer(canvas, show) {
   const probeBits = new Uint32Array(probe.buffer);
   for (let i = 0; i < 0xff00; i++) {
     probeBits[0] = (i << 15) | (1 << 14);
-    const code = shown(show.curve, probe[0]);
-    tone[i] = show.dither ? code : Math.round(code);
+    tone[i] = Math.round(shown(show.curve, probe[0]));
   }
   tone.fill(255, 0xff00);
   const pictures = [];
@@ -63,10 +62,9 @@ function canvasRenderer(canvas, show) {
       for (const { picture, weight } of terms ?? weights.map((weight, k) => ({ picture: frame.keys[k], weight }))) add(picture, weight);
       const data = out.data;
       for (let i = 0, p = 0; i < sum.length; i += 3, p += 4) {
-        const at = i / 3, more = show.dither ? bias(at % width, Math.floor(at / width)) : 0;
         for (let c = 0; c < 3; c++) {
           const raw = bits[i + c];
-          data[p + c] = raw >>> 31 ? 0 : tone[raw >>> 15] + more;
+          data[p + c] = raw >>> 31 ? 0 : tone[raw >>> 15];
         }
       }
       context.putImageData(out, 0, 0);

@@ -24,7 +24,7 @@ const words = ({ pictures, ...rest }) => JSON.stringify(rest);
 
 /// Shows another version, at once where all of it is here.
 async function change(next) {
-  const fits = String(next.size) === String(show.size) && next.curve === show.curve && next.dither === show.dither;
+  const fits = String(next.size) === String(show.size) && next.curve === show.curve;
   const renderer = fits ? desk.renderer : rendererFor(next, element("picture").cloneNode());
   const taken = [];
   await load(next, renderer.wantsPixels, fits ? show.pictures : [], (...picture) => taken.push(picture));

@@ -119,7 +119,7 @@ fn all_coded(
 /// A picture in the code of 8 bits, of light as it is exposed. Signs are kept where the display
 /// could tell them from black.
 fn coded(image: &Image, tone: Tone) -> Result<Coded, PictureError> {
-    let curve = ByteCurve::new(peak(image.data()), tone.knee());
+    let curve = ByteCurve::new(peak(image), tone.knee());
     let codes = curve.codes(image.data());
     let file = |codes: &[u8]| png::encode(image.width(), image.height(), codes);
     let least = image.data().iter().copied().fold(0.0, f32::min);
@@ -156,7 +156,6 @@ mod tests {
         let tone = Tone {
             exposure: -2.0,
             curve: Curve::Filmic,
-            dither: false,
         };
         let mut image = Image::from_data(4, 3, (0..36).map(|i| i as f32 / 9.0).collect()).unwrap();
         assert!(coded(&image, tone).unwrap().signs.is_none());

@@ -85,11 +85,3 @@ function shown(curve, light) {
   }
   return 255 * coded(b);
 }
-
-/// What is added to a pixel's codes before they are rounded, where a show is dithered: Bayer's
-/// matrix of 8 x 8, from the bits of x ^ y and of y.
-function bias(x, y) {
-  let t = 0;
-  for (let bit = 0; bit < 3; bit++) t = t << 2 | ((x ^ y) >> bit & 1) << 1 | (y >> bit & 1);
-  return 0.5 - (t + 0.5) / 64;
-}

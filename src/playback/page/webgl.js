@@ -25,14 +25,6 @@ vec3 light(sampler2D picture, vec2 law) {
 
 const TONE = `
 uniform bool filmic;
-uniform bool dither;
-// What is added to a code before it is rounded: Bayer's matrix, from the bits of x ^ y and of y.
-float bias() {
-  int y = height - 1 - int(gl_FragCoord.y);
-  int x = int(gl_FragCoord.x) ^ y, t = 0;
-  for (int bit = 0; bit < 3; bit++) t = t << 2 | (x >> bit & 1) << 1 | (y >> bit & 1);
-  return dither ? 0.5 - (float(t) + 0.5) / 64.0 : 0.0;
-}
 vec4 display(vec3 light) {
   vec3 x = max(light, 0.0);
   vec3 b = min(x, 1.0);
@@ -42,7 +34,7 @@ vec4 display(vec3 light) {
   }
   vec3 high = 1.055 * pow(max(b, 0.0031308), vec3(1.0 / 2.4)) - 0.055;
   vec3 code = mix(high, 12.92 * b, vec3(lessThanEqual(b, vec3(0.0031308))));
-  return vec4(code + bias() / 255.0, 1.0);
+  return vec4(code, 1.0);
 }
 `;
 
@@ -118,7 +110,6 @@ function webglRenderer(canvas, show) {
   for (const p of [straight, toned]) {
     p.use();
     gl.uniform1i(p.uniform("filmic"), show.curve === "filmic");
-    gl.uniform1i(p.uniform("dither"), show.dither);
   }
   gl.clearColor(0, 0, 0, 0);
   const textures = [], lawOf = [];

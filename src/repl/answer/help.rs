@@ -148,7 +148,10 @@ mod tests {
             let mut of = keywords.iter();
             of.any(|statement| super::of_word(statement, word).is_some())
         };
-        let missing: Vec<_> = words.iter().filter(|word| !is_explained(word)).collect();
+        // `dither` is read to say that it was removed.
+        let removed = ["dither", "on", "off"];
+        let words = words.iter().filter(|word| !removed.contains(word));
+        let missing: Vec<_> = words.filter(|word| !is_explained(word)).collect();
         assert!(missing.is_empty(), "{missing:?}");
     }
 

@@ -1,35 +1,11 @@
 //! Measurements: of quality, against references, as charts.
 
-use std::path::{Path, PathBuf};
-
-use super::{session, usage};
+use super::usage;
 use crate::chart::Theme;
-use crate::repl::argument::{duration, quality as step, tolerance};
+use crate::repl::argument::quality as step;
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::format::{self, DRAWING, RECORD};
-use crate::report::{self, comparison, refinement, tradeoff, ways};
-use crate::units::ErrorUnit;
-
-/// The file of commands that `chart session` replays unless another is given, next to the show.
-const COMMANDS: &str = "session.txt";
-
-/// Options that belong to one kind only, with that and what to say else.
-const PARTIAL: [(&str, &str, &str); 3] = [
-    (
-        "reference",
-        "transport",
-        "all else is held against what the show itself can render",
-    ),
-    ("commands", "session", "it names the file to replay"),
-    (
-        "truth",
-        "session",
-        "every other chart has the truth in it where there is one",
-    ),
-];
-
-const USAGE: &str = "say what to draw: `chart transport` draws error against time over the scale of \
-    quality, `chart plan` over refined pictures, `chart ways` over both ways to an error, `chart session` over a session of edits";
+use crate::report::{self, comparison, tradeoff};
 
 pub fn quality(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     call.without_words(": quality tells of all steps")?;
@@ -69,70 +45,22 @@ pub fn compare(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     Ok(if json { reply } else { written })
 }
 
-/// `plan --measure`
-pub(super) fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    call.without_words("; a number of steps stands behind --next")?;
-    let until = tolerance(&repl.engine, call, "tolerance")?;
-    if until.unit == ErrorUnit::Steps {
-        return usage("--measure chooses by an error of the light: say --tolerance 1%");
-    }
-    let budget = call.option("budget").map(duration).transpose()?;
-    let tuned = repl.engine.tune(until.error, budget.map(|t| t.seconds()))?;
-    match call.has("json") {
-        true => Reply::json(&tuned),
-        false => Ok(Reply::text(report::tune::describe(&tuned))),
-    }
-}
-
 pub fn chart(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let kind = match call.words()[..] {
-        [kind] => kind,
-        _ => "",
-    };
+    if call.words()[..] != ["transport"] {
+        return usage("`chart transport` draws error against time over the scale of quality");
+    }
     let path = call.output(&RECORD)?;
-    for (option, own, why) in PARTIAL {
-        if call.has(option) && kind != own {
-            return usage(format!("`--{option}` is for `chart {own}`: {why}"));
-        }
-    }
-    let theme = match call.has("dark") {
-        true => Theme::Dark,
-        false => Theme::Light,
+    let theme = if call.has("dark") {
+        Theme::Dark
+    } else {
+        Theme::Light
     };
-    let to = (path, theme);
-    match kind {
-        "transport" => {
-            let folder = call.path("reference");
-            let found = repl.engine.measure_tradeoff(folder)?;
-            let (text, record) = (tradeoff::describe(&found), || tradeoff::record(&found));
-            repl.deliver(text, &record, &|theme| tradeoff::drawing(&found, theme), to)
-        }
-        "session" => {
-            let commands = call.path("commands").map(Path::to_owned);
-            let commands = commands.unwrap_or_else(|| usual_commands(repl));
-            session::replayed(repl, &commands, call.has("truth"), to)
-        }
-        "plan" => {
-            let found = repl.engine.measure_refinement()?;
-            let (text, record) = (refinement::describe(&found), || refinement::record(&found));
-            repl.deliver(
-                text,
-                &record,
-                &|theme| refinement::drawing(&found, theme),
-                to,
-            )
-        }
-        "ways" => {
-            let found = repl.engine.measure_ways()?;
-            let (text, record) = (ways::measured(&found), || ways::record(&found));
-            repl.deliver(text, &record, &|theme| ways::drawing(&found, theme), to)
-        }
-        _ => usage(USAGE),
-    }
-}
-
-/// The session next to the show's file.
-fn usual_commands(repl: &Repl) -> PathBuf {
-    let folder = repl.engine.document().path().and_then(Path::parent);
-    folder.unwrap_or(Path::new("")).join(COMMANDS)
+    let found = repl.engine.measure_tradeoff(call.path("reference"))?;
+    let (text, record) = (tradeoff::describe(&found), || tradeoff::record(&found));
+    repl.deliver(
+        text,
+        &record,
+        &|theme| tradeoff::drawing(&found, theme),
+        (path, theme),
+    )
 }

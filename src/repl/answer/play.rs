@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::usage;
-use crate::repl::argument::{cue, key_format, target, time_of};
+use crate::repl::argument::{cue, target, time_of};
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::film::{self, Span};
 use crate::report::target::{Sequence, Target};
@@ -35,7 +35,6 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         engine,
         tone: engine.tone_of(playback.images()),
         playback,
-        keys: call.option("keys").map(key_format).transpose()?,
         span,
     };
     let exposure = exposure(engine.show(), sequence.tone.exposure);
@@ -152,7 +151,7 @@ mod tests {
         for (words, said) in [
             ("-o a.avi", "use a .mp4 or .webm (film), a .y4m"),
             ("-o a", "numbered pictures"),
-            ("-o a.png --layers keys", "`--layers` is for an .exr"),
+            ("-o a.html --layers keys", "`--layers` is for an .exr"),
             ("-o a.exr --chroma 444", "`--chroma` is for a .y4m"),
             ("-o a.y4m --float", "`--float` is for an .exr"),
             ("-o a.exr --layers lamps", "keys, banks or basis"),

@@ -2,7 +2,6 @@
 
 use super::usage;
 use crate::chart::{Drawing, Theme};
-use crate::engine::PlanOptions;
 use crate::lang::nearest;
 use crate::repl::argument::tolerance;
 use crate::repl::{Call, Error, Repl, Reply};
@@ -17,10 +16,8 @@ const SUBJECTS: [&str; 4] = ["keys", "spectrum", "basis", "error"];
 pub fn plot(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let words = call.words();
     let path = call.output(&DRAWING)?;
-    for option in ["metric", "tolerance"] {
-        if call.has(option) && words != ["spectrum"] {
-            return usage(format!("`--{option}` is for `plot spectrum`"));
-        }
+    if call.has("tolerance") && words != ["spectrum"] {
+        return usage("`--tolerance` is for `plot spectrum`");
     }
     // In a terminal it is dark around.
     let theme = match call.has("dark") || path.is_none() {
@@ -94,11 +91,9 @@ fn banks_of(repl: &Repl, name: &str) -> Result<Vec<usize>, Error> {
 /// The singular values and what they leave, with the tolerance.
 fn spectrum(repl: &mut Repl, call: &Call, theme: Theme) -> Result<(Drawing, String), Error> {
     repl.engine.take_up()?;
-    let plan = repl.engine.plan(PlanOptions {
-        metric: repl.engine.usual_metric()?,
-        tolerance: tolerance(&repl.engine, call, "tolerance")?,
-        signed_keys: false,
-    })?;
+    let plan = repl
+        .engine
+        .plan(tolerance(&repl.engine, call, "tolerance")?)?;
     Ok(report::plot::spectrum(&plan, theme))
 }
 

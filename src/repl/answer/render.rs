@@ -3,9 +3,8 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-use super::{measure, usage};
-use crate::engine::{Ended, Goal, PlanOptions};
-use crate::plan::Metric;
+use super::usage;
+use crate::engine::{Ended, Goal};
 use crate::repl::argument::{duration, error, goal, tolerance, whole};
 use crate::repl::{Call, Error, Repl, Reply};
 use crate::report::words::{count, exposure};
@@ -21,25 +20,17 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     if call.has("next") {
         return next(repl, call);
     }
-    if call.has("measure") {
-        return measure::plan(repl, call);
-    }
-    if call.has("budget") {
-        return usage("--budget belongs to --measure: without it nothing is rendered");
-    }
     call.without_words("; a number of steps stands behind --next")?;
     repl.engine.take_up()?;
-    let metric = repl.engine.usual_metric()?;
     let tolerance = tolerance(&repl.engine, call, "tolerance")?;
-    let plan = repl.engine.plan(PlanOptions {
-        metric,
-        tolerance,
-        signed_keys: call.has("signed-keys"),
-    })?;
+    let plan = repl.engine.plan(tolerance)?;
     if call.has("json") {
         return Reply::json(&report::plan::form(&plan));
     }
     let mut text = report::plan::describe(&plan);
+    if repl.engine.pool().is_none() {
+        text.push_str("by levels alone; counted again once there are pictures\n");
+    }
     if let Some(now) = words::so_far(&repl.engine) {
         text.push_str(&now);
     }
@@ -52,7 +43,7 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         text.push_str(&unshared);
         text.push('\n');
     }
-    if metric != Metric::Settings && !repl.engine.is_final() {
+    if repl.engine.pool().is_some() && !repl.engine.is_final() {
         let [cheap, fine] = repl.engine.coarse_steps().map(|q| q.0);
         text.push_str(&format!(
             "measured by coarse pictures at quality {cheap} and {fine}, rendered first\n"
@@ -63,7 +54,7 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 
 /// Lists the pictures that the tolerance needs for others to render.
 fn tasks(repl: &mut Repl, call: &Call, path: &Path) -> Result<Reply, Error> {
-    for other in ["next", "measure", "budget", "json", "signed-keys"] {
+    for other in ["next", "json"] {
         if call.has(other) {
             return usage(format!("--{other} does not go with --tasks"));
         }
@@ -111,13 +102,11 @@ fn next(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         [number] => whole(number)?,
         [_, word, ..] => return usage(format!("`{word}` is left over: plan --next [N]")),
     };
-    for other in ["tolerance", "signed-keys", "measure"] {
-        if call.has(other) {
-            return usage(format!(
-                "--{other} belongs to the plan of the whole show, not to --next: the next steps \
-                 follow from the pictures that are there"
-            ));
-        }
+    if call.has("tolerance") {
+        return usage(
+            "--tolerance belongs to the plan of the whole show, not to --next: the next steps \
+             follow from the pictures that are there",
+        );
     }
     repl.engine.coarse()?;
     repl.engine.calibrate_cost()?;

@@ -1,9 +1,7 @@
 //! The table of verbs, in the order of the manual, with their options.
 
 use super::{Complete, OptionSpec, VerbSpec};
-use crate::repl::answer::{
-    edit, export, help, live, measure, picture, play, plot, render, session, text,
-};
+use crate::repl::answer::{edit, export, help, live, measure, picture, play, plot, render, text};
 use crate::repl::{Call, Error, Repl, Reply};
 
 const fn value(name: &'static str, value: &'static str, about: &'static str) -> OptionSpec {
@@ -35,17 +33,6 @@ const fn output(about: &'static str) -> OptionSpec {
 
 const JSON: OptionSpec = switch("json", "print data instead of words");
 
-const SIGNED: OptionSpec = switch(
-    "signed-keys",
-    "allow negative keys, which float playback can show, and spare the knots",
-);
-
-const METRIC: OptionSpec = value(
-    "metric",
-    "M",
-    "what makes a picture worth refining: settings, influence or error (default: error)",
-);
-
 const WAY: OptionSpec = value(
     "way",
     "WAY",
@@ -68,15 +55,8 @@ const FLOAT: OptionSpec = switch(
 
 const VIEW: OptionSpec = value("view", "NAME", "the view to look from (default: the first)");
 
-const KEYS: OptionSpec = value(
-    "keys",
-    "F",
-    "format of key images: f32, f16 or 8-bit (default: f16 where its error stays under half a \
-     step of 8 bits, else f32)",
-);
-
 /// What can be charted.
-const CHARTS: &[&str] = &["plan", "session", "transport", "ways"];
+const CHARTS: &[&str] = &["transport"];
 
 const QUALITY: OptionSpec = value(
     "quality",
@@ -169,23 +149,7 @@ pub const VERBS: &[VerbSpec] = &[
             "X",
             "error allowed, such as 2% or 1.5steps (default: the show's preview)",
         ),
-        SIGNED,
-        value(
-            "metric",
-            "M",
-            "settings, influence or error; the last two render coarse pictures first",
-        ),
         WAY,
-        switch(
-            "measure",
-            "render every step of quality and choose by what was measured",
-        ),
-        value(
-            "budget",
-            "TIME",
-            "of --measure: leave out fine steps that are not measured within this time; the finest \
-                 measured is the truth",
-        ),
         VIEW,
         value(
             "tasks",
@@ -231,7 +195,7 @@ pub const VERBS: &[VerbSpec] = &[
         "refine until 2%",
     )
     .words("[N | until X | for TIME] [&]", Complete::Nothing)
-    .options(&[VIEW, METRIC, WAY, FARM])
+    .options(&[VIEW, WAY, FARM])
     .command(),
     verb(
         "status",
@@ -270,7 +234,6 @@ pub const VERBS: &[VerbSpec] = &[
             "N",
             "this cue alone, from its GO until it is complete",
         ),
-        KEYS,
         value(
             "layers",
             "WHAT",
@@ -330,7 +293,6 @@ pub const VERBS: &[VerbSpec] = &[
     )
     .words("[BANK… | keys | spectrum | basis | error]", Complete::Banks)
     .options(&[
-        METRIC,
         value(
             "tolerance",
             "X",
@@ -359,7 +321,6 @@ pub const VERBS: &[VerbSpec] = &[
         ),
         value("budget", "TIME", "stop refining when this time is used up"),
         VIEW,
-        METRIC,
         WAY,
         FARM,
         switch("keys", "write the key images too, as linear .exr"),
@@ -403,7 +364,7 @@ pub const VERBS: &[VerbSpec] = &[
     verb(
         "chart",
         measure::chart,
-        "draw error against time by plan, session or quality",
+        "draw error against time over the steps of quality",
         "chart transport -o transport.png",
     )
     .kinds(CHARTS)
@@ -411,36 +372,11 @@ pub const VERBS: &[VerbSpec] = &[
         value(
             "reference",
             "DIR",
-            "of transport, the folder of reference pictures (default: the finest step is the \
+            "the folder of reference pictures (default: the finest step is the \
                  reference)",
-        ),
-        value(
-            "commands",
-            "FILE",
-            "of session, the file to replay (default: session.txt next to the show)",
-        ),
-        switch(
-            "truth",
-            "of session, also against every source at the refined quality",
         ),
         DARK,
         output("write a .png, an .svg, or the figures as .csv or .json"),
-    ])
-    .command(),
-    verb(
-        "session",
-        session::session,
-        "replay edits and `refine` lines of a file: error against time",
-        "session session.txt --truth -o session.png",
-    )
-    .words("COMMANDS", Complete::Files)
-    .options(&[
-        switch(
-            "truth",
-            "measure against every source at the refined quality, rendered too",
-        ),
-        METRIC,
-        output("write a .png or an .svg, or the data as .csv or .json"),
     ])
     .command(),
     verb(

@@ -9,7 +9,7 @@
     reason = "a program that reports to its reader"
 )]
 
-#[path = "../../../../examples/trial/dice.rs"]
+#[path = "../../../../examples/studies/src/dice.rs"]
 mod dice;
 #[path = "../../../reference/results.rs"]
 mod results;

@@ -10,7 +10,7 @@
     reason = "matrices are indexed by their own shape"
 )]
 
-use footlight::engine::measure::{Shown, Trial};
+use crate::trial::{Shown, Trial};
 use footlight::linalg::{Matrix, svd};
 use footlight::plan::{self, Metric, PlanError, Weighting};
 use footlight::pool::Pool;

@@ -1,8 +1,8 @@
 //! Verdicts on metrics, previews and predictions as one table.
 
-use crate::evaluation::Verdict;
 use footlight::engine::measure::{Machine, Origin};
 use footlight::report::{Kind, Quantity, Record};
+use footlight_studies::evaluation::Verdict;
 
 /// The table: a series for each order, preview and prediction, a point for each row of each show.
 pub fn record(verdicts: &[Verdict], machine: Machine, method: &str) -> Record {

@@ -2,7 +2,7 @@
 
 use crate::dice::Dice;
 use crate::projection::{Projection, keys_alike};
-use footlight::engine::measure::{Order, Shown, Trial};
+use crate::trial::{Order, Shown, Trial};
 use footlight::plan::{Metric, PlanError, Weighting};
 
 /// Refined pictures that previews are tried with.

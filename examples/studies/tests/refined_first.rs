@@ -1,16 +1,16 @@
 //! The paper's order and its "refined first" against what is done here, on two random shows with
 //! the real G.
 
-use crate::evaluation::{Rule, Verdict};
-use crate::projection::Projection;
-use crate::random_show::random_show;
-use footlight::engine::measure::Trial;
 use footlight::engine::{Engine, Host};
 use footlight::picture::Image;
 use footlight::picture::combine::{combine, dot};
 use footlight::plan::{self, Metric};
 use footlight::pool::Pool;
 use footlight::work::Work;
+use footlight_studies::evaluation::{Rule, Verdict};
+use footlight_studies::projection::Projection;
+use footlight_studies::random_show::random_show;
+use footlight_studies::trial::{self, Trial};
 
 const SEEDS: [u64; 2] = [1, 7];
 const SIZE: [usize; 2] = [48, 27];
@@ -20,7 +20,7 @@ fn engine(seed: u64) -> Engine {
 }
 
 fn trial(seed: u64) -> Trial {
-    engine(seed).trial().unwrap()
+    trial::trial(&engine(seed)).unwrap()
 }
 
 #[test]
@@ -79,7 +79,7 @@ fn refined_first_makes_looks_worse_than_coarse_alone_and_the_pools_way_does_not(
 #[test]
 fn the_trial_foretells_what_the_pool_shows() {
     let mut engine = engine(1);
-    let trial = engine.trial().unwrap();
+    let trial = trial::trial(&engine).unwrap();
     let order = trial
         .order(&trial.weighting(Metric::Error).unwrap())
         .unwrap();

@@ -1,4 +1,4 @@
-//! Time and memory against the size of the task: `cargo run --release --example scale -- FOLDER`.
+//! Time and memory against the size of the task: `cargo run --release -p footlight-studies --bin scale -- FOLDER`.
 //!
 //! Closed rooms of boxes, grown one way at a time: polygons 100 to 20,000, pixels to 1920 x 1080,
 //! banks 1 to 200. Prints each measurement and the exponents of growth, and writes `scale.json`,
@@ -13,11 +13,11 @@
     reason = "a program that reports to its reader"
 )]
 
-#[path = "../tests/reference/mod.rs"]
+#[path = "../../../../tests/reference/mod.rs"]
 mod reference;
-#[path = "../tests/reference/results.rs"]
+#[path = "../../../../tests/reference/results.rs"]
 mod results;
-#[path = "../tests/reference/rooms.rs"]
+#[path = "../../../../tests/reference/rooms.rs"]
 mod rooms;
 
 use footlight::chart::{self, Axis, Marker, Panel, Scale, Theme};

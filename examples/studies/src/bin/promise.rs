@@ -1,6 +1,6 @@
 //! What is promised of an error against what is true: the shipped shows and 40 random ones (rooms, dark
 //! cues, open squares, textures with projections).
-//! `cargo run --release --example promise [SHOWS] [MEASURED.txt] [CHART.png]` (`41-52`
+//! `cargo run --release -p footlight-studies --bin promise [SHOWS] [MEASURED.txt] [CHART.png]` (`41-52`
 //! instead of their number: these random shows alone, none of them shipped) prints, for each show and
 //! step of quality, the worst moment's true error against the finest step, and what the operator states, of
 //! the light and as displayed; then, over tolerances from 4 to 0.4 % and from 20 to 2 steps, how
@@ -14,12 +14,6 @@
     reason = "matrices are indexed by the pictures, steps and sources they were made of"
 )]
 
-#[path = "../trial/dice.rs"]
-mod dice;
-#[path = "../trial/random_show.rs"]
-#[allow(dead_code, reason = "not all of it is wanted here")]
-mod random_show;
-
 use std::error::Error;
 use std::path::Path;
 
@@ -32,7 +26,8 @@ use footlight::picture::tone::Tone;
 use footlight::picture::{Image, png};
 use footlight::renderer::Quality;
 use footlight::units::ErrorUnit;
-use random_show::{RandomShow, random_show};
+use footlight_studies::dice;
+use footlight_studies::random_show::{RandomShow, random_show};
 
 /// Random shows.
 const SHOWS: u64 = 40;
@@ -363,9 +358,7 @@ const SHIPPED: [&str; 8] = [
 ];
 
 fn shipped(name: &str) -> Result<Engine, Failure> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("examples")
-        .join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name);
     let folder = path.parent().ok_or("no folder")?;
     let text = std::fs::read_to_string(&path)?;
     let host = Host {

@@ -1,5 +1,5 @@
 //! Metrics, previews and predictions on trial: 20 random shows and the tavern, with the real G.
-//! `cargo run --release --example trial [RECORD.json]` prints the tables and writes the record;
+//! `cargo run --release -p footlight-studies --bin trial [RECORD.json]` prints the tables and writes the record;
 //! `full` before it takes the tavern at its full size, `steps` prints every step.
 //!
 //! On 20 random shows ([`random_show`], 12 to 24 banks, 96 x 54) and, in brackets, on the tavern at
@@ -39,21 +39,18 @@
 //! and in two thirds of the 15 of the tavern; at the least a third of the truth, at the most 2.9
 //! times (`steps` prints all).
 
-mod dice;
-mod evaluation;
-mod projection;
-mod random_show;
 mod record;
 
 use std::error::Error;
 use std::path::Path;
 
-use evaluation::{Needed, Previewed, Rule, Verdict, median};
+use footlight_studies::evaluation::{Needed, Previewed, Rule, Verdict, median};
+use footlight_studies::random_show::random_show;
+use footlight_studies::trial::trial;
 
 use footlight::engine::measure::Machine;
 use footlight::engine::{Engine, Host};
 use footlight::files::Folder;
-use random_show::random_show;
 use record::record;
 
 const SHOWS: u64 = 20;
@@ -63,13 +60,13 @@ fn random(seed: u64) -> Result<Verdict, Box<dyn Error>> {
     let show = show.map_err(|e| e.to_string())?;
     Ok(Verdict::of(
         &format!("random {seed}"),
-        &show.trial()?,
+        &trial(&show)?,
         seed,
     )?)
 }
 
 fn tavern(full: bool) -> Result<Verdict, Box<dyn Error>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/tavern");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tavern");
     let text = std::fs::read_to_string(folder.join("tavern.lxq"))?;
     let text = match full {
         true => text,
@@ -82,7 +79,7 @@ fn tavern(full: bool) -> Result<Verdict, Box<dyn Error>> {
     };
     let show = Engine::from_text("tavern.lxq", text.as_bytes(), host);
     let show = show.map_err(|e| e.to_string())?;
-    Ok(Verdict::of("tavern", &show.trial()?, 0)?)
+    Ok(Verdict::of("tavern", &trial(&show)?, 0)?)
 }
 
 #[allow(clippy::print_stdout, reason = "an example shows what it found")]

@@ -1,11 +1,11 @@
 //! What a method costs until the sequence is good enough: pictures and seconds to 10, 5, 2 and 1 %
 //! of the error that coarse pictures alone leave, for the tavern and Turandot.
-//! `cargo run --release --example economy [RECORD.csv | RECORD.json]` prints the table and writes
+//! `cargo run --release -p footlight-studies --bin economy [RECORD.csv | RECORD.json]` prints the table and writes
 //! the record; `full` before it takes the shows at their full size.
 //!
 //! Three methods: a refined picture for each bank, the best first; the paper's (settings normalised
 //! by time-averaged influence, every key alike); ours (estimated error, weighted by time). Errors
-//! are exact, against every source refined ([`footlight::engine::measure::Trial`]). Three operators:
+//! are exact, against every source refined ([`Trial`]). Three operators:
 //! radiosity as it is shipped, its seconds measured here; and two outside renderers whose pictures
 //! share no work, at the paper's costs, of which one renders negative light in the same run and one
 //! needs a second. Ours renders the coarse pictures at two qualities, for the estimate; the others
@@ -14,26 +14,22 @@
 //! `economy --renderer 'mitsuba --samples 1' FOLDER [CHART.png]` takes a renderer that is called for
 //! real (module `called`).
 
-#[path = "economy/called.rs"]
 mod called;
-#[path = "../tests/reference/results.rs"]
+#[path = "../../../../../tests/reference/results.rs"]
 mod results;
-
-#[path = "trial/projection.rs"]
-#[allow(dead_code, reason = "not all of it is wanted here")]
-mod projection;
 
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
 
 use footlight::engine::measure::quality::Seconds;
-use footlight::engine::measure::{Machine, Origin, Shown, Trial};
+use footlight::engine::measure::{Machine, Origin};
 use footlight::engine::{Engine, Host};
 use footlight::files::Folder;
 use footlight::plan::Metric;
 use footlight::report::{Kind, Quantity, Record, words};
-use projection::keys_alike;
+use footlight_studies::projection::keys_alike;
+use footlight_studies::trial::{Shown, Trial, trial};
 
 /// Shares of the start's error.
 const GOALS: [f64; 4] = [0.10, 0.05, 0.02, 0.01];
@@ -120,9 +116,7 @@ impl Method {
 }
 
 fn open(name: &str, full: bool) -> Result<Engine, Box<dyn Error>> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("examples")
-        .join(name);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name);
     let file = format!("{name}.lxq");
     let mut text = std::fs::read_to_string(folder.join(&file))?;
     if !full {
@@ -215,7 +209,7 @@ fn record(full: bool) -> Result<Record, Box<dyn Error>> {
     let mut out = Record::new(Kind::Trial, &origin, &method, quantities);
     for name in ["tavern", "turandot"] {
         let show = open(name, full)?;
-        let trial = show.trial()?;
+        let trial = trial(&show)?;
         let sources = trial.keys().coordinates();
         for operator in operators(&show, sources as f64)? {
             for method in methods(&trial)? {

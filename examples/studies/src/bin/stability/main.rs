@@ -1,17 +1,17 @@
 //! Where the usual methods fail, and what Footlight does instead.
-//! `cargo run --release --example stability [CHART.png | CHART.svg]` prints the range of each curve
+//! `cargo run --release -p footlight-studies --bin stability [CHART.png | CHART.svg]` prints the range of each curve
 //! and draws them. The figures are those of `tests/stability`, the same on every run.
 
 mod curves;
-#[path = "../trial/dice.rs"]
-mod dice;
-#[path = "../../tests/stability/methods/mod.rs"]
+#[path = "../../../../../tests/stability/methods/mod.rs"]
 #[allow(dead_code, reason = "the tests use the rest")]
 mod methods;
 
 use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
+
+use footlight_studies::dice;
 
 use curves::{Curve, View, curves};
 use footlight::chart::{self, Axis, Drawing, Marker, Panel, Scale, Theme};

@@ -4,14 +4,12 @@
 //! Errors are in steps of the display's 8 bits and of values that are not rounded to them yet:
 //! rounding is the display's own, half a step at most, whatever the keys.
 
-use serde::Serialize;
-
-use crate::picture::Image;
-use crate::picture::tone::{ByteTable, Tone};
-use crate::playback::Playback;
-use crate::timeline::blend;
-use crate::units::Time;
-use crate::work::{Cancelled, Work};
+use footlight::picture::Image;
+use footlight::picture::tone::{ByteTable, Curve, Tone};
+use footlight::playback::Playback;
+use footlight::timeline::blend;
+use footlight::units::Time;
+use footlight::work::{Cancelled, Work};
 
 /// The error that is not seen: half a step of 8 bits.
 pub const UNSEEN: f64 = 0.5;
@@ -159,42 +157,22 @@ impl<'a> Exact<'a> {
     }
 }
 
-/// What keeping the keys in a format takes and loses.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct KeyFormat {
-    /// Its name.
-    pub name: &'static str,
-    /// Bytes of all keys.
-    pub bytes: usize,
-    /// How far a frame is off at most, in steps of 8 bits on the display.
-    pub error: f64,
-    /// Whether `play` takes it by itself.
-    pub chosen: bool,
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::picture::tone::Curve;
-
-    #[test]
-    fn steps_are_the_displays_values() {
-        for curve in [Curve::Filmic, Curve::Plain] {
-            let tone = Tone {
-                exposure: 1.7,
-                curve,
-                dither: false,
-            };
-            let steps = Steps::new(tone);
-            for i in 0..40_000 {
-                let light = f64::from(i) * 1e-4 * tone.light(1.0) / 3.9;
-                let exact = 255.0 * tone.display(light);
-                assert!(
-                    (steps.of(light) - exact).abs() < 0.0072,
-                    "{curve:?} {light}"
-                );
-            }
-            assert_eq!([steps.of(-1.0), steps.of(1e9)], [0.0, 255.0]);
+#[test]
+fn steps_are_the_displays_values() {
+    for curve in [Curve::Filmic, Curve::Plain] {
+        let tone = Tone {
+            exposure: 1.7,
+            curve,
+        };
+        let steps = Steps::new(tone);
+        for i in 0..40_000 {
+            let light = f64::from(i) * 1e-4 * tone.light(1.0) / 3.9;
+            let exact = 255.0 * tone.display(light);
+            assert!(
+                (steps.of(light) - exact).abs() < 0.0072,
+                "{curve:?} {light}"
+            );
         }
+        assert_eq!([steps.of(-1.0), steps.of(1e9)], [0.0, 255.0]);
     }
 }

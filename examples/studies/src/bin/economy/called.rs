@@ -19,7 +19,6 @@ use footlight::files::process::{Done, Job, ProcessError, Processes, Programs};
 use footlight::linalg::Matrix;
 use footlight::picture::Image;
 use footlight::picture::combine::{combine, dot};
-use footlight::plan::Metric;
 use footlight::pool::Pool;
 use footlight::radiosity::Radiosity;
 use footlight::renderer::outside::{Call, Outside};
@@ -129,7 +128,7 @@ impl Processes for Kept {
 
 /// The tavern, its mixtures at a step.
 fn tavern(refined: u8, renderer: Arc<dyn Transport>) -> Result<Engine, Failure> {
-    let show = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/tavern");
+    let show = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tavern");
     let text = std::fs::read_to_string(show.join("tavern.lxq"))?
         .replace("size 640x360", "size 320x180")
         .replace("refined 4", &format!("refined {refined}"));
@@ -240,7 +239,6 @@ fn shown(engine: &Engine) -> Result<Vec<Image>, Failure> {
 fn mixtures(call: &Call, folder: &Path, step: u8, truth: &Truth) -> Result<Vec<Point>, Failure> {
     let (mut engine, kept) = open(call, folder, step, 0)?;
     engine.set_way(Way::Paper);
-    engine.set_metric(Some(Metric::Influence));
     engine.coarse()?;
     let mut points = vec![(kept.charged(), truth.error(&shown(&engine)?))];
     while engine.refine(Goal::count(1))?.ended == Some(Ended::Counted) {

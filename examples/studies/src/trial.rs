@@ -5,23 +5,22 @@
 //! show is determined: G is linear, so the refined image of any setting is the sum of the sources',
 //! and every error is a quadratic form in the scalar products of D_i = C_i - X_i (finer minus
 //! cheaper coarse image) and K_i = R_i - C_i (refined minus coarse). The rules are the pool's own
-//! ([`Fit`]). `examples/trial` compares them with others on random shows.
+//! ([`Fit`]). `examples/studies` compares them with others on random shows.
 
 #![allow(
     clippy::indexing_slicing,
     reason = "matrices are indexed by the sources and settings they were made of"
 )]
 
-use super::refinement::Seconds;
-use crate::engine::{Engine, Error};
-use crate::linalg::Matrix;
-use crate::picture::Image;
-use crate::picture::combine::{combine, dot};
-use crate::plan::{self, Metric, Moment, PlanError, Weighting};
-use crate::pool::{Evidence, Fit, Pool};
-use crate::renderer::contract::check_memory;
-use crate::timeline::KeySequence;
-use crate::work::{Cancelled, Work};
+use footlight::engine::Engine;
+use footlight::linalg::Matrix;
+use footlight::picture::Image;
+use footlight::picture::combine::{combine, dot};
+use footlight::plan::{self, Metric, Moment, PlanError, Weighting};
+use footlight::pool::{Evidence, Fit, Pool};
+use footlight::renderer::TransportError;
+use footlight::timeline::KeySequence;
+use footlight::work::{Cancelled, Work};
 
 /// Scalar products of the images of a show's n sources, with its keys.
 #[derive(Clone, Debug)]
@@ -42,9 +41,9 @@ pub struct Trial {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shown {
     /// H: what coarse pictures show of each source's light.
-    pub(super) rest: Matrix,
+    rest: Matrix,
     /// a
-    pub(super) extrapolation: f64,
+    extrapolation: f64,
 }
 
 impl Shown {
@@ -124,7 +123,7 @@ impl Trial {
     }
 
     /// From the scalar products of the finer coarse pictures, and D·D, K·D and K·K.
-    pub(super) fn of_products(
+    fn of_products(
         keys: KeySequence,
         moments: Vec<Vec<f64>>,
         coarse: &Matrix,
@@ -273,73 +272,26 @@ impl Trial {
     }
 }
 
-impl Engine {
-    /// Renders every source alone at both coarse qualities and the refined one.
-    ///
-    /// # Errors
-    /// [`Error::NoSetup`]; [`Error::OneQuality`] where there is nothing to try;
-    /// [`Error::Render`] where all these images do not fit; else what rendering says.
-    pub fn trial(&self) -> Result<Trial, Error> {
-        Ok(self.tried()?.0)
-    }
-
-    /// The trial, and the real seconds of its pictures.
-    pub(super) fn tried(&self) -> Result<(Trial, Seconds), Error> {
-        let [cheap, fine] = self.coarse_pair();
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        if cheap == fine {
-            return Err(Error::OneQuality);
-        }
-        let keys = self.document.keys().clone();
-        let units = Pool::unit_settings(keys.coordinates());
-        let pixels = rendering
-            .setup
-            .view
-            .width
-            .saturating_mul(rendering.setup.view.height);
-        let needed = pixels.saturating_mul(12).saturating_mul(3 * units.len());
-        check_memory(
-            "every source at three qualities",
-            needed,
-            self.work().memory,
-        )?;
-        let mut seconds = Seconds::default();
-        let (coarser, took) = self.render_alone(&units, cheap, 0)?;
-        let (coarse, also) = self.render_alone(&units, fine, needed / 3)?;
-        seconds.coarse[1] = took.iter().chain(&also).sum();
-        let mut refined: Vec<Image> = Vec::new();
-        let mut keep = |image| refined.push(image);
-        (_, seconds.alone) = self.one_by_one(("sources alone", needed), &units, &mut keep)?;
-        let (moments, pictures) = (self.settings_of_cues(), [&*coarser, &coarse, &refined]);
-        let trial = Trial::new(keys, moments, pictures, self.host.work())?;
-        Ok((trial.ok_or(Error::NoBanks)?, seconds))
-    }
-
-    /// Renders settings one by one at the refined quality, from nothing prepared, where the caller
-    /// holds so many bytes: the seconds to prepare and those of each.
-    pub(super) fn one_by_one(
-        &self,
-        (task, held): (&str, usize),
-        settings: &[Vec<f64>],
-        take: &mut dyn FnMut(Image),
-    ) -> Result<(f64, Vec<f64>), Error> {
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let (work, clock) = (self.work().holding(held), self.host.clock.as_ref());
-        let begin = clock.seconds();
-        let renderer = self.host.renderer.as_ref();
-        let mut operator = rendering.prepare(renderer, self.refined_step(), work)?;
-        let prepare = clock.seconds() - begin;
-        let mut each = Vec::new();
-        for (done, setting) in settings.iter().enumerate() {
-            work.check()?;
-            let begin = clock.seconds();
-            let images = operator.render(std::slice::from_ref(setting), work)?;
-            each.push(clock.seconds() - begin);
-            images.into_iter().for_each(&mut *take);
-            work.progress.report(task, done + 1, settings.len());
-        }
-        Ok((prepare, each))
-    }
+/// Renders every source of a show alone at both coarse steps and the refined one.
+pub fn trial(engine: &Engine) -> Result<Trial, Box<dyn std::error::Error>> {
+    let steps = [
+        engine.coarse_steps()[0],
+        engine.coarse_steps()[1],
+        engine.refined_step(),
+    ];
+    let units = Pool::unit_settings(engine.show().coordinates().len());
+    let setup = engine.setup().ok_or("the show has no stage or view")?;
+    let work = Work::silent();
+    let render = |step| -> Result<Vec<Image>, TransportError> {
+        let mut operator = engine.host().renderer.prepare(setup, step, work)?;
+        operator.render(&units, work)
+    };
+    let [coarser, coarse, refined] = steps.map(render);
+    let (coarser, coarse, refined) = (coarser?, coarse?, refined?);
+    let keys = engine.document().keys().clone();
+    let moments = engine.settings_of_cues();
+    let trial = Trial::new(keys, moments, [&coarser, &coarse, &refined], work)?;
+    Ok(trial.ok_or("the show has no banks")?)
 }
 
 /// Scalar products of all images of one list with all of another.
@@ -365,7 +317,7 @@ fn root(square: f64) -> f64 {
 }
 
 /// The largest of errors, each times its moment's scale.
-pub(super) fn worst(moments: &[Moment], error: impl Fn(&[f64]) -> f64) -> f64 {
+fn worst(moments: &[Moment], error: impl Fn(&[f64]) -> f64) -> f64 {
     let lit = moments.iter().filter(|m| m.scale > 0.0);
     let scaled = lit.map(|m| m.scale * error(&m.setting));
     scaled.fold(0.0, f64::max)
@@ -378,7 +330,7 @@ fn left_of(shown: &Shown, gram: &Matrix, setting: &[f64]) -> f64 {
 }
 
 /// aᵀ·G·b
-pub(super) fn form(gram: &Matrix, a: &[f64], b: &[f64]) -> f64 {
+fn form(gram: &Matrix, a: &[f64], b: &[f64]) -> f64 {
     let row = |i: usize| gram.row(i).iter().zip(b).map(|(g, b)| g * b).sum::<f64>();
     a.iter().enumerate().map(|(i, a)| a * row(i)).sum()
 }

@@ -1,5 +1,5 @@
 //! Fits the unit costs of `src/radiosity/cost.rs` to measurements of every shipped scene at every
-//! step, and prints prediction over measurement for each: `cargo run --release --example cost`.
+//! step, and prints prediction over measurement for each: `cargo run --release -p footlight-studies --bin cost`.
 //!
 //! `--check` only prints, `--quick` leaves out the two finest steps. Times are in units of cost,
 //! measured again before each step, so the machine's speed and what else runs on it matter little;
@@ -13,9 +13,9 @@
     reason = "a program that reports to its reader"
 )]
 
-#[path = "../tests/reference/mod.rs"]
+#[path = "../../../../tests/reference/mod.rs"]
 mod reference;
-#[path = "../tests/reference/rooms.rs"]
+#[path = "../../../../tests/reference/rooms.rs"]
 mod rooms;
 
 use footlight::radiosity::Radiosity;

@@ -1,5 +1,5 @@
 //! Seconds, memory and error on rooms of many polygons:
-//! `cargo run --release --example rooms -- ROOM.lxq …`.
+//! `cargo run --release -p footlight-studies --bin rooms -- ROOM.lxq …`.
 //!
 //! Renders every bank of each show alone at steps 1 to 4 (`--steps 1,3` chooses) and prints the
 //! processor seconds from the file to all banks, the peak of resident memory, and, where a folder
@@ -13,7 +13,7 @@
     reason = "a program that reports to its reader"
 )]
 
-#[path = "../tests/reference/results.rs"]
+#[path = "../../../../tests/reference/results.rs"]
 mod results;
 
 use footlight::engine::measure::Reference;

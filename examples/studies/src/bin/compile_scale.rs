@@ -1,5 +1,5 @@
 //! From text to plan against the size of the show:
-//! `cargo run --release --example compile_scale -- [FOLDER]`.
+//! `cargo run --release -p footlight-studies --bin compile_scale -- [FOLDER]`.
 //!
 //! Shows of 100 to 5,000 cues on 200 banks, and of 1 to 200 banks with 2,000 cues; a cue moves a
 //! tenth of the banks. Prints for each the seconds of compiling (text to key settings), of the
@@ -16,9 +16,9 @@
     reason = "a program that reports to its reader"
 )]
 
-#[path = "../tests/bench/cue_sheet.rs"]
+#[path = "../../../../tests/bench/cue_sheet.rs"]
 mod cue_sheet;
-#[path = "../tests/reference/results.rs"]
+#[path = "../../../../tests/reference/results.rs"]
 mod results;
 
 use cue_sheet::{Size, cue_sheet};

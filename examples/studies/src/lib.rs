@@ -1,0 +1,9 @@
+//! What the studies share: random shows, and orders of refinement held against the truth.
+//!
+//! Each program is in `src/bin`: `cargo run --release -p footlight-studies --bin NAME`.
+
+pub mod dice;
+pub mod evaluation;
+pub mod projection;
+pub mod random_show;
+pub mod trial;
