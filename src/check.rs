@@ -26,13 +26,8 @@ pub struct Checked {
 
 /// Compiles a show's curves and says what is wrong with them.
 pub fn check(show: &Show, spans: &SpanMap) -> Checked {
-    check_within(show, spans, usize::MAX)
-}
-
-/// The same, with curves of about so many bytes of memory at most.
-pub fn check_within(show: &Show, spans: &SpanMap, memory: usize) -> Checked {
     let words = Words { show, spans };
-    match Timeline::within(show, memory) {
+    match Timeline::new(show) {
         Ok(timeline) => {
             let (diagnostics, left_out) = words.warnings(timeline.warnings());
             Checked {
@@ -135,8 +130,11 @@ impl Words<'_> {
             TimelineError::TooManyPieces { id, limit } => {
                 let message = format!("the curves have more than {limit} pieces");
                 Diagnostic::error(codes::TOO_LARGE, message)
-                    .place_of(id, self.spans, "here")
-                    .help("repeat fewer times: every pass counts")
+                    .place_of(id, self.spans, "the limit is reached here")
+                    .help(
+                        "groups, looks, `blackout`, `assert` and each pass of a `repeat` count for \
+                         every bank",
+                    )
             }
             TimelineError::TooManyEffects {
                 id,
@@ -157,16 +155,6 @@ impl Words<'_> {
                         "end effects where they are no longer seen, with `{bank} effect none` in a \
                          cue, or lower their `rate`"
                     ))
-            }
-            TimelineError::Memory { cue, budget } => {
-                let budget = budget >> 20;
-                let message = format!("the curves take more than the {budget} MB left for them");
-                Diagnostic::error(codes::TOO_LARGE, message)
-                    .place_of(cue, self.spans, "the limit is reached here")
-                    .help(
-                        "allow more with `--memory MB`; groups, looks, `blackout`, `assert` and \
-                         each pass of a `repeat` count for every bank",
-                    )
             }
             TimelineError::Level {
                 id,
@@ -377,6 +365,29 @@ mod tests {
             "cue 2 would start at -1s, before cue 1 at 0s"
         );
         assert_eq!(found.diagnostics[0].labels.len(), 2);
+    }
+
+    #[test]
+    fn more_moves_than_a_show_may_have_are_refused() {
+        let mut rig = String::new();
+        for i in 0..1000 {
+            rig.push_str(&format!("light l{i} panel m{i}\nbank b{i} = l{i}\n"));
+        }
+        for does in ["blackout", "assert  b0 50"] {
+            let cue = |i: i32| format!("cue {} {{ {does} }}\n", i + 1);
+            let text = rig.clone() + &(0..501).map(cue).collect::<String>();
+            let parsed = lang::parse(&mut Sources::default(), "t.lxq", &text);
+            let mut found = parsed.diagnostics;
+            if let Some(show) = parsed.show {
+                found.extend(check(&show, &parsed.spans).diagnostics);
+            }
+            assert_eq!(
+                found[0].code,
+                codes::TOO_LARGE,
+                "{does}: {}",
+                found[0].message
+            );
+        }
     }
 
     #[test]

@@ -164,7 +164,7 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
         )));
     }
     match own {
-        OwnCommand::Fmt { files, check } => reports::format(files, *check, settings.memory()),
+        OwnCommand::Fmt { files, check } => reports::format(files, *check),
         OwnCommand::Diff { files, output } => {
             let versions = Versions::of(files)?;
             let host = host(Some(versions.name()), settings, screen);

@@ -175,8 +175,7 @@ impl Engine {
 
     /// Leaves to rendering what the document does not hold of the memory.
     fn leave_memory(&mut self) {
-        let held = self.document.bytes().saturating_sub(compile::SMALL_SHOW);
-        self.host.memory = self.memory.saturating_sub(held);
+        self.host.memory = self.memory.saturating_sub(self.document.loaded_bytes());
     }
 
     /// The document.

@@ -78,7 +78,7 @@ impl Playback {
 
     /// Like [`Playback::bytes`], for images of a size.
     pub fn bytes_at(keys: &KeySequence, (width, height): (usize, usize)) -> usize {
-        keys.keys().len() * BYTES_PER_PIXEL * width * height + keys.bytes()
+        keys.keys().len() * BYTES_PER_PIXEL * width * height
     }
 
     /// From key images made elsewhere, one for each of the keys and all of one size; `None`

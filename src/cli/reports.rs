@@ -10,10 +10,10 @@ use crate::repl::Error;
 use crate::report::{self, versions::Comparison};
 
 /// Formats files in place, or looks; 1 when a file was only looked at and would change.
-pub fn format(files: &[PathBuf], look: bool, memory: usize) -> Result<u8, Error> {
+pub fn format(files: &[PathBuf], look: bool) -> Result<u8, Error> {
     let mut changed = 0;
     for path in files {
-        if lay_out(path, look, memory)? {
+        if lay_out(path, look)? {
             changed += 1;
             let did = if look { "would change" } else { "formatted" };
             print(format!("{did} {}\n", path.display()));
@@ -23,9 +23,9 @@ pub fn format(files: &[PathBuf], look: bool, memory: usize) -> Result<u8, Error>
 }
 
 /// Brings a file into its canonical layout, or only looks; true where it had another.
-fn lay_out(path: &Path, look: bool, memory: usize) -> Result<bool, Error> {
+fn lay_out(path: &Path, look: bool) -> Result<bool, Error> {
     let bytes = Disk.read(path, TEXT_LIMIT)?;
-    let text = engine::format(&path.display().to_string(), &bytes, memory)?;
+    let text = engine::format(&path.display().to_string(), &bytes)?;
     let other = text.as_bytes() != bytes;
     if other && !look {
         Disk.sweep(path.parent().unwrap_or(Path::new("")));
@@ -72,12 +72,11 @@ impl<'f> Versions<'f> {
         self.of_git.unwrap_or(self.new)
     }
 
-    /// A version in about `memory` bytes at most.
-    fn read(&self, path: &Path, memory: usize) -> Result<Version, Error> {
+    fn read(&self, path: &Path) -> Result<Version, Error> {
         let name = path.display().to_string();
         let bytes = read(path)?;
         let files = self.folder(path);
-        Ok(Version::read_within(&name, &bytes, &files, memory)?)
+        Ok(Version::read(&name, &bytes, &files)?)
     }
 
     fn folder(&self, path: &Path) -> Folder {
@@ -131,8 +130,8 @@ fn compare(versions: &Versions<'_>, output: Option<&Path>, host: &Host) -> Resul
         versions.spare(path)?;
         Disk.sweep(path.parent().unwrap_or(Path::new("")));
     }
-    let old = versions.read(versions.old, host.memory)?;
-    let new = versions.read(versions.new, host.memory.saturating_sub(old.bytes()))?;
+    let old = versions.read(versions.old)?;
+    let new = versions.read(versions.new)?;
     let serving = Serving::in_store(&old, &new, host);
     let mut compared = Comparison::new(old, new);
     compared.serving = Some(serving);

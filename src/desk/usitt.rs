@@ -18,14 +18,11 @@ pub use write::write;
 
 use self::read::Read;
 use super::{Carried, ImportError};
-use crate::diagnostic::Diagnostic;
 use crate::printable::of_bytes;
 use crate::work::Work;
 
-/// Bytes of a file that is read: a show of 16 MB has no more text.
-pub const LIMIT: usize = 16 << 20;
-/// Bytes of memory for each byte of a file: channels, moves and losses with their words.
-const EACH_BYTE: usize = 80;
+/// Bytes of a file that is read. Reading takes up to 80 bytes of memory for each.
+pub const LIMIT: usize = 8 << 20;
 /// Cues of a file: the numbers of the desks that write such files go no further.
 const MOST_CUES: usize = 10_000;
 /// Channels of a file.
@@ -36,7 +33,7 @@ const MOST_GROUPS: usize = 2_000;
 const MOST_MEMBERS: usize = 1_000_000;
 
 /// The text of a show for the desk's file `name`, and the file's own text, into which a diagnostic
-/// points: its cue list `list`, or else the first one. It takes the memory of `work` at most.
+/// points: its cue list `list`, or else the first one.
 ///
 /// # Errors
 /// A diagnostic with the line that cannot be read, and a cancel.
@@ -57,18 +54,7 @@ fn carried(
     list: Option<u32>,
     work: Work<'_>,
 ) -> Result<Carried, ImportError> {
-    let needed = text.len().saturating_mul(EACH_BYTE);
-    if needed > work.memory {
-        let message = format!(
-            "reading `{name}` takes up to {} MB; the memory allowed is {} MB",
-            needed.div_ceil(1 << 20),
-            work.memory >> 20
-        );
-        let help = format!("allow more with `--memory {}`", needed.div_ceil(1 << 20));
-        return Err(Box::new(Diagnostic::error("", message).help(help)).into());
-    }
     let Read { show, mut losses } = read::read(name, text, list, work)?;
-    let work = work.holding(needed);
     let cues = settle::settle(&show, &mut losses, work)?;
     let text = sheet::text(name, &show, &cues, &mut losses, work)?;
     losses.sort_by_key(|loss| loss.line.unwrap_or(0));

@@ -11,9 +11,6 @@ use crate::renderer::Setup;
 use crate::show::Show;
 use crate::timeline::{KeyOptions, KeySequence, Timeline};
 
-/// Bytes of a show that count among what the program itself takes.
-pub(super) const SMALL_SHOW: usize = 8 << 20;
-
 /// A text to compile, and where the files that it names are read from.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
@@ -23,7 +20,7 @@ pub(super) struct Source<'a> {
     /// The view to look from; the show's first without it.
     pub view: Option<&'a str>,
     pub files: &'a dyn Files,
-    /// Bytes that reading it may take, images given as banks included.
+    /// Bytes that its stage, images and luminaires may take.
     pub memory: usize,
 }
 
@@ -49,17 +46,6 @@ pub struct Compiled {
 }
 
 impl Compiled {
-    /// Bytes that it holds, about.
-    pub(super) fn bytes(&self) -> usize {
-        let loaded = self.loaded.as_ref().map_or(0, Loaded::bytes);
-        self.unshared_bytes() + loaded
-    }
-
-    /// Bytes that it holds for itself, about, where another one has the same stage and images.
-    pub(super) fn unshared_bytes(&self) -> usize {
-        self.version.bytes() + self.keys.bytes()
-    }
-
     /// What a renderer is given; `None` where the show has no stage or no view.
     pub fn setup(&self) -> Option<&Setup> {
         self.loaded.as_ref().map(|loaded| &loaded.setup)
@@ -76,16 +62,9 @@ pub struct Version {
     /// Warnings, with the texts that they point into.
     pub diagnostics: Diagnostics,
     pub(super) spans: SpanMap,
-    /// Bytes that the model and the texts take, about.
-    bytes: usize,
 }
 
 impl Version {
-    /// Bytes that it holds, about.
-    pub fn bytes(&self) -> usize {
-        self.bytes + self.timeline.bytes()
-    }
-
     /// The text with all that it includes.
     pub fn text(&self) -> String {
         let texts = self.diagnostics.sources.texts();
@@ -94,8 +73,8 @@ impl Version {
 }
 
 /// Parses a text and computes its curves.
-pub(super) fn parse(source: Source<'_>, cache: &mut lang::LoweringCache) -> Result<Version, Error> {
-    checked(read(source, cache)?, source.memory)
+pub(super) fn parse(source: Source<'_>) -> Result<Version, Error> {
+    checked(read(source)?)
 }
 
 /// The model that a text means, with its places and warnings.
@@ -103,15 +82,12 @@ struct Model {
     show: Show,
     spans: SpanMap,
     diagnostics: Diagnostics,
-    /// Bytes that it takes with the texts, about.
-    bytes: usize,
 }
 
-fn read(source: Source<'_>, cache: &mut lang::LoweringCache) -> Result<Model, Error> {
-    cache.memory = source.memory.max(SMALL_SHOW);
+fn read(source: Source<'_>) -> Result<Model, Error> {
     let mut sources = Sources::default();
     let Source { name, text, .. } = source;
-    let parsed = lang::parse_again(cache, source.files, &mut sources, name, text);
+    let parsed = lang::parse_with_files(source.files, &mut sources, name, text);
     let list = parsed.diagnostics;
     let left_out = parsed.left_out;
     let diagnostics = Diagnostics {
@@ -124,22 +100,19 @@ fn read(source: Source<'_>, cache: &mut lang::LoweringCache) -> Result<Model, Er
             show,
             spans: parsed.spans,
             diagnostics,
-            bytes: parsed.bytes,
         }),
         _ => Err(Error::Show(diagnostics)),
     }
 }
 
 /// A model with its curves, unless these or its diagnostics have errors.
-fn checked(model: Model, memory: usize) -> Result<Version, Error> {
+fn checked(model: Model) -> Result<Version, Error> {
     let Model {
         show,
         spans,
         mut diagnostics,
-        bytes,
     } = model;
-    let left = memory.max(SMALL_SHOW).saturating_sub(bytes);
-    let checked = check::check_within(&show, &spans, left);
+    let checked = check::check(&show, &spans);
     diagnostics.list.extend(checked.diagnostics);
     diagnostics.left_out += checked.left_out;
     match checked.timeline {
@@ -148,7 +121,6 @@ fn checked(model: Model, memory: usize) -> Result<Version, Error> {
             timeline,
             diagnostics,
             spans,
-            bytes,
         }),
         _ => Err(Error::Show(diagnostics)),
     }
@@ -160,23 +132,16 @@ fn checked(model: Model, memory: usize) -> Result<Version, Error> {
 /// # Errors
 /// [`Error::Show`] with every error of the text, its curves and its files; nothing is kept of such
 /// a text. [`Error::TooManyKeys`].
-pub(super) fn compile(
-    source: Source<'_>,
-    cache: &mut lang::LoweringCache,
-    old: Option<&Loaded>,
-) -> Result<Compiled, Error> {
-    let mut model = read(source, cache)?;
+pub(super) fn compile(source: Source<'_>, old: Option<&Loaded>) -> Result<Compiled, Error> {
+    let mut model = read(source)?;
     model.show.look_from(source.view.unwrap_or_default());
     // All errors in one run: of the files as well as of the curves.
     let loaded = setup::load(&model.show, &model.spans, source, old);
     let (loaded, found) = loaded.unwrap_or_else(|errors| (None, errors));
     model.diagnostics.list.extend(found);
-    let held = loaded.as_ref().map_or(0, Loaded::bytes);
-    let version = checked(model, source.memory.saturating_sub(held))?;
-    let left = source.memory.saturating_sub(held).max(SMALL_SHOW);
-    let left = left.saturating_sub(version.bytes());
+    let version = checked(model)?;
     Ok(Compiled {
-        keys: KeySequence::within(&version.timeline, KeyOptions::default(), left)?,
+        keys: KeySequence::new(&version.timeline, KeyOptions::default())?,
         version,
         loaded,
     })

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use super::Error;
 use super::compile::{self, Compiled, Source};
+use super::setup::Loaded;
 use crate::diagnostic::{Diagnostics, Label};
 use crate::files::{self, FileError, Files, Store};
 use crate::lang;
@@ -50,12 +51,10 @@ pub struct Document {
     saved: String,
     /// The view to look from, by name; the show's first without it.
     view: Option<String>,
-    /// Bytes that reading it may take.
+    /// Bytes that its stage, images and luminaires may take.
     memory: usize,
     /// Counts the texts that meant something else than the one before.
     revision: u64,
-    /// Cues that were lowered before, so that an edit costs what it changes.
-    cache: lang::LoweringCache,
     compiled: Arc<Compiled>,
     past: Vec<String>,
     future: Vec<String>,
@@ -85,7 +84,7 @@ impl Document {
         Document::within(name, text, files, usize::MAX)
     }
 
-    /// The same, with what it means in about `memory` bytes at most.
+    /// Like [`Document::new`], with a stage, images and luminaires of at most `memory` bytes.
     ///
     /// # Errors
     /// As [`Document::new`].
@@ -96,7 +95,6 @@ impl Document {
         memory: usize,
     ) -> Result<Document, Error> {
         let text = decode(name, text)?;
-        let mut cache = lang::LoweringCache::default();
         let source = Source {
             name,
             text: &text,
@@ -104,7 +102,7 @@ impl Document {
             files,
             memory,
         };
-        let compiled = compile::compile(source, &mut cache, None)?;
+        let compiled = compile::compile(source, None)?;
         Ok(Document {
             name: name.to_owned(),
             path: None,
@@ -113,7 +111,6 @@ impl Document {
             view: None,
             memory,
             revision: 0,
-            cache,
             compiled: Arc::new(compiled),
             past: Vec::new(),
             future: Vec::new(),
@@ -137,13 +134,13 @@ impl Document {
         Ok(document)
     }
 
-    /// Bytes that the document holds, about.
-    pub(super) fn bytes(&self) -> usize {
-        let texts = self.past.iter().chain(&self.future).map(String::len);
-        self.compiled.bytes() + texts.sum::<usize>()
+    /// Bytes that its stage, images and luminaires take, about.
+    pub(super) fn loaded_bytes(&self) -> usize {
+        let loaded = self.compiled.loaded.as_ref();
+        loaded.map_or(0, Loaded::bytes)
     }
 
-    /// Sets the bytes that reading it may take, from the next edit on.
+    /// Sets the bytes that its stage, images and luminaires may take, from the next edit on.
     pub(super) fn allow(&mut self, memory: usize) {
         self.memory = memory;
     }
@@ -344,7 +341,7 @@ impl Document {
     /// # Errors
     /// [`Error::Show`].
     pub fn format(&mut self) -> Result<bool, Error> {
-        let text = format(&self.name, self.text.as_bytes(), self.memory)?;
+        let text = format(&self.name, self.text.as_bytes())?;
         let changes = text != self.text;
         if changes {
             self.change_text(text);
@@ -413,10 +410,10 @@ impl Document {
             text,
             view: view.as_deref(),
             files,
-            memory: self.memory.saturating_sub(self.compiled.unshared_bytes()),
+            memory: self.memory,
         };
         let old = self.compiled.loaded.as_ref().filter(|_| !reread);
-        let compiled = compile::compile(source, &mut self.cache, old)?;
+        let compiled = compile::compile(source, old)?;
         let warnings = compiled
             .version
             .diagnostics
@@ -450,9 +447,8 @@ pub fn decode(name: &str, bytes: &[u8]) -> Result<String, Error> {
 /// The canonical layout of a text.
 ///
 /// # Errors
-/// [`Error::Show`] when it does not parse, or takes more than `memory` bytes to lay out.
-pub fn format(name: &str, bytes: &[u8], memory: usize) -> Result<String, Error> {
+/// [`Error::Show`] when it does not parse.
+pub fn format(name: &str, bytes: &[u8]) -> Result<String, Error> {
     let text = decode(name, bytes)?;
-    lang::format_within(&text, memory)
-        .map_err(|list| Error::Show(Diagnostics::of(list, name, &text)))
+    lang::format(&text).map_err(|list| Error::Show(Diagnostics::of(list, name, &text)))
 }

@@ -7,7 +7,6 @@ use super::rendering::{SetupImages, refined_step};
 use super::setup::{self, Loaded};
 use super::{Engine, Error, Host, decode};
 use crate::files::Files;
-use crate::lang;
 use crate::pool::address::Digest;
 use crate::pool::image_cache::ImageCache;
 
@@ -17,29 +16,15 @@ impl Version {
     /// # Errors
     /// [`Error::Show`] with the errors of the text and its curves.
     pub fn read(name: &str, bytes: &[u8], files: &dyn Files) -> Result<Version, Error> {
-        Version::read_within(name, bytes, files, usize::MAX)
-    }
-
-    /// The same in about `memory` bytes at most.
-    ///
-    /// # Errors
-    /// As [`Version::read`].
-    pub fn read_within(
-        name: &str,
-        bytes: &[u8],
-        files: &dyn Files,
-        memory: usize,
-    ) -> Result<Version, Error> {
         let text = decode(name, bytes)?;
         let source = Source {
             name,
             text: &text,
             view: None,
             files,
-            memory,
+            memory: 0,
         };
-        let mut cache = lang::LoweringCache::default();
-        compile::parse(source, &mut cache)
+        compile::parse(source)
     }
 
     /// The names of the refined images in `image_cache` that serve this version; none where it has

@@ -6,7 +6,6 @@
 
 use std::ops::Range;
 
-use super::lowering_cache::KnownCue;
 use crate::show::Interpolation;
 
 /// A byte range of one source file.
@@ -39,8 +38,6 @@ pub struct Word<'a> {
 #[derive(Debug)]
 pub struct Statement<'a> {
     pub span: Span,
-    /// As written; `None` where lines with errors were left out, or it was lowered before.
-    pub text: Option<&'a str>,
     pub item: Declaration<'a>,
 }
 
@@ -112,8 +109,6 @@ pub enum Declaration<'a> {
     },
     /// `cue NUMBER …`
     Cue(Cue<'a>),
-    /// A cue that was lowered before.
-    Cached(KnownCue<'a>),
 }
 
 /// A clause of a light or a view: a keyword (empty for a bare quantity or colour) and its values.

@@ -63,8 +63,7 @@ impl<'a> Builder<'a> {
             Rule::cue_statement => Declaration::Cue(self.cue(inner)?),
             _ => return None,
         };
-        let text = None;
-        Some(Statement { span, text, item })
+        Some(Statement { span, item })
     }
 
     /// The path of an `include` or of `gels`.

@@ -13,7 +13,6 @@ mod rename;
 
 pub use change::{Action, Change, Edited, Splice};
 pub use cue::{CueMove, CueText};
-pub(super) use place::heading;
 pub use place::{locate, name};
 pub use rename::{NamePlace, names, refused_name};
 

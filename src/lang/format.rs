@@ -14,23 +14,15 @@ mod piece;
 use super::read;
 use super::report::{Report, slice};
 use super::scan;
-use super::{codes, limits, memory};
+use super::{codes, limits};
 use crate::diagnostic::Diagnostic;
 
 /// The text in its canonical layout, with the line ends that it came with.
 ///
 /// # Errors
-/// As [`format_within`].
-pub fn format(text: &str) -> Result<String, Vec<Diagnostic>> {
-    format_within(text, usize::MAX)
-}
-
-/// The same in about `limit` bytes of memory at most.
-///
-/// # Errors
 /// The diagnostics of a text that does not parse, with places in it as file 0: nothing is guessed
 /// where the writer's meaning is not known.
-pub fn format_within(text: &str, limit: usize) -> Result<String, Vec<Diagnostic>> {
+pub fn format(text: &str) -> Result<String, Vec<Diagnostic>> {
     let mut report = Report::default();
     if text.len() > limits::FILE {
         let message = format!("a show has {} bytes at most", limits::FILE);
@@ -38,9 +30,7 @@ pub fn format_within(text: &str, limit: usize) -> Result<String, Vec<Diagnostic>
     }
     let unix = text.replace("\r\n", "\n");
     let scan = scan::scan(&unix);
-    let needed = memory::needed([(text.len(), &scan)]);
-    memory::check("the text", needed, limit).map_err(|diagnostic| vec![diagnostic])?;
-    read::read(&unix, 0, &scan, None, &mut report);
+    read::read(&unix, 0, &scan, &mut report);
     if report.failed() {
         return Err(report.finish().0);
     }

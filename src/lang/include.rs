@@ -11,7 +11,7 @@ use super::ast::{Declaration, Span};
 use super::build::Builder;
 use super::read::Read;
 use super::report::{Place, Report};
-use super::scan::{Cut, Scan, first_word, scan};
+use super::scan::{Scan, first_word, scan};
 use super::syntax::{self, Rule};
 use super::{codes, decode, gels, limits, unquoted};
 use crate::diagnostic::{Diagnostic, Sources};
@@ -88,7 +88,6 @@ fn join<'a>(index: usize, parts: &[Part<'_>], reads: &mut [Option<Read<'a>>], ou
         return;
     };
     out.broken.extend(read.broken);
-    out.parsed.extend(read.parsed);
     out.cue_lost |= read.cue_lost;
     out.names_lost |= read.names_lost || part.gels.is_none();
     let gels = part.gels.iter().flatten();
@@ -102,31 +101,6 @@ fn join<'a>(index: usize, parts: &[Part<'_>], reads: &mut [Option<Read<'a>>], ou
             },
             Declaration::Gels => {}
             _ => out.statements.push(statement),
-        }
-    }
-}
-
-/// The statements of all parts in the same order, those that include and those that are cues among them.
-pub fn joined_cuts<'s>(parts: &[Part<'_>], scans: &'s [Scan<'s>]) -> Vec<&'s Cut<'s>> {
-    let mut out = Vec::new();
-    join_cuts(0, parts, scans, &mut out);
-    out
-}
-
-/// Never deeper than there are parts.
-fn join_cuts<'s>(
-    index: usize,
-    parts: &[Part<'_>],
-    scans: &'s [Scan<'s>],
-    out: &mut Vec<&'s Cut<'s>>,
-) {
-    let (Some(part), Some(scan)) = (parts.get(index), scans.get(index)) else {
-        return;
-    };
-    for cut in &scan.cuts {
-        out.push(cut);
-        if let Some(child) = part.children.get(&(cut.span.start as u32)) {
-            join_cuts(*child, parts, scans, out);
         }
     }
 }
@@ -320,12 +294,11 @@ fn resolved(from: &str, path: &str) -> String {
 mod tests {
     use super::*;
     use crate::files::Memory;
-    use crate::lang::{LoweringCache, Parsed, parse, parse_again};
+    use crate::lang::{Parsed, parse, parse_with_files};
     use proptest::prelude::*;
 
     fn parsed(files: &Memory, text: &str) -> Parsed {
-        let (mut cache, mut sources) = (LoweringCache::default(), Sources::default());
-        parse_again(&mut cache, files, &mut sources, "shows/show.lxq", text)
+        parse_with_files(files, &mut Sources::default(), "shows/show.lxq", text)
     }
 
     const RIG: &str = "light l panel cloth\ninclude \"more/banks.lxq\"\nlight k panel cloth\n";
@@ -362,13 +335,7 @@ mod tests {
         let files = files().with("looks.lxq", "look night { lamp 5 }\n");
         let mut sources = Sources::default();
         let text = "include \"rig.lxq\"\nbank late = k\ncue 1 { night }\n";
-        let found = parse_again(
-            &mut LoweringCache::default(),
-            &files,
-            &mut sources,
-            "shows/s.lxq",
-            text,
-        );
+        let found = parse_with_files(&files, &mut sources, "shows/s.lxq", text);
         let label = &found.diagnostics[0].labels[0];
         assert_eq!(sources.get(label.file).unwrap().0, "shows/looks.lxq");
         assert_eq!(
@@ -406,22 +373,6 @@ mod tests {
         });
         let found = parsed(&ring, "include \"0.lxq\"\n").diagnostics;
         assert_eq!(found[0].code, codes::TOO_LARGE, "{found:#?}");
-    }
-
-    #[test]
-    fn a_change_in_an_included_file_is_seen_by_cues_that_are_known() {
-        let (mut cache, text) = (
-            LoweringCache::default(),
-            "include \"v.lxq\"\nlight l panel c\nbank b = l\ncue 1 { b (v) }\n",
-        );
-        let mut level = |v: u32| {
-            let files = Memory::default().with("v.lxq", format!("let v = {v}\n"));
-            let parsed = parse_again(&mut cache, &files, &mut Sources::default(), "s", text);
-            format!("{:?}", parsed.show.unwrap().cues[0].parts[0].moves)
-        };
-        let (five, six) = (level(5), level(6));
-        assert_ne!(five, six);
-        assert_eq!(level(5), five);
     }
 
     proptest! {

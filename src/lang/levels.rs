@@ -3,7 +3,7 @@
 //! Invariant: the moves mean what they would mean in a cue behind all others, and are refused in
 //! the same words. The cues of the show are not read: no move rests on them.
 
-use super::lower::{self, Lowering};
+use super::lower;
 use super::read::{self, Read};
 use super::{codes, include};
 use crate::diagnostic::{Diagnostic, Sources};
@@ -75,11 +75,11 @@ fn cue(
     for part in &parts {
         let mut scan = part.scan();
         scan.cuts.retain(|cut| !cut.is_cue());
-        reads.push(read::read(&part.text, part.file, &scan, None, &mut report));
+        reads.push(read::read(&part.text, part.file, &scan, &mut report));
     }
     let mut read: Read<'_> = include::joined(&parts, reads);
     read.statements.extend(moves.statements);
-    let Lowering { show, .. } = lower::lower(&read, &mut report, super::limits::LEVELS);
+    let (show, _) = lower::lower(&read, &mut report);
     let cue = show.and_then(|show| show.cues.into_iter().next());
     cue.ok_or_else(|| report.finish().0)
 }

@@ -18,7 +18,7 @@ pub const VALUES: usize = 100;
 /// Times over that a move may be repeated.
 pub const REPEAT: u32 = 10_000;
 /// Levels that groups, looks and blackouts may amount to in the whole show.
-pub const LEVELS: usize = 4_000_000;
+pub const LEVELS: usize = 500_000;
 /// Pixels of a view in either direction.
 pub const PIXELS: usize = 16_384;
 /// Errors looked for inside one statement by leaving out the line that was wrong.

@@ -18,10 +18,7 @@ mod include;
 mod levels;
 pub mod limits;
 mod lower;
-mod lowering_cache;
-mod memory;
 mod names;
-mod packed;
 mod preview;
 mod quantity;
 mod read;
@@ -38,11 +35,9 @@ pub use ast::Span;
 pub use beginning::Beginning;
 pub use edit::NamePlace;
 pub use explain::{Page, explain, pages};
-pub use format::{format, format_within};
+pub use format::format;
 pub use gels::gels_of_table;
 pub use levels::{SetLevel, levels};
-pub use lowering_cache::LoweringCache;
-use lowering_cache::{Environment, Fresh, Lowered};
 pub use names::{Kind, is_reserved, nearest};
 pub use preview::preview_statement;
 pub use report::{Place, too_many};
@@ -52,7 +47,6 @@ use crate::diagnostic::{Diagnostic, Sources};
 use crate::files::{Files, Memory};
 use crate::show::{NodeId, Show};
 use crate::units::{Rgb, Time};
-use packed::PackedCue;
 use report::Report;
 
 /// Turns the model's node ids back into places.
@@ -84,23 +78,18 @@ pub struct Parsed {
     pub diagnostics: Vec<Diagnostic>,
     /// How many warnings there are beside the first, which are kept.
     pub left_out: usize,
-    /// Bytes that the show, its places and its texts take, about.
-    pub bytes: usize,
 }
 
 /// Reads a show from `text`, which joins `sources` under `name`.
 ///
 /// A show without a `show` statement is called by the name of its file, without the ending.
-/// What it includes cannot be read so: see [`parse_again`].
+/// It cannot include other files: see [`parse_with_files`].
 pub fn parse(sources: &mut Sources, name: &str, text: &str) -> Parsed {
-    let (mut cache, files) = (LoweringCache::default(), Memory::default());
-    parse_again(&mut cache, &files, sources, name, text)
+    parse_with_files(&Memory::default(), sources, name, text)
 }
 
-/// Reads a show with what it includes from `files`, in less time where most of its cues were read
-/// with the same `cache` before, and in the memory that this allows.
-pub fn parse_again(
-    cache: &mut LoweringCache,
+/// Reads a show and the files of `files` that it includes.
+pub fn parse_with_files(
     files: &dyn Files,
     sources: &mut Sources,
     name: &str,
@@ -114,30 +103,11 @@ pub fn parse_again(
     }
     let parts = include::gather(files, sources, (name, file as u32, text), &mut report);
     let scans: Vec<_> = parts.iter().map(include::Part::scan).collect();
-    let needed = memory::needed(parts.iter().map(|part| part.text.len()).zip(&scans));
-    if let Err(diagnostic) = memory::check(name, needed, cache.memory) {
-        report.add(diagnostic);
-        return failed(report);
-    }
-    let mut environment = Environment::default();
-    let cuts = include::joined_cuts(&parts, &scans);
-    cuts.iter().for_each(|cut| environment.add(cut));
-    let gels = parts.iter().filter_map(|part| part.gels.as_ref());
-    for gels in gels.filter(|gels| !gels.is_empty()) {
-        environment.add_gels(&format!("{gels:?}"));
-    }
-    let known = cache.within(&environment);
     let mut reads = Vec::new();
     for (part, scan) in parts.iter().zip(&scans) {
-        reads.push(read::read(
-            &part.text,
-            part.file,
-            scan,
-            Some(&known),
-            &mut report,
-        ));
+        reads.push(read::read(&part.text, part.file, scan, &mut report));
     }
-    let mut read = include::joined(&parts, reads);
+    let read = include::joined(&parts, reads);
     if read.statements.is_empty() && !report.failed() {
         let message = format!("`{name}` declares nothing");
         report.add(
@@ -147,12 +117,7 @@ pub fn parse_again(
         );
         return failed(report);
     }
-    let most = cache.memory.saturating_sub(needed) / memory::EACH_LEVEL;
-    let lowered = lower::lower(&read, &mut report, most);
-    let levels = lowered.levels * memory::EACH_LEVEL;
-    let (mut show, spans) = (lowered.show, lowered.spans);
-    let fresh = fresh(std::mem::take(&mut read.parsed), lowered.fresh);
-    cache.learn(environment, fresh, &cuts, !report.failed());
+    let (mut show, spans) = lower::lower(&read, &mut report);
     if let Some(show) = &mut show
         && show.title.is_empty()
     {
@@ -165,20 +130,7 @@ pub fn parse_again(
         spans,
         diagnostics,
         left_out,
-        bytes: memory::held(needed) + levels,
     }
-}
-
-fn fresh(parsed: Vec<(&str, PackedCue)>, lowered: Vec<(&str, Box<Lowered>)>) -> Fresh {
-    Fresh {
-        parsed: with_own_texts(parsed),
-        lowered: with_own_texts(lowered),
-    }
-}
-
-fn with_own_texts<T>(list: Vec<(&str, T)>) -> Vec<(String, T)> {
-    let list = list.into_iter();
-    list.map(|(text, each)| (text.to_owned(), each)).collect()
 }
 
 fn failed(report: Report) -> Parsed {
@@ -188,7 +140,6 @@ fn failed(report: Report) -> Parsed {
         spans: SpanMap::default(),
         diagnostics,
         left_out,
-        bytes: 0,
     }
 }
 

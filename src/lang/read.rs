@@ -3,11 +3,9 @@
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-use super::ast::{Declaration, Span, Statement, Word};
+use super::ast::{Span, Statement, Word};
 use super::build::Builder;
-use super::lowering_cache::Known;
 use super::names::{self, Kind, STANDING_OFF, nearest};
-use super::packed::PackedCue;
 use super::report::{Place, Report};
 use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word, scan, split_word};
 use super::syntax::{self, Failure, Rule};
@@ -28,22 +26,13 @@ pub struct Read<'a> {
     pub names_lost: bool,
     /// The colours of gels by their numbers.
     pub gels: BTreeMap<String, Rgb>,
-    /// Cues that were parsed for the first time, with their texts.
-    pub parsed: Vec<(&'a str, PackedCue)>,
 }
 
-/// Reads all statements of a file; cues that are in the cache are not parsed again.
-pub fn read<'a>(
-    text: &'a str,
-    file: u32,
-    scan: &Scan<'a>,
-    cache: Option<&'a Known<'a>>,
-    report: &mut Report,
-) -> Read<'a> {
+/// Reads all statements of a file.
+pub fn read<'a>(text: &'a str, file: u32, scan: &Scan<'a>, report: &mut Report) -> Read<'a> {
     let mut reader = Reader {
         text,
         file,
-        cache,
         report,
         out: Read::default(),
     };
@@ -71,7 +60,7 @@ pub fn typed(text: &str) -> Result<(Scan<'_>, Read<'_>, Report), Vec<Diagnostic>
     }
     let mut report = Report::default();
     let scan = scan(text);
-    let read = read(text, 0, &scan, None, &mut report);
+    let read = read(text, 0, &scan, &mut report);
     if report.failed() {
         return Err(report.finish().0);
     }
@@ -81,7 +70,6 @@ pub fn typed(text: &str) -> Result<(Scan<'_>, Read<'_>, Report), Vec<Diagnostic>
 struct Reader<'a, 'r> {
     text: &'a str,
     file: u32,
-    cache: Option<&'a Known<'a>>,
     report: &'r mut Report,
     out: Read<'a>,
 }
@@ -164,10 +152,6 @@ impl<'a> Reader<'a, '_> {
     fn statement(&mut self, cut: &Cut<'a>) {
         let text = cut.text;
         let word = first_word(text);
-        if let Some(known) = self.known(cut) {
-            self.out.statements.push(known);
-            return;
-        }
         let Some(rule) = syntax::rule_of(word) else {
             if !cut.broken {
                 self.unknown(cut.span.start, text, word);
@@ -183,25 +167,6 @@ impl<'a> Reader<'a, '_> {
             Some(statement) => self.out.statements.push(statement),
             None => self.broken(word, text, cut.span.start),
         }
-    }
-
-    /// A cue that was lowered before, or only parsed.
-    fn known(&self, cut: &Cut<'a>) -> Option<Statement<'a>> {
-        let cache = self.cache.filter(|_| !cut.broken)?;
-        if let Some(known) = cache.cue(cut.text) {
-            return Some(Statement {
-                span: self.span(cut.span.start, cut.span.end),
-                text: None,
-                item: Declaration::Cached(known),
-            });
-        }
-        let packed = cache.parsed(cut.text)?;
-        let (span, cue) = packed.unpacked(self.text, self.file, cut.span.start as u32)?;
-        Some(Statement {
-            span,
-            text: Some(cut.text),
-            item: Declaration::Cue(cue),
-        })
     }
 
     fn unknown(&mut self, start: usize, text: &str, word: &str) {
@@ -254,15 +219,7 @@ impl<'a> Reader<'a, '_> {
             base,
         };
         let first = match syntax::parse(rule, text) {
-            Ok(pairs) => {
-                let mut statement = builder.statement(pairs)?;
-                statement.text = Some(text);
-                if let (Declaration::Cue(cue), Some(_)) = (&statement.item, self.cache) {
-                    let packed = PackedCue::of(statement.span, cue, base as u32);
-                    self.out.parsed.push((text, packed));
-                }
-                return Some(statement);
-            }
+            Ok(pairs) => return builder.statement(pairs),
             Err(failure) => failure,
         };
         self.failure(&first, text, base);

@@ -59,11 +59,6 @@ impl Report {
         self.errors >= limits::ERRORS
     }
 
-    /// How many there are.
-    pub fn count(&self) -> usize {
-        self.found.len() + self.left_out
-    }
-
     /// True when there is an error.
     pub fn failed(&self) -> bool {
         self.errors > 0

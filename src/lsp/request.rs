@@ -35,6 +35,18 @@ pub enum Answer {
     Later(PathBuf, Work),
 }
 
+/// True for methods that are answered from the text alone, even where the show was not read again.
+pub fn needs_only_text(method: &str) -> bool {
+    [
+        SemanticTokensFullRequest::METHOD,
+        FoldingRangeRequest::METHOD,
+        DocumentSymbolRequest::METHOD,
+        DocumentHighlightRequest::METHOD,
+        Formatting::METHOD,
+    ]
+    .contains(&method)
+}
+
 /// The answer to a request as the protocol writes it.
 ///
 /// # Errors
@@ -218,7 +230,6 @@ where
         text,
         uri,
         encoding: server.encoding,
-        memory: server.means.limits.memory,
     };
     let work = move |stop: &Stop| written::<R>(&answered(asked, &texts, stop)?);
     Ok(Answer::Later(root, Box::new(work)))
@@ -238,8 +249,6 @@ struct Texts {
     text: Arc<String>,
     uri: Uri,
     encoding: Encoding,
-    /// Bytes that reading it may take.
-    memory: usize,
 }
 
 impl Texts {
@@ -276,7 +285,6 @@ fn actions(asked: &CodeActionParams, texts: &Texts, stop: &Stop) -> CodeActionRe
         text,
         uri,
         encoding,
-        ..
     } = texts;
     let path = key(uri);
     let own = |file| !stop.is_set() && show.file(file).is_some_and(|(own, _)| own == path);
@@ -289,7 +297,7 @@ fn actions(asked: &CodeActionParams, texts: &Texts, stop: &Stop) -> CodeActionRe
 /// diagnostics already.
 fn formatted(texts: &Texts) -> Vec<TextEdit> {
     let text = texts.text.as_str();
-    let new = engine::format("", text.as_bytes(), texts.memory).ok();
+    let new = engine::format("", text.as_bytes()).ok();
     let Some(new) = new.filter(|new| new != text) else {
         return Vec::new();
     };

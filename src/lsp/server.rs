@@ -3,7 +3,9 @@
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
+use crossbeam_channel::RecvTimeoutError;
 use lsp_server::{Connection, ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::notification::{
     Cancel, DidChangeTextDocument, DidChangeWatchedFiles, DidCloseTextDocument,
@@ -27,6 +29,9 @@ use super::request::{self, Answer};
 use super::text::Encoding;
 use super::{End, Means};
 use crate::units::CueNumber;
+
+/// Pause after the last keystroke before the show is read again.
+const AFTER_KEYSTROKE: Duration = Duration::from_millis(100);
 
 /// A server and its client.
 pub struct Server<'c> {
@@ -88,17 +93,14 @@ impl<'c> Server<'c> {
             }
             let message = match self.queue.pop_front() {
                 Some(message) => message,
-                None if !self.changed.is_empty() => {
-                    self.read_changed();
+                None => {
+                    match self.next() {
+                        Ok(message) => self.take(message),
+                        Err(RecvTimeoutError::Timeout) => self.read_changed(),
+                        Err(RecvTimeoutError::Disconnected) => return,
+                    }
                     continue;
                 }
-                None => match self.connection.receiver.recv() {
-                    Ok(message) => {
-                        self.take(message);
-                        continue;
-                    }
-                    Err(_) => return,
-                },
             };
             match message {
                 Message::Request(request) => self.answer(request),
@@ -108,6 +110,14 @@ impl<'c> Server<'c> {
                 Message::Response(_) => {}
             }
         }
+    }
+
+    /// Waits for a message, only for a while where a text was changed.
+    fn next(&self) -> Result<Message, RecvTimeoutError> {
+        if self.changed.is_empty() {
+            return Ok(self.connection.receiver.recv()?);
+        }
+        self.connection.receiver.recv_timeout(AFTER_KEYSTROKE)
     }
 
     /// Queues a message, or takes one back that is cancelled.
@@ -279,9 +289,14 @@ impl<'c> Server<'c> {
             let why = "the server was shut down".to_owned();
             return self.fail(request.id, ErrorCode::InvalidRequest, why);
         }
-        // What is answered is of the text as it stands.
-        self.read_changed();
         let Request { id, method, params } = request;
+        let is_known = self
+            .changed
+            .iter()
+            .all(|path| self.shows.contains_key(path));
+        if !is_known || !request::needs_only_text(&method) {
+            self.read_changed();
+        }
         let answer = match method.as_str() {
             Shutdown::METHOD => {
                 self.left = true;

@@ -128,7 +128,8 @@ impl Editor {
 
     /// What was last said to be wrong with a file.
     fn diagnostics(&mut self, file: &str) -> Vec<lsp_types::Diagnostic> {
-        self.at("textDocument/foldingRange", file, json!({}));
+        // An answer about the show needs it to be read.
+        self.at("textDocument/codeLens", file, json!({}));
         let uri = self.uri(file);
         let all = self.heard.iter().rev();
         let mut all =
@@ -205,6 +206,22 @@ fn errors_are_published_with_code_place_and_fix() {
         json!([{ "range": edit["range"], "text": edit["newText"] }]),
     );
     assert_eq!(editor.diagnostics("show.lxq"), []);
+}
+
+#[test]
+fn a_show_is_read_when_nothing_was_typed_for_a_while() {
+    let mut editor = Editor::new(json!({}));
+    editor.open("show.lxq", SHOW);
+    editor.diagnostics("show.lxq");
+    editor.heard.clear();
+    let text = format!("{SHOW}cue 9 {{ lamp 5 }}\n");
+    editor.change("show.lxq", json!([{ "text": text }]));
+    let symbols = editor.at("textDocument/documentSymbol", "show.lxq", json!({}));
+    assert!(symbols.to_string().contains("cue 9"), "{symbols}");
+    assert!(editor.heard.is_empty(), "{:?}", editor.heard);
+    while editor.heard.is_empty() {
+        editor.hear();
+    }
 }
 
 #[test]

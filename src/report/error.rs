@@ -9,7 +9,6 @@ use crate::lang::nearest;
 use crate::picture::PictureError;
 use crate::playback::page::PageError;
 use crate::renderer::TransportError;
-use crate::timeline::TooManyKeys;
 use crate::work::Cancelled;
 
 /// Why results could not be written out.
@@ -178,11 +177,7 @@ pub fn engine_error(error: &engine::Error) -> String {
             needed,
             budget,
         }) => memory(what, *needed, *budget),
-        E::TooManyKeys(TooManyKeys { limit }) => format!(
-            "the show's key settings take more than the {} MB left for them: allow more with \
-             `--memory MB`, or make fewer cues of fewer banks (256 MB is the most)",
-            limit >> 20
-        ),
+        E::TooManyKeys(error) => format!("{error}: make fewer cues of fewer banks"),
         E::File(FileError::Linked { path, .. }) => format!(
             "{error}, of which the others would keep the old text, and was not written; `cp {path} \
              {path}.own && mv {path}.own {path}` gives it a text of its own"

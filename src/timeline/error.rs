@@ -42,10 +42,10 @@ pub enum TimelineError {
         /// The first cue that does.
         cue: NodeId,
     },
-    /// Repeats make more pieces than memory is meant to hold.
+    /// Moves and their repeats make more pieces than a show may have.
     #[error("the curves would have more than {limit} pieces")]
     TooManyPieces {
-        /// The move that goes over the limit.
+        /// The move or cue that goes over the limit.
         id: NodeId,
         /// The limit.
         limit: usize,
@@ -61,14 +61,6 @@ pub enum TimelineError {
         bank: usize,
         /// The limit.
         limit: usize,
-    },
-    /// The curves need more memory than allowed.
-    #[error("the curves need more than {budget} bytes")]
-    Memory {
-        /// The cue that goes over it.
-        cue: NodeId,
-        /// Bytes allowed.
-        budget: usize,
     },
     /// A level leaves 0 to 1.
     #[error("the level is {} at {time}", percent(*.level))]

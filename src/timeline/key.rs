@@ -25,11 +25,8 @@ pub struct KeyOptions {
 
 /// The show is too large for its keys to be held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("its key settings need more than {} MB", .limit >> 20)]
-pub struct TooManyKeys {
-    /// The limit, bytes.
-    pub limit: usize,
-}
+#[error("its key settings need more than {} MB", MOST_BYTES >> 20)]
+pub struct TooManyKeys;
 
 /// A stretch on which the setting is one Bezier curve.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,10 +66,8 @@ impl Segment {
     }
 }
 
-/// Bytes of a key beside its numbers, about: the list's own and its place among those known.
-pub(super) const KEY_BYTES: usize = 64;
-/// Bytes of a segment with its list of keys, about.
-pub(super) const SEGMENT_BYTES: usize = 112;
+/// Bytes that keys and segments may take.
+pub(super) const MOST_BYTES: usize = 256 << 20;
 
 /// A show as key settings and the segments between them.
 #[derive(Clone, Debug, PartialEq)]
@@ -92,21 +87,9 @@ impl KeySequence {
     /// key; a timeline without length has that segment alone.
     ///
     /// # Errors
-    /// [`TooManyKeys`] when they would not fit in the memory meant for them.
+    /// [`TooManyKeys`] when they would take more than 256 MB.
     pub fn new(timeline: &Timeline, options: KeyOptions) -> Result<KeySequence, TooManyKeys> {
-        KeySequence::within(timeline, options, usize::MAX)
-    }
-
-    /// The same in about so many bytes of memory at most.
-    ///
-    /// # Errors
-    /// [`TooManyKeys`] when they would not fit.
-    pub fn within(
-        timeline: &Timeline,
-        options: KeyOptions,
-        memory: usize,
-    ) -> Result<KeySequence, TooManyKeys> {
-        let mut sweep = Sweep::new(timeline, options, memory);
+        let mut sweep = Sweep::new(timeline, options);
         sweep.run()?;
         Ok(KeySequence {
             coordinates: timeline.coordinates(),
@@ -116,12 +99,6 @@ impl KeySequence {
             control_points: sweep.control_points,
             joined: timeline.joined,
         })
-    }
-
-    /// Bytes that it holds, about.
-    pub fn bytes(&self) -> usize {
-        let keys = self.keys.len() * (KEY_BYTES + size_of::<f64>() * self.coordinates);
-        keys + self.segments.len() * SEGMENT_BYTES
     }
 
     /// How many coordinates a key has.

@@ -61,9 +61,8 @@ impl Watch {
         }
     }
 
-    /// Takes note of a move of the cue at index `cue`, and returns how many warnings it gave.
-    pub fn played(&mut self, cue: usize, m: &Moved<'_>, run: Run) -> usize {
-        let warned = self.warnings.len();
+    /// Takes note of a move of the cue at index `cue`.
+    pub fn played(&mut self, cue: usize, m: &Moved<'_>, run: Run) {
         let fades = matches!(*m.motion, Motion::To(_));
         let before = self.latest[m.parameter].replace(Latest {
             id: m.id,
@@ -87,7 +86,6 @@ impl Watch {
                 to,
             });
         }
-        self.warnings.len() - warned
     }
 
     /// A move that another takes over from. Where the times between the two depend on when somebody

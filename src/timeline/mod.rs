@@ -36,16 +36,16 @@ pub use track::{Moved, Timing};
 use std::collections::BTreeMap;
 
 use self::dimmer::Law;
-use self::track::{MemoryBudget, Track};
+use self::track::Track;
 use crate::show::Show;
 use crate::units::Time;
 
 /// What each cue moves, with what `assert`, an earlier `cueonly` and a colour alone imply.
 ///
 /// # Errors
-/// Where the moves are more than memory holds.
+/// Where there are more moves than a show may have.
 pub fn cue_moves(show: &Show) -> Result<Vec<Vec<Moved<'_>>>, Vec<TimelineError>> {
-    track::motions(show, &mut MemoryBudget::new(usize::MAX))
+    track::motions(show)
 }
 
 /// A show as curves.
@@ -88,20 +88,11 @@ impl Timeline {
     /// # Errors
     /// Every error that only the times and the curves show.
     pub fn new(show: &Show) -> Result<Timeline, Vec<TimelineError>> {
-        Timeline::within(show, usize::MAX)
-    }
-
-    /// The same in about so many bytes of memory at most.
-    ///
-    /// # Errors
-    /// As [`Timeline::new`]; also where the memory is too small, with the cue at which it ended.
-    pub fn within(show: &Show, memory: usize) -> Result<Timeline, Vec<TimelineError>> {
-        let mut budget = MemoryBudget::new(memory);
-        let motions = track::motions(show, &mut budget)?;
+        let motions = track::motions(show)?;
         let cues = clock::cue_times(show, &motions)?;
         let start = cues.first().map_or(Time::ZERO, |c| c.go);
         let end = cues.iter().map(|c| c.completion).max().unwrap_or(start);
-        let (tracks, mut warnings) = track::tracks(show, &cues, motions, &mut budget)?;
+        let (tracks, mut warnings) = track::tracks(show, &cues, motions)?;
         let mut errors = dimmer::check(show);
         errors.extend(track::out_of_range(&tracks, start, end));
         if !errors.is_empty() {
@@ -193,17 +184,6 @@ impl Timeline {
         self.curves.push(curve);
         self.last.push(last);
         self.moves.push(moves);
-    }
-
-    /// Bytes that it holds, about.
-    pub fn bytes(&self) -> usize {
-        let levels = self.parameters.values().map(|levels| &levels.pieces);
-        let pieces: usize = self.curves.iter().chain(levels).map(Vec::len).sum();
-        let moves: usize = self.moves.iter().map(Vec::len).sum();
-        pieces * size_of::<Piece>()
-            + moves * size_of::<(Time, Time)>()
-            + self.cues.len() * size_of::<CueTime>()
-            + self.warnings.len() * size_of::<Warning>()
     }
 
     /// The first cue's GO (0 without cues).

@@ -12,14 +12,16 @@
 
 use std::collections::HashMap;
 
-use super::key::{KEY_BYTES, KeyOptions, SEGMENT_BYTES, Segment, TooManyKeys};
+use super::key::{KeyOptions, MOST_BYTES, Segment, TooManyKeys};
 use super::{Piece, Timeline, positivity};
 use crate::hash::{GOLDEN, mix};
 use crate::linalg::Bernstein;
 use crate::units::Time;
 
-/// Keys and segments beyond so many bytes are refused, whatever the memory.
-const MOST_BYTES: usize = 256 << 20;
+/// Bytes of a key beside its numbers, about: the list's own and its place among those known.
+const KEY_BYTES: usize = 64;
+/// Bytes of a segment with its list of keys, about.
+const SEGMENT_BYTES: usize = 112;
 /// A number of a key between minus this and 0 is rounding and becomes 0, unless keys may be
 /// negative.
 const ROUNDING: f64 = 1e-11;
@@ -28,8 +30,6 @@ const ROUNDING: f64 = 1e-11;
 pub(super) struct Sweep<'a> {
     timeline: &'a Timeline,
     options: KeyOptions,
-    /// Bytes that keys and segments may take.
-    limit: usize,
     /// The distinct control points, in the order of their first use.
     pub keys: Vec<Vec<f64>>,
     /// The segments in time.
@@ -52,12 +52,11 @@ pub(super) struct Sweep<'a> {
 }
 
 impl<'a> Sweep<'a> {
-    pub fn new(timeline: &'a Timeline, options: KeyOptions, memory: usize) -> Sweep<'a> {
+    pub fn new(timeline: &'a Timeline, options: KeyOptions) -> Sweep<'a> {
         let n = timeline.coordinates();
         Sweep {
             timeline,
             options,
-            limit: memory.min(MOST_BYTES),
             keys: Vec::new(),
             segments: Vec::new(),
             inserted: 0,
@@ -193,9 +192,8 @@ impl<'a> Sweep<'a> {
         }
         let index = self.keys.len();
         let key = KEY_BYTES + size_of_val(self.current.as_slice());
-        if (index + 1) * key + self.segments.len() * SEGMENT_BYTES > self.limit {
-            let limit = self.limit;
-            return Err(TooManyKeys { limit });
+        if (index + 1) * key + self.segments.len() * SEGMENT_BYTES > MOST_BYTES {
+            return Err(TooManyKeys);
         }
         self.known.insert(hash, index);
         self.keys.push(self.current.clone());

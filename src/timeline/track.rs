@@ -22,7 +22,7 @@ use crate::units::Time;
 const ROUNDING: f64 = 1e-11;
 /// A level below this is out, but for rounding.
 const DARK: f64 = 1e-9;
-/// No show has more pieces than this in all its curves.
+/// Moves of all cues, and pieces of all curves, that a show may have.
 const MOST_PIECES: usize = 500_000;
 /// Before and after every show.
 const NEVER: Time = Time::from_micros(i64::MAX / 4);
@@ -67,50 +67,9 @@ pub(super) struct Stretch {
 /// A parameter's stretches; the last is a hold for ever.
 pub(super) type Track = Vec<Stretch>;
 
-/// Bytes of a move while the curves are made, about: itself, and the hold that it ends in, in lists
-/// that grow by doubling.
-const MOVE_BYTES: usize = (size_of::<Moved<'_>>()
-    + size_of::<Stretch>()
-    + size_of::<Piece>()
-    + size_of::<(Time, Time)>())
-    * 3
-    / 2;
-/// Bytes of a cue besides, about: its times, and the list of its moves.
-const CUE_BYTES: usize = (size_of::<CueTime>() + size_of::<Vec<Moved<'_>>>()) * 3 / 2;
-/// Bytes of a warning, about: itself, and its key where it is reported once.
-const WARNING_BYTES: usize = size_of::<Warning>() * 3 / 2 + 2 * size_of::<[NodeId; 3]>();
-/// Bytes of a piece, about.
-const PIECE_BYTES: usize = (size_of::<Stretch>() + size_of::<Piece>()) * 3 / 2;
-
-/// What is left of the memory for the curves, bytes.
-pub(super) struct MemoryBudget {
-    budget: usize,
-    left: usize,
-}
-
-impl MemoryBudget {
-    pub fn new(budget: usize) -> MemoryBudget {
-        MemoryBudget {
-            budget,
-            left: budget,
-        }
-    }
-
-    /// Takes so many bytes for a cue.
-    fn take(&mut self, bytes: usize, cue: NodeId) -> Result<(), Vec<TimelineError>> {
-        let budget = self.budget;
-        let left = self.left.checked_sub(bytes);
-        self.left = left.ok_or_else(|| vec![TimelineError::Memory { cue, budget }])?;
-        Ok(())
-    }
-}
-
 /// What each cue moves, with what `assert` and an earlier `cueonly` imply. Targets track through
 /// the list by what is written, whether or not a move is later interrupted.
-pub(super) fn motions<'a>(
-    show: &'a Show,
-    budget: &mut MemoryBudget,
-) -> Result<Vec<Vec<Moved<'a>>>, Vec<TimelineError>> {
+pub(super) fn motions(show: &Show) -> Result<Vec<Vec<Moved<'_>>>, Vec<TimelineError>> {
     let parameters = show.parameters();
     let n = parameters.len();
     let lit: Vec<bool> = parameters.iter().map(|c| c.bank.is_some()).collect();
@@ -119,7 +78,7 @@ pub(super) fn motions<'a>(
     let mut now: Vec<f64> = parameters.iter().map(at_first).collect();
     let mut lasting = now.clone();
     let mut to_restore: BTreeSet<usize> = BTreeSet::new();
-    let mut out = Vec::with_capacity(show.cues.len());
+    let (mut out, mut count) = (Vec::with_capacity(show.cues.len()), 0);
     for cue in &show.cues {
         let mut all = written(cue);
         let is_out = |level: usize| match to_restore.contains(&level) {
@@ -160,7 +119,11 @@ pub(super) fn motions<'a>(
                 lasting[c] = level;
             }
         }
-        budget.take(CUE_BYTES + all.len() * MOVE_BYTES, cue.id)?;
+        count += all.len();
+        if count > MOST_PIECES {
+            let (id, limit) = (cue.id, MOST_PIECES);
+            return Err(vec![TimelineError::TooManyPieces { id, limit }]);
+        }
         out.push(all);
     }
     Ok(out)
@@ -250,7 +213,6 @@ pub(super) fn tracks(
     show: &Show,
     cues: &[CueTime],
     motions: Vec<Vec<Moved<'_>>>,
-    budget: &mut MemoryBudget,
 ) -> Result<(Vec<Track>, Vec<Warning>), Vec<TimelineError>> {
     let parameters = show.parameters();
     let first = |parameter: &Coordinate| {
@@ -298,9 +260,7 @@ pub(super) fn tracks(
                 from,
                 to: level,
             };
-            let warned = watch.played(cue, m, run);
-            let bytes = pieces.len() * PIECE_BYTES + warned * WARNING_BYTES;
-            budget.take(bytes, show.cues[cue].id)?;
+            watch.played(cue, m, run);
             let by = Some((m.id, m.parameter));
             track.extend(pieces.into_iter().map(|piece| Stretch {
                 piece,

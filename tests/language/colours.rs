@@ -2,7 +2,7 @@
 
 use footlight::diagnostic::Sources;
 use footlight::files::Memory;
-use footlight::lang::{LoweringCache, codes, parse_again};
+use footlight::lang::{codes, parse_with_files};
 use footlight::report::sheet::hex;
 use footlight::show::Show;
 use footlight::timeline::Timeline;
@@ -13,8 +13,7 @@ const RIG: &str = "show \"t\"\nlight l spot at 0, 0, 4  aim 0, 0, 0  beam 20  fi
 
 fn read(text: &str) -> Result<Show, &'static str> {
     let files = Memory::default().with("g.csv", "number,name,colour\nL201,Blue,#0000ff\n");
-    let (mut cache, mut sources) = (LoweringCache::default(), Sources::default());
-    let parsed = parse_again(&mut cache, &files, &mut sources, "a.lxq", text);
+    let parsed = parse_with_files(&files, &mut Sources::default(), "a.lxq", text);
     parsed.show.ok_or_else(|| parsed.diagnostics[0].code)
 }
 

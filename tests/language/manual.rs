@@ -13,8 +13,8 @@ fn root() -> PathBuf {
 }
 
 fn complaints(files: &dyn Files, name: &str, text: &str) -> (Vec<&'static str>, String) {
-    let (mut known, mut sources) = (lang::LoweringCache::default(), Sources::default());
-    let parsed = lang::parse_again(&mut known, files, &mut sources, name, text);
+    let mut sources = Sources::default();
+    let parsed = lang::parse_with_files(files, &mut sources, name, text);
     let mut found = parsed.diagnostics;
     if let Some(show) = parsed.show {
         found.extend(check::check(&show, &parsed.spans).diagnostics);

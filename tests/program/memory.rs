@@ -1,5 +1,5 @@
-//! `--memory` is a promise: the peak of resident memory stays within it and what any program takes,
-//! for shows that are too large for it as well.
+//! `--memory` is a promise for scene, operators and images: the peak of resident memory stays within it
+//! and what any program takes, for shows that are too large for it as well.
 #![cfg(target_os = "linux")]
 
 use std::fmt::Write as _;
@@ -133,24 +133,7 @@ fn cases() -> Vec<Case> {
     };
     vec![
         case("comments", comments(200_000), 64, &["check"], None),
-        case("lights", lights(60_000), 64, &["check"], Some("reading")),
-        case("lights", lights(60_000), 64, &["cuesheet"], Some("reading")),
-        case(
-            "blackouts",
-            blackouts(4_000, 500),
-            64,
-            &["check"],
-            Some("levels"),
-        ),
-        case(
-            "asserts",
-            asserts(8_000, 500),
-            64,
-            &["check"],
-            Some("curves"),
-        ),
         case("cues", cues(2_000, 500), 128, &["tracksheet"], None),
-        case("cues", cues(9_000, 500), 64, &["tracksheet"], Some("MB")),
         case(
             "pixels",
             pixels(8_192),
@@ -300,14 +283,6 @@ fn show(banks_: usize, count: usize, does: impl Fn(usize) -> String) -> String {
     })
 }
 
-fn blackouts(count: usize, banks: usize) -> String {
-    show(banks, count, |_| "blackout".to_owned())
-}
-
-fn asserts(count: usize, banks: usize) -> String {
-    show(banks, count, |cue| format!("assert b{} 50", cue % banks))
-}
-
 fn cues(count: usize, banks: usize) -> String {
     show(banks, count, |cue| {
         let level = |i: usize| format!("b{} {}", (7 * cue + i) % banks, (cue + 31 * i) % 100 + 1);
@@ -404,36 +379,6 @@ fn the_peak_stays_within_the_budget_or_the_show_is_refused() {
                 assert!(!well && told, "{name}: {said:.500}");
             }
         }
-    }
-}
-
-/// Files of other programs as well: what they come to is held at once.
-#[test]
-fn an_import_stays_within_the_budget_or_is_refused() {
-    let folder = tempfile::tempdir().unwrap();
-    let said = folder.path().join("said");
-    // Every record is a loss with its line.
-    let links = |count: usize| format!("Clear All\nCue 1\n{}", "link\n".repeat(count));
-    for (count, refused) in [(160_000, false), (200_000, true)] {
-        std::fs::write(folder.path().join("a.asc"), links(count)).unwrap();
-        let child = Command::new(env!("CARGO_BIN_EXE_footlight"))
-            .current_dir(&folder)
-            .args(["import", "a.asc", "-o", "a.lxq", "--memory", "64"])
-            .stdout(Stdio::null())
-            .stderr(File::create(&said).unwrap())
-            .spawn()
-            .unwrap();
-        let (peak, well) = peak(child);
-        let said = std::fs::read_to_string(&said).unwrap();
-        assert!(peak <= 64 + BESIDE, "{peak} MB");
-        assert_eq!(well, !refused, "{said}");
-        assert_eq!(
-            said.contains("allow more with `--memory 77`"),
-            refused,
-            "{said}"
-        );
-        assert_eq!(folder.path().join("a.lxq").exists(), !refused);
-        let _ = std::fs::remove_file(folder.path().join("a.lxq"));
     }
 }
 

@@ -14,9 +14,8 @@ use footlight::work::Work;
 fn parsed(name: &str, text: &str) -> Show {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
     let folder = folder.join(name.rsplit_once('/').map_or("", |(folder, _)| folder));
-    let (mut known, mut sources) = (lang::LoweringCache::default(), Sources::default());
     let files = Folder::new(&folder, 16 << 20);
-    let parsed = lang::parse_again(&mut known, &files, &mut sources, name, text);
+    let parsed = lang::parse_with_files(&files, &mut Sources::default(), name, text);
     parsed.show.unwrap()
 }
 

@@ -87,7 +87,7 @@ pub fn carried(
         .collect();
     out.assumed
         .push("the plan's X is stage left and its Y upstage".to_owned());
-    out.text = lang::format_within(&text, work.memory).unwrap_or(text);
+    out.text = lang::format(&text).unwrap_or(text);
     Ok(out)
 }
 

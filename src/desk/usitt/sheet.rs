@@ -29,7 +29,7 @@ struct Sheet<'a> {
 /// The text for a desk's show, in its canonical layout.
 ///
 /// # Errors
-/// Where that takes more memory than there is, and a cancel.
+/// A text that is too large, and a cancel.
 pub fn text(
     name: &str,
     desk: &Desk,
@@ -54,8 +54,7 @@ pub fn text(
         work.check()?;
         sheet.cue(settled, cues.last(), &mut out);
     }
-    let work = work.holding(out.len());
-    lang::format_within(&out, work.memory).map_err(|mut errors| Box::new(errors.remove(0)).into())
+    lang::format(&out).map_err(|mut errors| Box::new(errors.remove(0)).into())
 }
 
 /// A bank for each channel that a cue, a group or a look uses.

@@ -119,7 +119,7 @@ fn only<'a>(
     wanted: impl Fn(&Cut<'_>) -> bool,
 ) -> Read<'a> {
     scan.cuts.retain(|cut| wanted(cut));
-    read::read(source, 0, &scan, None, report)
+    read::read(source, 0, &scan, report)
 }
 
 fn unread(number: CueNumber) -> Diagnostic {

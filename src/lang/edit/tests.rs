@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::diagnostic::Sources;
 use crate::files::Memory;
-use crate::lang::{LoweringCache, parse_again};
+use crate::lang::parse_with_files;
 use crate::show::{Motion, Show};
 use crate::units::Time;
 
@@ -416,14 +416,7 @@ fn show(text: &str) -> Show {
     let files = Memory::default()
         .with("parts/rig.lxq", rig)
         .with("parts/set.lxq", set);
-    let mut sources = Sources::default();
-    let parsed = parse_again(
-        &mut LoweringCache::default(),
-        &files,
-        &mut sources,
-        "a.lxq",
-        text,
-    );
+    let parsed = parse_with_files(&files, &mut Sources::default(), "a.lxq", text);
     parsed
         .show
         .unwrap_or_else(|| panic!("{text}\n{:#?}", parsed.diagnostics))

@@ -6,7 +6,6 @@ use super::levels::Breadth;
 use super::{Lower, unquoted};
 use crate::diagnostic::Diagnostic;
 use crate::lang::ast::{self, Body, Declaration, Mark, Span, Statement, Timing, TimingKind, Word};
-use crate::lang::lowering_cache::{KnownCue, Lowered};
 use crate::lang::report::Place;
 use crate::lang::{codes, limits};
 use crate::show::{Cue, Fade, Link, Move, NodeId, Part, Trigger};
@@ -59,51 +58,20 @@ impl<'a> Lower<'a, '_> {
             if self.report.full() {
                 return;
             }
-            let (cue, number) = match &statement.item {
-                Declaration::Cue(cue) => (self.fresh_cue(cue, statement, times), cue.number.span),
-                Declaration::Cached(known) if self.afford(known, statement.span) => {
-                    let default = [times.up, times.down];
-                    let (cue, number) = known.again(statement.span, &mut self.spans, default);
-                    (Some(cue), number)
-                }
-                _ => continue,
+            let Declaration::Cue(cue) = &statement.item else {
+                continue;
             };
-            let Some(cue) = cue else { continue };
-            if let Some(earlier) = numbers.insert(cue.number, number) {
-                self.same_number(cue.number, number, earlier);
+            let (place, number) = (cue.number.span, self.cue_number(cue.number));
+            let header = headed(statement.span, cue.number);
+            let Some(cue) = self.cue(cue, header, number, times) else {
+                continue;
+            };
+            if let Some(earlier) = numbers.insert(cue.number, place) {
+                self.same_number(cue.number, place, earlier);
             }
             self.show.cues.push(cue);
         }
         self.show.cues.sort_by_key(|c| c.number);
-    }
-
-    /// Takes what a cue took the first time from the budget.
-    fn afford(&mut self, known: &KnownCue<'_>, span: Span) -> bool {
-        known.levels() == 0 || self.spend(known.levels(), span)
-    }
-
-    /// Lowers a cue, and keeps it for the next time when there is nothing to say of it.
-    fn fresh_cue(
-        &mut self,
-        cue: &ast::Cue<'a>,
-        statement: &Statement<'a>,
-        times: Times,
-    ) -> Option<Cue> {
-        let span = statement.span;
-        let before = (self.report.count(), self.spans.spans.len(), self.budget);
-        let number = self.cue_number(cue.number);
-        let header = headed(span, cue.number);
-        let made = self.cue(cue, header, number, times)?;
-        if let Some(text) = statement.text
-            && self.report.count() == before.0
-        {
-            let nodes = self.spans.spans.len() - before.1;
-            let places = [span, cue.number.span];
-            let levels = before.2.saturating_sub(self.budget);
-            let lowered = Lowered::of(&made, places, &self.spans, (nodes, levels));
-            self.fresh.push((text, Box::new(lowered)));
-        }
-        Some(made)
     }
 
     fn cue_number(&mut self, word: Word<'a>) -> Option<CueNumber> {

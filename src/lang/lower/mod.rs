@@ -25,7 +25,6 @@ use std::collections::BTreeMap;
 use self::calculation::Named;
 pub(super) use self::colour::{hex, named};
 use super::ast::{Declaration, Span, Statement, Word};
-use super::lowering_cache::Lowered;
 use super::names::{self, Kind, Names};
 use super::read::Read;
 use super::report::{Place, Report};
@@ -35,21 +34,9 @@ use crate::diagnostic::Diagnostic;
 use crate::show::{NodeId, Show};
 use crate::units::Rgb;
 
-/// What lowering made.
-pub struct Lowering<'a> {
-    /// The show, if there was no error.
-    pub show: Option<Show>,
-    /// Places of its nodes.
-    pub spans: SpanMap,
-    /// Cues that were lowered without a word, with their texts.
-    pub fresh: Vec<(&'a str, Box<Lowered>)>,
-    /// Levels that were written out.
-    pub levels: usize,
-}
-
-/// Lowers what was read of a show to `most` levels at most.
-pub fn lower<'a>(read: &Read<'a>, report: &mut Report, most: usize) -> Lowering<'a> {
-    let most = most.min(limits::LEVELS);
+/// Lowers what was read of a show. Returns the show, if there was no error, and the places of its
+/// nodes.
+pub fn lower(read: &Read<'_>, report: &mut Report) -> (Option<Show>, SpanMap) {
     let statements = read.statements.as_slice();
     let mut lower = Lower {
         names: Names::default(),
@@ -58,9 +45,7 @@ pub fn lower<'a>(read: &Read<'a>, report: &mut Report, most: usize) -> Lowering<
         show: Show::default(),
         values: Vec::new(),
         first_parameters: Vec::new(),
-        most,
-        budget: most,
-        fresh: Vec::new(),
+        budget: limits::LEVELS,
         names_lost: read.names_lost,
         gels: &read.gels,
         depth: 0,
@@ -84,12 +69,7 @@ pub fn lower<'a>(read: &Read<'a>, report: &mut Report, most: usize) -> Lowering<
     if !failed {
         lower.lints();
     }
-    Lowering {
-        show: (!failed).then_some(lower.show),
-        spans: lower.spans,
-        fresh: lower.fresh,
-        levels: most - lower.budget,
-    }
+    ((!failed).then_some(lower.show), lower.spans)
 }
 
 struct Lower<'a, 'r> {
@@ -101,12 +81,8 @@ struct Lower<'a, 'r> {
     values: Vec<Named<'a>>,
     /// The first parameter of each bank, and after the last bank their number.
     first_parameters: Vec<usize>,
-    /// Levels that may be written out.
-    most: usize,
-    /// Those of them that still may.
+    /// Levels that may still be written out.
     budget: usize,
-    /// Cues that were lowered without a word.
-    fresh: Vec<(&'a str, Box<Lowered>)>,
     /// Names may be declared in a file that was not read: what was wrong with it was said.
     names_lost: bool,
     /// The colours of gels by their numbers.
@@ -241,14 +217,8 @@ impl<'a> Lower<'a, '_> {
         }
         self.budget = self.budget.saturating_sub(count);
         if self.budget == 0 {
-            let message = format!("the show sets more than {} levels", self.most);
-            let help = match self.most < limits::LEVELS {
-                true => {
-                    "more do not fit into the memory allowed (`--memory`); groups, looks and \
-                     `blackout` count once for each of their banks"
-                }
-                false => "groups, looks and `blackout` count once for each of their banks",
-            };
+            let message = format!("the show sets more than {} levels", limits::LEVELS);
+            let help = "groups, looks and `blackout` count once for each of their banks";
             self.report.error::<()>(
                 codes::TOO_LARGE,
                 message,

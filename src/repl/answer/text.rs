@@ -73,9 +73,8 @@ fn through_history(repl: &mut Repl, back: bool) -> Result<Reply, Error> {
 
 pub fn fmt(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let document = repl.engine.document();
-    let memory = repl.engine.host().memory;
     if call.has("check") {
-        let laid_out = engine::format(document.name(), document.text().as_bytes(), memory)?;
+        let laid_out = engine::format(document.name(), document.text().as_bytes())?;
         return Ok(Reply::text(match laid_out == document.text() {
             true => "already in its canonical layout",
             false => "`fmt` would change the layout",
@@ -97,10 +96,8 @@ pub fn diff(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         _ => return usage("say one file, or none: diff old.lxq"),
     };
     let files = host.files.as_ref();
-    let left = host.memory;
-    let old = Version::read_within(name, &old, files, left)?;
-    let left = left.saturating_sub(old.bytes());
-    let new = Version::read_within(document.name(), document.text().as_bytes(), files, left)?;
+    let old = Version::read(name, &old, files)?;
+    let new = Version::read(document.name(), document.text().as_bytes(), files)?;
     let mut compared = Comparison::new(old, new);
     let (old, new) = compared.versions();
     compared.serving = Some(engine.serving(old, new));
