@@ -32,7 +32,7 @@ use crate::report::{self, document, notes, refine, versions};
 pub use self::answer::help::{of as help_of, of_word as help_of_word};
 pub use self::call::Call;
 pub use self::error::Error;
-pub use self::verb::{DECLARATIONS, Declaration, OptionSpec, VERBS, VerbSpec, find, removed};
+pub use self::verb::{OptionSpec, VERBS, VerbSpec, find, removed};
 pub use self::vocabulary::{Completion, Vocabulary};
 
 /// What an embedding program gives a prompt besides the engine's means.

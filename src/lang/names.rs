@@ -34,35 +34,29 @@ pub enum Kind {
 }
 
 impl Kind {
+    /// All kinds: the statement word that declares each, and what it is with the article.
+    const TABLE: [(Kind, &'static str, &'static str); 9] = [
+        (Kind::View, "view", "a view"),
+        (Kind::Light, "light", "a light"),
+        (Kind::Bank, "bank", "a bank"),
+        (Kind::Fixed, "fixed", "a `fixed`"),
+        (Kind::Group, "group", "a group"),
+        (Kind::Look, "look", "a look"),
+        (Kind::Curve, "curve", "a curve"),
+        (Kind::Effect, "effect", "an effect"),
+        (Kind::Value, "let", "a value"),
+    ];
+
     /// With the article.
     pub fn phrase(self) -> &'static str {
-        match self {
-            Kind::View => "a view",
-            Kind::Light => "a light",
-            Kind::Bank => "a bank",
-            Kind::Fixed => "a `fixed`",
-            Kind::Group => "a group",
-            Kind::Look => "a look",
-            Kind::Curve => "a curve",
-            Kind::Effect => "an effect",
-            Kind::Value => "a value",
-        }
+        let mut rows = Kind::TABLE.into_iter();
+        rows.find(|row| row.0 == self).map_or("", |row| row.2)
     }
 
     /// The kind that a statement word declares.
     pub fn of_statement(word: &str) -> Option<Kind> {
-        Some(match word {
-            "view" => Kind::View,
-            "light" => Kind::Light,
-            "bank" => Kind::Bank,
-            "fixed" => Kind::Fixed,
-            "group" => Kind::Group,
-            "look" => Kind::Look,
-            "curve" => Kind::Curve,
-            "effect" => Kind::Effect,
-            "let" => Kind::Value,
-            _ => return None,
-        })
+        let mut rows = Kind::TABLE.into_iter();
+        rows.find(|row| row.1 == word).map(|row| row.0)
     }
 }
 

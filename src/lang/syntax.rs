@@ -4,12 +4,14 @@
 //! rules. Its process-wide switches are not touched.
 
 use std::collections::BTreeSet;
+use std::sync::LazyLock;
 
 use pest::Parser as _;
 use pest::error::{ErrorVariant, InputLocation};
 use pest::iterators::Pairs;
 
 use super::lower::light;
+use super::scan::STATEMENTS;
 use crate::show::FADES;
 
 #[allow(
@@ -37,28 +39,16 @@ pub struct Failure {
     pub between_items: bool,
 }
 
-/// The rule of a statement word.
+/// The rule of a statement word: `cue_statement` of `cue`.
 pub fn rule_of(word: &str) -> Option<Rule> {
-    Some(match word {
-        "show" => Rule::show_statement,
-        "preview" => Rule::preview_statement,
-        "include" => Rule::include_statement,
-        "gels" => Rule::gels_statement,
-        "let" => Rule::let_statement,
-        "stage" => Rule::stage_statement,
-        "surface" => Rule::surface_statement,
-        "view" => Rule::view_statement,
-        "light" => Rule::light_statement,
-        "bank" => Rule::bank_statement,
-        "fixed" => Rule::fixed_statement,
-        "group" => Rule::group_statement,
-        "look" => Rule::look_statement,
-        "default" => Rule::default_statement,
-        "curve" => Rule::curve_statement,
-        "effect" => Rule::effect_statement,
-        "cue" => Rule::cue_statement,
-        _ => return None,
-    })
+    static RULES: LazyLock<[(&str, Option<Rule>); STATEMENTS.len()]> = LazyLock::new(|| {
+        STATEMENTS.map(|word| {
+            let mut rules = Rule::all_rules().iter();
+            let rule = rules.find(|rule| format!("{rule:?}") == format!("{word}_statement"));
+            (word, rule.copied())
+        })
+    });
+    RULES.iter().find(|(own, _)| *own == word)?.1
 }
 
 /// Parses one statement.
@@ -127,7 +117,7 @@ fn expected(rules: &[Rule]) -> Vec<&'static str> {
         let word = words(*rule);
         // Behind a level a colour may stand, which goes without saying.
         let second = *rule == Rule::value && !rules.contains(&Rule::kw_to);
-        let spoken_for = body && (second || is_body(*rule));
+        let spoken_for = body && (second || BODY.contains(&word));
         if !word.is_empty() && !spoken_for && !out.contains(&word) {
             out.push(word);
         }
@@ -142,44 +132,10 @@ fn expected(rules: &[Rule]) -> Vec<&'static str> {
     out
 }
 
-fn is_body(rule: Rule) -> bool {
-    matches!(
-        rule,
-        Rule::part
-            | Rule::kw_part
-            | Rule::time
-            | Rule::kw_time
-            | Rule::up
-            | Rule::kw_up
-            | Rule::down
-            | Rule::kw_down
-            | Rule::delay
-            | Rule::kw_delay
-            | Rule::snap
-            | Rule::kw_snap
-            | Rule::fade
-            | Rule::kw_curve
-            | Rule::repeat
-            | Rule::kw_repeat
-            | Rule::follow
-            | Rule::kw_follow
-            | Rule::hang
-            | Rule::kw_hang
-            | Rule::at
-            | Rule::kw_at
-            | Rule::flag
-            | Rule::blackout
-            | Rule::note
-            | Rule::kw_note
-            | Rule::effect
-            | Rule::kw_effect
-            | Rule::kw_blackout
-            | Rule::movement
-            | Rule::body_word
-            | Rule::target
-            | Rule::name
-    )
-}
+/// Words of rules that a cue's body takes, where the move speaks for them.
+const BODY: [&str; 8] = [
+    "`part`", "`time`", "`up`", "`curve`", "`repeat`", "`at`", "`block`", "a name",
+];
 
 /// A rule in a designer's words; empty where nothing need be said.
 fn words(rule: Rule) -> &'static str {
@@ -229,42 +185,25 @@ fn words(rule: Rule) -> &'static str {
         Rule::stage_clause => "an option (like `z up` or `scale 1mm`)",
         Rule::view_clause => "a clause (like `fov 28`)",
         Rule::light_clause => "a clause (like `beam 24` or `1200 cd`)",
+        Rule::kw_y => "`y up`",
+        Rule::kw_z => "`z up`",
         Rule::kw_channel | Rule::bank_option => "an option (`channel`, `dimmer`, `rgb`)",
         _ => keyword(rule),
     }
 }
 
+/// Keywords that a message asks for.
+const KEYWORDS: &str = "\
+    `aim` `at` `auto` `beam` `curve` `field` `fov` `from` `image` `layer` `lens` `level` `one-sided` \
+    `radius` `reflectance` `repeat` `roll` `scale` `size` `slope` `time` `to` `turn` `up` `via`";
+
+/// The keyword of a rule such as `kw_aim` or `slope`; empty where no message asks for it.
 fn keyword(rule: Rule) -> &'static str {
-    match rule {
-        Rule::kw_at | Rule::at => "`at`",
-        Rule::kw_aim => "`aim`",
-        Rule::kw_auto => "`auto`",
-        Rule::kw_beam => "`beam`",
-        Rule::kw_curve => "`curve`",
-        Rule::kw_field => "`field`",
-        Rule::kw_fov => "`fov`",
-        Rule::kw_from => "`from`",
-        Rule::kw_image | Rule::image => "`image`",
-        Rule::kw_layer => "`layer`",
-        Rule::kw_lens => "`lens`",
-        Rule::kw_level => "`level`",
-        Rule::kw_one_sided => "`one-sided`",
-        Rule::kw_radius => "`radius`",
-        Rule::kw_reflectance => "`reflectance`",
-        Rule::kw_repeat => "`repeat`",
-        Rule::kw_size => "`size`",
-        Rule::kw_slope | Rule::slope => "`slope`",
-        Rule::kw_time | Rule::time => "`time`",
-        Rule::kw_to => "`to`",
-        Rule::kw_turn => "`turn`",
-        Rule::kw_up => "`up`",
-        Rule::kw_via | Rule::via => "`via`",
-        Rule::kw_roll => "`roll`",
-        Rule::kw_scale => "`scale`",
-        Rule::kw_y => "`y up`",
-        Rule::kw_z => "`z up`",
-        _ => "",
-    }
+    let name = format!("{rule:?}").replace('_', "-");
+    let name = name.strip_prefix("kw-").unwrap_or(&name);
+    let mut words = KEYWORDS.split_whitespace();
+    let found = words.find(|word| word.trim_matches('`') == name);
+    found.unwrap_or_default()
 }
 
 /// Units that stand right behind their numbers.

@@ -11,7 +11,7 @@ use lsp_types::{
 use super::buffers::normal;
 use super::hover::of_quantity;
 use super::open_show::{OpenShow, statement_at};
-use super::outline::FILE_WORDS;
+use super::outline::endings;
 use super::text::{Encoding, Lines};
 use crate::lang::{self, Token};
 use crate::repl::{help_of, help_of_word};
@@ -29,12 +29,11 @@ pub fn complete(show: &OpenShow, text: &str, at: usize, encoding: Encoding) -> V
         Some((range, Token::Text)) if is_open(typed, range) => {
             let before = tokens.len().checked_sub(2).and_then(|i| tokens.get(i));
             let word = before.and_then(|(range, _)| typed.get(range.clone()));
-            if !word.is_some_and(|word| FILE_WORDS.contains(&word)) {
+            let Some(endings) = word.and_then(endings) else {
                 return Vec::new();
-            }
+            };
             let inner = typed.get(range.start + 1..).unwrap_or("");
             let mut files = files(show, inner);
-            let endings = endings(word.unwrap_or(""));
             files.retain(|file| {
                 let ending = file.rsplit_once('.').map_or("", |(_, ending)| ending);
                 file.ends_with('/') || endings.contains(&ending.to_ascii_lowercase().as_str())
@@ -118,18 +117,6 @@ fn label_of(show: &OpenShow, number: &str) -> String {
     cue.map_or("the next number".to_owned(), |cue| {
         format!("cue \"{}\"", cue.label)
     })
-}
-
-/// Endings of the files that are meant behind a word.
-fn endings(word: &str) -> &'static [&'static str] {
-    match word {
-        "include" => &["lxq"],
-        "stage" => &["obj", "gltf", "glb"],
-        "gels" => &["csv", "txt", "tsv"],
-        "photometric" => &["ies", "ldt"],
-        "project" => &["png", "jpg", "jpeg", "webp", "exr"],
-        _ => &["exr", "png", "jpg", "jpeg", "webp"],
-    }
 }
 
 /// Is a text without its closing quote?

@@ -263,9 +263,7 @@ pub fn links(show: &OpenShow, text: &str, encoding: Encoding, stop: &Stop) -> Ve
             return None;
         };
         let word = text.get(before.clone())?;
-        if !FILE_WORDS.contains(&word) {
-            return None;
-        }
+        endings(word)?;
         let inner = range.start + 1..range.end.checked_sub(1)?.max(range.start + 1);
         let path = normal(&folder.join(text.get(inner.clone())?));
         Some(DocumentLink {
@@ -278,12 +276,20 @@ pub fn links(show: &OpenShow, text: &str, encoding: Encoding, stop: &Stop) -> Ve
     tokens.windows(2).filter_map(link).take(MOST).collect()
 }
 
-/// Words behind which the name of a file stands.
-pub const FILE_WORDS: [&str; 6] = [
-    "include",
-    "stage",
-    "gels",
-    "image",
-    "photometric",
-    "project",
+/// Words behind which the name of a file stands, with the endings that are meant.
+const FILE_WORDS: [(&str, &[&str]); 6] = [
+    ("include", &["lxq"]),
+    ("stage", &["obj", "gltf", "glb"]),
+    ("gels", &["csv", "txt", "tsv"]),
+    ("image", &["exr", "png", "jpg", "jpeg", "webp"]),
+    ("photometric", &["ies", "ldt"]),
+    ("project", &["png", "jpg", "jpeg", "webp", "exr"]),
 ];
+
+/// Endings of the files that are meant behind a word; `None` where no file stands behind it.
+pub fn endings(word: &str) -> Option<&'static [&'static str]> {
+    let mut words = FILE_WORDS.into_iter();
+    words
+        .find(|(own, _)| *own == word)
+        .map(|(_, endings)| endings)
+}

@@ -2,7 +2,6 @@
 //!
 //! A new verb is its function and its row.
 
-mod declaration;
 mod removed;
 mod table;
 
@@ -10,7 +9,6 @@ use super::error::usage;
 use super::{Call, Error, Repl, Reply};
 use crate::lang::nearest;
 
-pub use self::declaration::{DECLARATIONS, Declaration};
 pub use self::removed::removed;
 pub use self::table::VERBS;
 

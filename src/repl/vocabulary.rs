@@ -16,14 +16,8 @@ use crate::show::{FADES, Show};
 /// The names of a show.
 #[derive(Clone, Debug, Default)]
 pub struct Vocabulary {
-    banks: Vec<String>,
-    groups: Vec<String>,
-    looks: Vec<String>,
-    lights: Vec<String>,
-    curves: Vec<String>,
-    effects: Vec<String>,
-    views: Vec<String>,
-    values: Vec<String>,
+    /// By the words that declare them; values by `let`.
+    declared: Vec<(&'static str, Vec<String>)>,
     cues: Vec<String>,
     /// The number that a cue behind the last one would have.
     next_cue: Option<String>,
@@ -68,14 +62,28 @@ impl Vocabulary {
 
     fn named(show: &Show, values: Vec<String>, materials: Vec<String>) -> Vocabulary {
         Vocabulary {
-            banks: show.banks.iter().map(|b| b.name.clone()).collect(),
-            groups: show.groups.iter().map(|g| g.name.clone()).collect(),
-            looks: show.looks.iter().map(|l| l.name.clone()).collect(),
-            lights: show.lights.iter().map(|l| l.name.clone()).collect(),
-            curves: show.curves.iter().map(|c| c.name.clone()).collect(),
-            effects: show.effects.iter().map(|e| e.name.clone()).collect(),
-            views: show.views.iter().map(|v| v.name.clone()).collect(),
-            values,
+            declared: vec![
+                ("bank", show.banks.iter().map(|b| b.name.clone()).collect()),
+                (
+                    "group",
+                    show.groups.iter().map(|g| g.name.clone()).collect(),
+                ),
+                ("look", show.looks.iter().map(|l| l.name.clone()).collect()),
+                (
+                    "light",
+                    show.lights.iter().map(|l| l.name.clone()).collect(),
+                ),
+                (
+                    "curve",
+                    show.curves.iter().map(|c| c.name.clone()).collect(),
+                ),
+                (
+                    "effect",
+                    show.effects.iter().map(|e| e.name.clone()).collect(),
+                ),
+                ("view", show.views.iter().map(|v| v.name.clone()).collect()),
+                ("let", values),
+            ],
             cues: show.cues.iter().map(|c| c.number.to_string()).collect(),
             next_cue: Some(
                 show.cues
@@ -199,7 +207,7 @@ impl Vocabulary {
             let mut offered = self.of_statement(&before, word);
             // Looks may stand among levels that are tried.
             if let Some(beginning) = lang::Beginning::of(&before) {
-                let looks = strings(&self.looks).filter(|look| beginning.takes(look));
+                let looks = self.all(&["look"]).filter(|look| beginning.takes(look));
                 offered.extend(looks.map(str::to_owned));
             }
             return Some(offered);
@@ -232,8 +240,8 @@ impl Vocabulary {
             (_, "WORD") => offer(lang::keywords().iter().copied()),
             (Complete::Names | Complete::Cues, "N" | "CUE") => Some(own(&self.cues)),
             (Complete::Names, "NAME") => offer(self.names()),
-            (Complete::Banks, _) => offer(strings(&self.banks).chain(strings(&self.groups))),
-            (Complete::Views, _) => Some(own(&self.views)),
+            (Complete::Banks, _) => offer(self.all(&["bank", "group"])),
+            (Complete::Views, _) => Some(own(self.declared_by("view"))),
             (Complete::Verbs, _) => offer(VERBS.iter().map(|spec| spec.name)),
             (Complete::Codes, _) => offer(codes::TABLE.iter().map(|row| row.code)),
             _ => None,
@@ -243,8 +251,8 @@ impl Vocabulary {
 
     fn of_option(&self, name: &str, value: &str) -> Offer {
         match (name, value) {
-            ("bank", _) => offer(strings(&self.banks)),
-            ("view", _) => offer(strings(&self.views)),
+            ("bank", _) => offer(self.all(&["bank"])),
+            ("view", _) => offer(self.all(&["view"])),
             ("way", _) => offer(Way::ALL.map(Way::name)),
             (_, "FILE" | "DIR") => None,
             _ => Some(Vec::new()),
@@ -253,22 +261,11 @@ impl Vocabulary {
 
     /// What sort of thing a name of the show is.
     pub fn kind_of(&self, name: &str) -> Option<&'static str> {
-        let kinds = [
-            ("bank", &self.banks),
-            ("group", &self.groups),
-            ("look", &self.looks),
-            ("light", &self.lights),
-            ("curve", &self.curves),
-            ("effect", &self.effects),
-            ("view", &self.views),
-            ("value", &self.values),
-            ("material", &self.materials),
-            ("gel", &self.gels),
-        ];
-        let mut found = kinds
-            .into_iter()
-            .filter(|(_, names)| names.iter().any(|n| n == name));
-        found.next().map(|(kind, _)| kind)
+        let more = [("material", &self.materials), ("gel", &self.gels)];
+        let declared = self.declared.iter().map(|(word, names)| (*word, names));
+        let mut kinds = declared.chain(more);
+        let (kind, _) = kinds.find(|(_, names)| names.iter().any(|n| n == name))?;
+        Some(if kind == "let" { "value" } else { kind })
     }
 
     /// What the grammar takes behind the beginning of a statement: its words, names of the kind that
@@ -305,33 +302,34 @@ impl Vocabulary {
         let last = words.next_back().unwrap_or(first);
         let is_list = before.contains('=');
         if before.matches('(').count() > before.matches(')').count() {
-            return strings(&self.values)
+            return self
+                .all(&["let"])
                 .chain(LEVEL_WORDS.iter().copied())
                 .collect();
         }
         let (own, more): (&[String], &[&str]) = match (first, last) {
-            (_, "dimmer") => (&self.curves, &["linear", "square"]),
-            ("cue", "effect") => (&self.effects, &["none"]),
-            ("light", "like") => (&self.lights, &[]),
+            (_, "dimmer") => (self.declared_by("curve"), &["linear", "square"]),
+            ("cue", "effect") => (self.declared_by("effect"), &["none"]),
+            ("light", "like") => (self.declared_by("light"), &[]),
             ("light", "panel") | ("surface", "surface") => (&self.materials, &[]),
-            ("bank" | "fixed", _) if is_list => (&self.lights, &[]),
-            ("group", _) if is_list => (&self.banks, &[]),
+            ("bank" | "fixed", _) if is_list => (self.declared_by("light"), &[]),
+            ("group", _) if is_list => (self.declared_by("bank"), &[]),
             ("cue", "cue") => {
                 return strings(&self.cues)
                     .chain(self.next_cue.as_deref())
                     .collect();
             }
             (_, "gel") => (&self.gels, &[]),
-            ("let", "=") => (&self.values, &LEVEL_WORDS),
+            ("let", "=") => (self.declared_by("let"), &LEVEL_WORDS),
             ("cue", "curve") => {
                 let fades = FADES.iter().map(|fade| fade.name);
-                return strings(&self.curves).chain(fades).collect();
+                return self.all(&["curve"]).chain(fades).collect();
             }
             ("cue", _) => return self.movable().collect(),
             ("look", _) if before.matches('{').count() > before.matches('}').count() => {
-                return strings(&self.banks).chain(strings(&self.groups)).collect();
+                return self.all(&["bank", "group"]).collect();
             }
-            ("look", _) if is_list => (&self.looks, &[]),
+            ("look", _) if is_list => (self.declared_by("look"), &[]),
             (_, last) if last == first => (self.declared_by(first), &[]),
             _ => (&[], &[]),
         };
@@ -350,33 +348,26 @@ impl Vocabulary {
 
     /// The names that statements of a word have declared.
     fn declared_by(&self, word: &str) -> &[String] {
-        match word {
-            "bank" => &self.banks,
-            "group" => &self.groups,
-            "look" => &self.looks,
-            "light" => &self.lights,
-            "curve" => &self.curves,
-            "effect" => &self.effects,
-            "view" => &self.views,
-            "let" => &self.values,
-            _ => &[],
-        }
+        let mut declared = self.declared.iter();
+        let found = declared.find(|(own, _)| *own == word);
+        found.map_or(&[], |(_, names)| names)
+    }
+
+    /// The names that statements of these words have declared.
+    fn all(&self, words: &'static [&'static str]) -> impl Iterator<Item = &str> {
+        words
+            .iter()
+            .flat_map(|word| strings(self.declared_by(word)))
     }
 
     /// What a cue can move.
     fn movable(&self) -> impl Iterator<Item = &str> {
-        strings(&self.banks)
-            .chain(strings(&self.groups))
-            .chain(strings(&self.looks))
+        self.all(&["bank", "group", "look"])
     }
 
     fn names(&self) -> impl Iterator<Item = &str> {
         self.movable()
-            .chain(strings(&self.lights))
-            .chain(strings(&self.curves))
-            .chain(strings(&self.effects))
-            .chain(strings(&self.views))
-            .chain(strings(&self.values))
+            .chain(self.all(&["light", "curve", "effect", "view", "let"]))
     }
 }
 
@@ -429,14 +420,16 @@ mod tests {
     fn vocabulary() -> Vocabulary {
         let own = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
         Vocabulary {
-            banks: own(&["lamps", "late"]),
-            groups: own(&["warm"]),
-            looks: own(&["night"]),
-            lights: own(&["lamp1", "moon"]),
-            curves: own(&["dawn"]),
-            effects: own(&["candle"]),
-            views: own(&["stalls"]),
-            values: own(&["slow"]),
+            declared: vec![
+                ("bank", own(&["lamps", "late"])),
+                ("group", own(&["warm"])),
+                ("look", own(&["night"])),
+                ("light", own(&["lamp1", "moon"])),
+                ("curve", own(&["dawn"])),
+                ("effect", own(&["candle"])),
+                ("view", own(&["stalls"])),
+                ("let", own(&["slow"])),
+            ],
             cues: own(&["1", "12"]),
             next_cue: Some("13".to_owned()),
             gels: own(&["L201"]),

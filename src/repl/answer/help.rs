@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::lang;
-use crate::repl::{Call, DECLARATIONS, Declaration, Error, Repl, Reply, VERBS, find};
+use crate::repl::{Call, Error, Repl, Reply, VERBS, find};
 
 pub fn help(_: &mut Repl, call: &Call) -> Result<Reply, Error> {
     match call.words().into_iter().next() {
@@ -14,9 +14,9 @@ pub fn help(_: &mut Repl, call: &Call) -> Result<Reply, Error> {
 
 /// What a verb or a declaration is, in words.
 pub fn of(name: &str) -> Result<String, Error> {
-    let declared = DECLARATIONS.iter().find(|d| d.word() == name);
-    let spec = match (find(name), declared) {
-        (Err(_), Some(declared)) => return Ok(of_declaration(declared)),
+    let declared = of_statement(name);
+    let spec = match (find(name), declared.is_empty()) {
+        (Err(_), false) => return Ok(declared),
         (found, _) => found?,
     };
     let mut text = format!("{}\n  {}\n", spec.usage(), spec.about);
@@ -29,8 +29,8 @@ pub fn of(name: &str) -> Result<String, Error> {
         let _ = writeln!(text, "  {name:<22} {}", option.about);
     }
     let _ = write!(text, "example: {}", spec.example);
-    if let Some(declared) = declared {
-        let _ = write!(text, "\n\n{}", of_declaration(declared));
+    if !declared.is_empty() {
+        let _ = write!(text, "\n\n{declared}");
     }
     Ok(text)
 }
@@ -38,23 +38,40 @@ pub fn of(name: &str) -> Result<String, Error> {
 /// The manual of the language, whose tables explain its words.
 const MANUAL: &str = include_str!("../../../grammar/README.md");
 
-/// How a word of the language is used within a statement, and what it means, by the tables of the
-/// manual; `None` where none has it.
-pub fn of_word(statement: &str, word: &str) -> Option<(String, String)> {
-    let mut best: Option<(u8, &str, &str)> = None;
-    // The statement that a table is about, by its heading: ``in `cue` ``.
+/// The rows of the manual's tables: the statement that the table is about, by its heading
+/// (``in `cue` ``), how something is written, and the other cells.
+fn rows() -> impl Iterator<Item = (&'static str, &'static str, &'static str)> {
     let mut of_table = "";
-    for line in MANUAL.lines() {
+    MANUAL.lines().filter_map(move |line| {
         of_table = match line.strip_prefix("| in `") {
             Some(heading) => heading.split('`').next().unwrap_or_default(),
             None if line.starts_with('|') => of_table,
             None => "",
         };
-        let cells = line.strip_prefix("| `").and_then(|line| {
-            let cells = line.strip_suffix(" |")?;
-            cells.split_once("` | ")
-        });
-        let Some((usage, rest)) = cells else { continue };
+        let cells = line.strip_prefix("| `")?.strip_suffix(" |")?;
+        let (usage, rest) = cells.split_once("` | ")?;
+        Some((of_table, usage, rest))
+    })
+}
+
+/// How the statement of a word is written, by the rows of the manual; empty where none has it.
+fn of_statement(word: &str) -> String {
+    let begins = |usage: &str| {
+        let rest = usage.strip_prefix(word);
+        rest.is_some_and(|rest| rest.starts_with(' '))
+    };
+    let own = rows().filter(|(of_table, usage, _)| of_table.is_empty() && begins(usage));
+    let row = |(_, usage, meaning): (_, &str, &str)| {
+        format!("{usage}\n  {}", wrapped(meaning.split(' '), 2))
+    };
+    own.map(row).collect::<Vec<_>>().join("\n")
+}
+
+/// How a word of the language is used within a statement, and what it means, by the tables of the
+/// manual; `None` where none has it.
+pub fn of_word(statement: &str, word: &str) -> Option<(String, String)> {
+    let mut best: Option<(u8, &str, &str)> = None;
+    for (of_table, usage, rest) in rows() {
         // How well a row explains the word: it is of the statement and has it, or begins with it. One
         // of another statement may mean something else.
         let pieces = usage.split("`, `").map(|piece| {
@@ -92,31 +109,22 @@ fn all() -> String {
          One replaces what has its kind and name, as a whole;\n\
          `show cue 2` prints the text to edit.\n\
          `help WORD` tells more of a verb or a declaration.",
-        wrapped(lang::keywords())
+        wrapped(lang::keywords().join(", ").split(' '), 31)
     );
     text
 }
 
-fn of_declaration(declared: &Declaration) -> String {
-    let Declaration {
-        usage,
-        about,
-        example,
-        ..
-    } = declared;
-    format!("{usage}\n  {about}\nexample: {example}")
-}
-
-/// Words in lines of at most 72 letters.
-fn wrapped(words: &[&str]) -> String {
+/// Words in lines of at most 76 letters, the first of which has so many already.
+fn wrapped<'w>(words: impl Iterator<Item = &'w str>, mut length: usize) -> String {
     let mut out = String::new();
-    let mut length = 31;
-    for (i, word) in words.iter().enumerate() {
-        if i > 0 {
-            out.push(',');
-            length += word.len() + 2;
-            out.push_str(if length > 72 { "\n  " } else { " " });
-            length = if length > 72 { word.len() + 2 } else { length };
+    for word in words {
+        let width = word.chars().count() + 1;
+        length += width;
+        if length > 76 {
+            out.push_str("\n  ");
+            length = width + 2;
+        } else if !out.is_empty() {
+            out.push(' ');
         }
         out.push_str(word);
     }
@@ -153,6 +161,18 @@ mod tests {
         let words = words.iter().filter(|word| !removed.contains(word));
         let missing: Vec<_> = words.filter(|word| !is_explained(word)).collect();
         assert!(missing.is_empty(), "{missing:?}");
+    }
+
+    #[test]
+    fn every_statement_is_explained() {
+        for word in crate::lang::keywords() {
+            assert!(!super::of_statement(word).is_empty(), "{word}");
+        }
+        let look = super::of("look").unwrap();
+        assert!(
+            look.starts_with("look NAME { LEVELS }\n  levels with a name"),
+            "{look}"
+        );
     }
 
     #[test]
