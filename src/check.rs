@@ -187,9 +187,10 @@ impl Words<'_> {
             },
             _ => "the fade's curve overshoots: give it `monotone` knots, or another `curve`",
         };
-        let what = match level > 1.0 {
-            true => "too bright",
-            false => "darker than out",
+        let what = if level > 1.0 {
+            "too bright"
+        } else {
+            "darker than out"
         };
         Diagnostic::error(codes::CURVE_RANGE, message)
             .place_of(id, self.spans, what)

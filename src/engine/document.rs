@@ -186,9 +186,10 @@ impl Document {
     /// [`Error::OutsideShow`] if not.
     pub(crate) fn check_time(&self, time: Time) -> Result<(), Error> {
         let (start, end) = (self.timeline().start(), self.timeline().end());
-        match (start..=end).contains(&time) {
-            true => Ok(()),
-            false => Err(Error::OutsideShow { time, start, end }),
+        if (start..=end).contains(&time) {
+            Ok(())
+        } else {
+            Err(Error::OutsideShow { time, start, end })
         }
     }
 

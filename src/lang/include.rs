@@ -169,9 +169,10 @@ impl Gathering<'_, '_> {
         let path = resolved(from, path);
         if let Some(ancestor) = self.ancestor(index, &path) {
             let message = format!("`{path}` includes itself");
-            let label = match ancestor == index {
-                true => "the file it stands in",
-                false => "a file that includes this one",
+            let label = if ancestor == index {
+                "the file it stands in"
+            } else {
+                "a file that includes this one"
             };
             let help = "leave one of the two out";
             return self

@@ -162,9 +162,10 @@ pub fn is_reserved(word: &str) -> bool {
 
 /// The error for a name that [`is_reserved`], without its place.
 pub fn reserved(name: &str) -> Diagnostic {
-    let what = match STANDING_OFF.contains(&name) {
-        true => "a unit, which may stand off from its number,",
-        false => "a word of the language",
+    let what = if STANDING_OFF.contains(&name) {
+        "a unit, which may stand off from its number,"
+    } else {
+        "a word of the language"
     };
     let message = format!("`{name}` is {what} and cannot be a name");
     let help = format!("choose another, such as `{name}_1`");

@@ -137,9 +137,10 @@ fn files(show: &OpenShow, typed: &str) -> Vec<String> {
     let path = |entry: std::fs::DirEntry| {
         let name = entry.file_name().into_string().ok()?;
         let is_offered = name.starts_with(begun) && !name.starts_with('.');
-        let end = match entry.file_type().ok()?.is_dir() {
-            true => "/",
-            false => "",
+        let end = if entry.file_type().ok()?.is_dir() {
+            "/"
+        } else {
+            ""
         };
         let below = if below.is_empty() {
             String::new()

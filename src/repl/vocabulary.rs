@@ -148,9 +148,10 @@ impl Vocabulary {
     pub fn complete_statement(&self, typed: &str) -> Completion {
         let start = word_start(typed);
         let (before, word) = typed.split_at(start);
-        let offer = match before.trim().is_empty() {
-            true => offer(lang::keywords().iter().copied()),
-            false => Some(self.of_statement(before, word)),
+        let offer = if before.trim().is_empty() {
+            offer(lang::keywords().iter().copied())
+        } else {
+            Some(self.of_statement(before, word))
         };
         Completion::of(start, offer, word)
     }

@@ -81,9 +81,12 @@ pub(super) fn motions(show: &Show) -> Result<Vec<Vec<Moved<'_>>>, Vec<TimelineEr
     let (mut out, mut count) = (Vec::with_capacity(show.cues.len()), 0);
     for cue in &show.cues {
         let mut all = written(cue);
-        let is_out = |level: usize| match to_restore.contains(&level) {
-            true => lasting[level] == 0.0,
-            false => now[level] == 0.0,
+        let is_out = |level: usize| {
+            if to_restore.contains(&level) {
+                lasting[level] == 0.0
+            } else {
+                now[level] == 0.0
+            }
         };
         if rgb {
             brighten(&mut all, &parameters, is_out);

@@ -422,9 +422,10 @@ fn words(list: &[String]) -> Vec<&str> {
 
 /// The knots of a curve that goes from 0 to 1.
 fn knots(curve: &Curve) -> Option<String> {
-    let points = match curve.points.is_empty() {
-        true => &curve.steps,
-        false => &curve.points,
+    let points = if curve.points.is_empty() {
+        &curve.steps
+    } else {
+        &curve.points
     };
     let rises = points.is_sorted_by(|a, b| a.0 < b.0);
     let ends = (points.first()?, points.last()?);

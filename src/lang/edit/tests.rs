@@ -428,9 +428,10 @@ fn source() -> impl Strategy<Value = String> {
     let text = prop::sample::select(SHOWS.to_vec());
     (text, any::<bool>(), any::<bool>()).prop_map(|(text, windows, ends)| {
         let text = if ends { text } else { text.trim_end() };
-        match windows {
-            true => text.replace('\n', "\r\n"),
-            false => text.to_owned(),
+        if windows {
+            text.replace('\n', "\r\n")
+        } else {
+            text.to_owned()
         }
     })
 }
