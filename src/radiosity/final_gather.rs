@@ -14,7 +14,6 @@ pub mod cells;
 mod direct_light;
 pub mod emitter;
 mod irradiance_filter;
-mod packed;
 mod picture_rays;
 pub mod ray_scene;
 pub mod sampling;
@@ -30,12 +29,12 @@ use crate::radiosity::direct::projector::Projector;
 use crate::radiosity::direct::{Luminaire, check_rig, luminaires};
 use crate::radiosity::final_gather::bounces::Bounces;
 use crate::radiosity::final_gather::bvh::Bvh;
-use crate::radiosity::final_gather::cells::{CellFinder, Cells, cell_of};
+use crate::radiosity::final_gather::cells::{CellFinder, Cells};
 use crate::radiosity::final_gather::direct_light::DirectLight;
 use crate::radiosity::final_gather::emitter::{Emitter, Receiver, SampleSum};
 use crate::radiosity::final_gather::irradiance_filter::filter;
 use crate::radiosity::final_gather::picture_rays::{Gathered, PictureRays};
-use crate::radiosity::final_gather::ray_scene::{RayScene, SurfacePoint};
+use crate::radiosity::final_gather::ray_scene::{DARK, RayScene, SurfacePoint};
 use crate::radiosity::final_gather::sampling::{hash, point};
 use crate::radiosity::geometry::surface::Surfaces;
 use crate::radiosity::memory::MemoryBudget;
@@ -108,8 +107,8 @@ impl FinalGather {
         let surfaces = Surfaces::new(scene)?;
         let lights = luminaires(&surfaces, rig)?;
         let pixels = view.width * view.height;
-        // At least: a ray takes a byte or two.
-        let each = 4 * step.first as usize + step.rays as usize;
+        // At least: pixels that show several surfaces have more rays.
+        let each = 4 * (step.first + step.rays) as usize;
         budget.check("the rays of the picture", pixels.saturating_mul(each))?;
         let bvh = Bvh::new(&surfaces, work)?;
         budget.take("the hierarchy of triangles", bvh.bytes())?;
@@ -190,20 +189,21 @@ impl FinalGather {
             let mut sums = vec![0.0_f32; width];
             for (x, out) in row.chunks_exact_mut(width).enumerate() {
                 let pixel = y * self.width + x;
-                let mut at = self.gathered.starts[pixel];
+                let mut cells = self.gathered.cells.get(pixel);
                 let runs = self.gathered.runs.get(pixel);
                 let rays = runs.iter().map(|run| run.rays).sum::<u32>();
                 let share = 1.0 / rays.max(1) as f32;
                 for run in runs {
                     sums.fill(0.0);
-                    let met = self.gathered.cells.read(&mut at, run.rays);
-                    for (code, rays) in met {
-                        let Some(cell) = cell_of(code) else {
+                    let (met, later) = cells.split_at(run.rays as usize);
+                    cells = later;
+                    for same in met.chunk_by(|a, b| a == b) {
+                        if same[0] == DARK {
                             continue;
-                        };
-                        let light = &radiosity[cell as usize * width..][..width];
+                        }
+                        let light = &radiosity[same[0] as usize * width..][..width];
                         for (sum, radiosity) in sums.iter_mut().zip(light) {
-                            *sum += rays as f32 * radiosity;
+                            *sum += same.len() as f32 * radiosity;
                         }
                     }
                     let Some(facet) = self.surfaces.facets.get(run.facet as usize) else {

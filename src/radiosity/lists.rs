@@ -51,6 +51,11 @@ impl<T> Lists<T> {
         out
     }
 
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        size_of_val(self.items.as_slice()) + size_of_val(self.ends.as_slice())
+    }
+
     /// Removes all lists and keeps the memory.
     pub fn clear(&mut self) {
         self.items.clear();

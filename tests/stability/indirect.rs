@@ -95,9 +95,9 @@ fn symmetrising_spoils_the_sums_of_rows_that_are_kept_here() {
     let mut exchange = vec![vec![0.0; n]; n];
     for i in 0..n {
         for (j, share) in rows.row(i) {
-            let half = 0.5 * areas[i] * f64::from(share);
-            exchange[i][j as usize] += half;
-            exchange[j as usize][i] += half;
+            let half = 0.5 * areas[i] * f64::from(*share);
+            exchange[i][*j as usize] += half;
+            exchange[*j as usize][i] += half;
         }
     }
     let rho = 0.999;

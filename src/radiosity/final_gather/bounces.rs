@@ -122,7 +122,7 @@ impl Cells {
                 }
                 let share = 1.0 / rays.max(1) as f32;
                 for (channels, direct) in out.chunks_exact_mut(3).zip(arrives) {
-                    for (b, r) in channels.iter_mut().zip(self.reflectance(cell)) {
+                    for (b, r) in channels.iter_mut().zip(self.reflectances[cell]) {
                         *b = r * (direct + share * *b);
                     }
                 }

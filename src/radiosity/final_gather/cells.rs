@@ -10,7 +10,6 @@
 
 use crate::geometry::{Vec3, frame};
 use crate::hash::mix;
-use crate::radiosity::final_gather::packed::PackedNumbers;
 use crate::radiosity::final_gather::ray_scene::{DARK, RayScene, SurfacePoint};
 use crate::radiosity::final_gather::sampling::{cosine_direction, hash, point};
 use crate::radiosity::final_gather::systematic::SystematicSample;
@@ -209,16 +208,6 @@ impl CellPoint {
     }
 }
 
-/// What stands in a row of cells for one, 0 for [`DARK`].
-fn code_of(cell: u32) -> u32 {
-    cell.wrapping_add(1)
-}
-
-/// The cell that a number of a row stands for; `None` where no light comes from.
-pub fn cell_of(code: u32) -> Option<u32> {
-    code.checked_sub(1)
-}
-
 /// The cells of a scene as a camera sees it.
 #[derive(Debug, Default)]
 pub struct Cells {
@@ -226,18 +215,16 @@ pub struct Cells {
     points: Vec<CellPoint>,
     /// Of each cell where its points begin, and the end of the last one's.
     starts: Vec<u32>,
-    /// The cells that the rays of points meet, in their order, as [`cell_of`] reads them. Those
-    /// beyond [`Cells::count`] are of the last generation and have no points.
-    rays: PackedNumbers,
+    /// The cells that the rays of points meet, in their order, or [`DARK`]. Those beyond
+    /// [`Cells::count`] are of the last generation and have no points.
+    rays: Vec<u32>,
     /// Number of cells that the camera's rays end in, the first ones, and of their points.
     seen: usize,
     first: usize,
     /// Rays of a point of the first and of later generations.
     counts: [usize; 2],
-    /// Each reflectance that there is, once.
-    reflectances: Vec<[f32; 3]>,
-    /// Of each cell the index of its own.
-    own_reflectance: PackedNumbers,
+    /// Reflectance of each cell.
+    pub reflectances: Vec<[f32; 3]>,
 }
 
 /// Finds cells.
@@ -293,17 +280,18 @@ impl<'a> CellFinder<'a> {
         self.known + self.asked.len()
     }
 
-    /// The cells of the ends of weighted rays, as [`cell_of`] reads them. A cell that is new in this
-    /// generation gets its points from the rays that ask for it.
-    pub fn ask(&mut self, landings: impl Iterator<Item = (Landing, u32)>, rows: &mut Vec<u32>) {
+    /// The cells of the ends of weighted rays, or [`DARK`]. A cell that is new in this generation gets
+    /// its points from the rays that ask for it.
+    pub fn ask(&mut self, landings: impl Iterator<Item = (Landing, u32)>) -> Vec<u32> {
+        let mut cells = Vec::new();
         for (landing, weight) in landings {
             let Some(key) = landing.key else {
-                rows.push(code_of(DARK));
+                cells.push(DARK);
                 continue;
             };
             let new = self.count() as u32;
             let cell = *self.table.entry(key).or_insert(new);
-            rows.push(code_of(cell));
+            cells.push(cell);
             if cell == new {
                 self.asked.push(0);
             }
@@ -324,6 +312,7 @@ impl<'a> CellFinder<'a> {
             self.thin();
             self.most = 2 * self.owners.len() + WAITING;
         }
+        cells
     }
 
     /// Throws away the points that their cells no longer keep.
@@ -354,7 +343,6 @@ impl<'a> CellFinder<'a> {
             starts: vec![0],
             ..Cells::default()
         };
-        let mut row = Vec::new();
         while self.generation < GENERATIONS && !self.owners.is_empty() {
             work.progress.report("cells", self.generation, GENERATIONS);
             let count = self.settings.rays_of(self.generation);
@@ -379,14 +367,13 @@ impl<'a> CellFinder<'a> {
             for start in new.clone().step_by(BATCH) {
                 let some = start..new.end.min(start + BATCH);
                 let landings = self.rays(start - new.start, &self.points[some], count, work)?;
-                row.clear();
-                self.ask(landings.into_iter().zip(weights.by_ref()), &mut row);
-                cells.rays.extend(&row);
+                let met = self.ask(landings.into_iter().zip(weights.by_ref()));
+                cells.rays.extend(met);
                 budget.check("the radiosity cache", self.bytes() + cells.bytes())?;
             }
         }
         work.progress.report("cells", GENERATIONS, GENERATIONS);
-        cells.rays.close();
+        cells.rays.shrink_to_fit();
         // Cells of the last generation have no points.
         self.points.truncate(self.points.len() - self.owners.len());
         self.points.shrink_to_fit();
@@ -487,29 +474,12 @@ impl Cells {
             }
             mean
         };
-        let found: Vec<[f32; 3]> = (0..self.count()).into_par_iter().map(of).collect();
-        let mut known = HashMap::new();
-        let reflectances = &mut self.reflectances;
-        let index = |reflectance: &[f32; 3]| {
-            let index = known.entry(reflectance.map(f32::to_bits));
-            *index.or_insert_with(|| {
-                reflectances.push(*reflectance);
-                reflectances.len() as u32 - 1
-            })
-        };
-        let indices: Vec<u32> = found.iter().map(index).collect();
-        self.own_reflectance.extend(&indices);
-        self.own_reflectance.close();
+        self.reflectances = (0..self.count()).into_par_iter().map(of).collect();
     }
 
     /// How many.
     pub fn count(&self) -> usize {
         self.starts.len().saturating_sub(1)
-    }
-
-    /// The reflectance of a cell.
-    pub fn reflectance(&self, cell: usize) -> [f32; 3] {
-        self.reflectances[self.own_reflectance.get(cell) as usize]
     }
 
     /// A cell's points.
@@ -521,8 +491,8 @@ impl Cells {
     /// `None` where no light comes from.
     pub fn met(&self, cell: usize) -> impl Iterator<Item = Option<usize>> + '_ {
         let [start, end] = [cell, cell + 1].map(|at| self.first_ray(self.starts[at] as usize));
-        let met = (start..end).map(|ray| cell_of(self.rays.get(ray)));
-        let met = met.map(|met| met.map(|cell| cell as usize - self.seen));
+        let met = self.rays[start..end].iter();
+        let met = met.map(|cell| (*cell != DARK).then(|| *cell as usize - self.seen));
         met.filter(|met| met.is_none_or(|cell| cell < self.later()))
     }
 
@@ -535,9 +505,7 @@ impl Cells {
     /// Bytes held, about.
     pub fn bytes(&self) -> usize {
         self.points.len() * size_of::<CellPoint>()
-            + self.rays.bytes()
-            + self.own_reflectance.bytes()
-            + 4 * self.starts.len()
+            + 4 * (self.rays.len() + self.starts.len())
             + 12 * self.reflectances.len()
     }
 

@@ -7,7 +7,6 @@ use crate::geometry::Vec3;
 use crate::radiosity::direct::projector::pixel as footprint;
 use crate::radiosity::final_gather::cells::{CAMERA_RAY, CellFinder, CellSettings, Landing};
 use crate::radiosity::final_gather::irradiance_filter::{SmoothPixel, differ};
-use crate::radiosity::final_gather::packed::SortedLists;
 use crate::radiosity::final_gather::ray_scene::{DARK, RayScene, SurfacePoint};
 use crate::radiosity::final_gather::sampling::{cosine_direction, morton, point};
 use crate::radiosity::final_gather::step::GatherStep;
@@ -34,12 +33,8 @@ const SEED_CELL: u32 = 303;
 /// What the pixels' rays found.
 #[derive(Default)]
 pub struct Gathered {
-    /// The cells that the rays of each run end in, as [`cells::cell_of`] reads them.
-    ///
-    /// [`cells::cell_of`]: crate::radiosity::final_gather::cells::cell_of
-    pub cells: SortedLists,
-    /// Of each pixel where its lists begin in `cells`.
-    pub starts: Vec<usize>,
+    /// For each pixel the cells that its rays end in, or [`DARK`], sorted within each run.
+    pub cells: Lists<u32>,
     /// Of each pixel its rays by the material that they leave.
     pub runs: Lists<Run>,
     /// Mean reflectance of the textures that pixels show.
@@ -51,10 +46,9 @@ pub struct Gathered {
 impl Gathered {
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        let lists = self.cells.bytes() + size_of_val(self.runs.items());
-        lists
+        self.cells.bytes()
+            + self.runs.bytes()
             + size_of_val(self.paints.as_slice())
-            + 16 * self.starts.len()
             + self.smooth.len() * size_of::<Option<SmoothPixel>>()
     }
 }
@@ -177,7 +171,6 @@ impl PictureRays<'_> {
             ..Gathered::default()
         };
         let mixed = self.step.rays_of_mixed(mixed, self.size);
-        let mut cells = Vec::new();
         let band = (BAND * rayon::current_num_threads() / mixed as usize).max(1);
         for start in (0..width * height).step_by(band) {
             work.progress.report("rays", start, width * height);
@@ -190,16 +183,14 @@ impl PictureRays<'_> {
                     own.map(|own| own.material)
                 };
                 landings.sort_by_key(|(_, facet)| material(*facet));
-                cells.clear();
                 let weighted = landings.iter().map(|(landing, _)| (*landing, CAMERA_RAY));
-                finder.ask(weighted, &mut cells);
-                out.starts.push(out.cells.end());
+                let mut cells = finder.ask(weighted);
                 let alike = landings.chunk_by(|a, b| material(a.1) == material(b.1));
                 let mut rest = cells.as_mut_slice();
                 for some in alike {
                     let (own, later) = rest.split_at_mut(some.len());
+                    own.sort_unstable();
                     rest = later;
-                    out.cells.push(own);
                     let paint = self.paint(seen, pixel, some[0].1).map_or(DARK, |paint| {
                         out.paints.push(paint);
                         out.paints.len() as u32 - 1
@@ -211,6 +202,7 @@ impl PictureRays<'_> {
                     });
                 }
                 out.runs.end();
+                out.cells.push(cells);
                 out.smooth[pixel] = smooth;
             }
             budget.check("the rays of the picture", out.bytes() + finder.bytes())?;

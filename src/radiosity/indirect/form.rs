@@ -1,4 +1,4 @@
-//! Rows of form factors in compressed storage, and the interreflections that they describe.
+//! Rows of form factors, and the interreflections that they describe.
 //!
 //! Invariant: each product is summed in the order of the row, column by column, so that a column's
 //! result does not depend on its neighbours or on the number of threads. This module does not
@@ -9,108 +9,30 @@
     reason = "offsets and columns are made together; columns are elements of the block"
 )]
 
+use crate::radiosity::lists::Lists;
 use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 
 /// Rows in a block, but for the last.
 pub const BLOCK: usize = 32;
 
-/// An entry of a row in four bytes, as there are millions: how far its column is from that of the
-/// entry before, and the root of its value as a share of the row's greatest. A root of 16 bits is
-/// off by 0.05 % where a value is a five-thousandth of the greatest, and by less where it counts
-/// for more.
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    gap: u16,
-    root: u16,
-}
+/// Some rows of a sparse matrix: columns, in ascending order, and their values.
+pub type Block = Lists<(u32, f32)>;
 
-impl Entry {
-    /// Its value for a row with a [`Row::unit`] of 1.
-    fn value(self) -> f32 {
-        let root = f32::from(self.root);
-        root * root
-    }
-}
-
-/// A row of a block.
-#[derive(Clone, Copy, Debug)]
-struct Row {
-    /// Where its entries end.
-    end: u32,
-    /// What the squares of the roots are multiplied by.
-    unit: f32,
-}
-
-/// Some rows of a sparse matrix without negative values.
-#[derive(Clone, Debug, Default)]
-pub struct Block {
-    rows: Vec<Row>,
-    entries: Vec<Entry>,
-}
-
-impl Block {
-    /// Adds a row: columns, in ascending order, and their values.
-    pub fn push(&mut self, row: &[(u32, f32)]) {
-        let most = row.iter().map(|(_, value)| *value).fold(0.0, f32::max);
-        let top = f32::from(u16::MAX);
-        let scale = if most > 0.0 { top * top / most } else { 0.0 };
-        let mut before = 0;
-        for (column, value) in row {
-            let mut gap = column - before;
-            before = *column;
-            while let Some(rest) = gap.checked_sub(u32::from(u16::MAX) + 1) {
-                self.entries.push(Entry {
-                    gap: u16::MAX,
-                    root: 0,
-                });
-                gap = rest + 1;
+/// Sets `out` to the product of each row with `block`, `width` values for each row.
+pub fn times(rows: &Block, block: &[f32], width: usize, out: &mut [f32]) {
+    for (row, sums) in out.chunks_exact_mut(width).enumerate() {
+        sums.fill(0.0);
+        for (column, value) in rows.get(row) {
+            let from = &block[*column as usize * width..][..width];
+            for k in 0..width {
+                sums[k] += value * from[k];
             }
-            self.entries.push(Entry {
-                gap: gap as u16,
-                root: (value * scale).sqrt().round() as u16,
-            });
-        }
-        self.rows.push(Row {
-            end: self.entries.len() as u32,
-            unit: most / (top * top),
-        });
-    }
-
-    /// Gives back what was reserved for growth.
-    pub fn trim(&mut self) {
-        self.entries.shrink_to_fit();
-    }
-
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        size_of_val(self.rows.as_slice())
-            + size_of_val(self.entries.as_slice())
-            + size_of::<Block>()
-    }
-
-    /// Sets `out` to each row's product with `block`, `width` values for each row.
-    pub fn times(&self, block: &[f32], width: usize, out: &mut [f32]) {
-        let mut start = 0;
-        for (row, sums) in self.rows.iter().zip(out.chunks_exact_mut(width)) {
-            let sums = &mut sums[..width];
-            sums.fill(0.0);
-            let mut column = 0;
-            for entry in &self.entries[start..row.end as usize] {
-                column += usize::from(entry.gap);
-                let value = entry.value();
-                let from = &block[column * width..][..width];
-                for k in 0..width {
-                    sums[k] += value * from[k];
-                }
-            }
-            sums.iter_mut().for_each(|sum| *sum *= row.unit);
-            start = row.end as usize;
         }
     }
 }
 
-/// A sparse matrix, row by row.
+/// A sparse matrix without negative values, row by row.
 #[derive(Clone, Debug, Default)]
 pub struct Rows {
     blocks: Vec<Block>,
@@ -120,28 +42,18 @@ pub struct Rows {
 impl Rows {
     /// From blocks of [`BLOCK`] rows, the last of which may be shorter.
     pub fn of(blocks: Vec<Block>) -> Rows {
-        let count = blocks.iter().map(|b| b.rows.len()).sum();
+        let count = blocks.iter().map(Lists::count).sum();
         Rows { blocks, count }
     }
 
     /// Bytes held.
     pub fn bytes(&self) -> usize {
-        self.blocks.iter().map(Block::bytes).sum()
+        self.blocks.iter().map(Lists::bytes).sum()
     }
 
     /// The entries of a row.
-    pub fn row(&self, i: usize) -> impl Iterator<Item = (u32, f32)> + '_ {
-        let block = &self.blocks[i / BLOCK];
-        let start = match i % BLOCK {
-            0 => 0,
-            k => block.rows[k - 1].end as usize,
-        };
-        let Row { end, unit } = block.rows[i % BLOCK];
-        let mut column = 0;
-        block.entries[start..end as usize].iter().map(move |entry| {
-            column += u32::from(entry.gap);
-            (column, unit * entry.value())
-        })
+    pub fn row(&self, i: usize) -> &[(u32, f32)] {
+        self.blocks[i / BLOCK].get(i % BLOCK)
     }
 
     /// The product with a block of `width` columns, row-major: one block row for each row.
@@ -150,7 +62,7 @@ impl Rows {
         if width > 0 {
             out.par_chunks_mut(width * BLOCK)
                 .zip(&self.blocks)
-                .for_each(|(out, rows)| rows.times(block, width, out));
+                .for_each(|(out, rows)| times(rows, block, width, out));
         }
         out
     }
@@ -271,9 +183,9 @@ mod tests {
     fn rows(all: &[Vec<(u32, f32)>]) -> Rows {
         let block = |rows: &[Vec<(u32, f32)>]| {
             let mut block = Block::default();
-            for row in rows {
-                block.push(row);
-            }
+            rows.iter().for_each(|row| {
+                block.push(row.iter().copied());
+            });
             block
         };
         Rows::of(all.chunks(BLOCK).map(block).collect())
@@ -313,28 +225,6 @@ mod tests {
             let k = rho * 0.6;
             assert!((b[0] - 1.0 / (1.0 - k * k)).abs() < 3e-4);
             assert!((b[1] - k / (1.0 - k * k)).abs() < 3e-4);
-        }
-    }
-
-    #[test]
-    fn entries_come_back_as_exact_as_four_bytes_are() {
-        // Far columns, small values, rows of nothing.
-        let all = [
-            vec![(0, 0.25), (65_535, 1e-6), (65_536, 2e-4), (400_000, 0.125)],
-            vec![],
-            vec![(131_071, 0.0), (131_072, 3e-9)],
-        ];
-        let rows = rows(&all);
-        for (i, all) in all.iter().enumerate() {
-            let known = |e: &(u32, f32)| all.iter().any(|a| a.0 == e.0);
-            let found: Vec<(u32, f32)> = rows.row(i).filter(known).collect();
-            let most = all.iter().map(|a| a.1).fold(0.0, f32::max);
-            for (a, b) in all.iter().zip(&found) {
-                assert_eq!(a.0, b.0);
-                let off = (a.1 * most).sqrt() / 65_000.0;
-                assert!((a.1 - b.1).abs() <= off, "{a:?} {b:?}");
-            }
-            assert_eq!(found.len(), all.len());
         }
     }
 

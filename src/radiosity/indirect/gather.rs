@@ -11,7 +11,7 @@ use super::smoothing::Smoothing;
 use crate::geometry::Vec3;
 use crate::radiosity::camera::fragment::Fragments;
 use crate::radiosity::direct::Setting;
-use crate::radiosity::indirect::form::{BLOCK, Block, Rows};
+use crate::radiosity::indirect::form::{BLOCK, Block, Rows, times};
 use crate::radiosity::indirect::hemicube::{Hemicube, SurfaceProximity, Table, hash_to_unit};
 use crate::radiosity::mesh::{CellRequest, Layout, Mesh};
 use crate::radiosity::rounding::Rounding;
@@ -173,7 +173,7 @@ impl GatherPoints {
         let block = |cube: &mut Hemicube<'_>, which: &[u32]| {
             let (rows, proximity) = rows(cube, &self.mesh, which, work)?;
             let mut sums = vec![0.0_f32; which.len() * width];
-            rows.times(radiosity, width, &mut sums);
+            times(&rows, radiosity, width, &mut sums);
             Ok::<_, Cancelled>((sums, proximity))
         };
         let blocks = in_blocks(gather_scene, which, &self.table, &tally, work, block)?;
@@ -244,7 +244,7 @@ pub fn form_factors(
 ) -> Result<(Rows, Vec<SurfaceProximity>), TransportError> {
     let block = |cube: &mut Hemicube<'_>, which: &[u32]| {
         let (mut block, proximity) = rows(cube, from, which, work)?;
-        block.trim();
+        block.shrink();
         let own = block.bytes();
         let all = tally.bytes.fetch_add(own, Ordering::Relaxed) + own;
         check_memory("form factors", all, work.memory)?;
@@ -290,16 +290,15 @@ fn rows(
     which: &[u32],
     work: Work<'_>,
 ) -> Result<(Block, Vec<SurfaceProximity>), Cancelled> {
-    let (mut block, mut row) = (Block::default(), Vec::new());
+    let mut block = Block::default();
     let mut proximity = Vec::with_capacity(which.len());
     for &at in which {
         work.check()?;
         let e = &from.elements[at as usize];
         let turn = hash_to_unit(u64::from(at));
-        let take = |element, share| row.push((element, share));
+        let take = |element, share| block.add((element, share));
         proximity.push(cube.visit(e.facet, e.centre, turn, take));
-        block.push(&row);
-        row.clear();
+        block.end();
     }
     Ok((block, proximity))
 }

@@ -105,12 +105,11 @@ pub fn rows(surfaces: &Surfaces, mesh: &Mesh, resolution: usize) -> Rows {
     let mut cube = Hemicube::new(setting, &outline, mesh, &table);
     let mut blocks = Vec::new();
     for (at, elements) in mesh.elements.chunks(BLOCK).enumerate() {
-        let (mut block, mut row) = (Block::default(), Vec::new());
+        let mut block = Block::default();
         for (i, e) in elements.iter().enumerate() {
             let turn = hash_to_unit((at * BLOCK + i) as u64);
-            cube.visit(e.facet, e.centre, turn, |c, share| row.push((c, share)));
-            block.push(&row);
-            row.clear();
+            cube.visit(e.facet, e.centre, turn, |c, share| block.add((c, share)));
+            block.end();
         }
         blocks.push(block);
     }
@@ -169,8 +168,8 @@ impl Furnace {
             return;
         }
         for i in 0..self.elements {
-            let lit = |(c, f): (u32, f32)| f * b.get(c as usize).copied().unwrap_or(0.0);
-            let seen: f32 = self.rows.row(i).map(lit).sum();
+            let lit = |(c, f): &(u32, f32)| f * b.get(*c as usize).copied().unwrap_or(0.0);
+            let seen: f32 = self.rows.row(i).iter().map(lit).sum();
             if let Some(own) = b.get_mut(i) {
                 *own = 1.0 + reflectance * seen;
             }
