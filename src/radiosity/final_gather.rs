@@ -47,14 +47,10 @@ use crate::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Lights that are solved at once, at most, and bytes of their pixels: what the camera's rays show is
-/// found once for all of them.
+/// Lights that are solved at once, at most, and about how many bytes they take together: what rays show
+/// is found once for all of them.
 const BLOCK: usize = 8;
-const PIXEL_LIGHT_BYTES: usize = 128 << 20;
-/// Bytes of light in the cells at once, and for each polygon more: it is at the peak of what an
-/// operator holds, so that on large stages fewer lights share the way through the cells.
-const CELL_LIGHT_BYTES: usize = 16 << 20;
-const POLYGON_LIGHT_BYTES: usize = 256;
+const BLOCK_BYTES: usize = 192 << 20;
 /// Seed of the sequences of points.
 const SEED_CELL_LIGHT: u32 = 0x777;
 
@@ -312,23 +308,14 @@ impl UnitLights for FinalGather {
         let pixels = self.pixels();
         let each = 12 * pixels;
         check_memory("the lights", new.len() * each, work.memory)?;
-        let polygons = self.surfaces.facets.len();
-        let most = CELL_LIGHT_BYTES + POLYGON_LIGHT_BYTES * polygons;
-        let together = (most / self.cells.light_bytes().max(1)).clamp(1, BLOCK);
-        let pixel_bytes = (12 + DirectLight::PIXEL_BYTES) * pixels;
-        let most = PIXEL_LIGHT_BYTES.min(work.memory / 4);
-        let sharing = (most / pixel_bytes.max(1)).clamp(1, BLOCK);
+        let light = self.cells.light_bytes() + (36 + DirectLight::PIXEL_BYTES) * pixels;
+        let most = BLOCK_BYTES.min(work.memory / 4);
+        let together = (most / light.max(1)).clamp(1, BLOCK);
         let mut done = 0;
-        for block in new.chunks(sharing) {
-            let light = together.min(block.len()) * (self.cells.light_bytes() + 24 * pixels);
-            let pictures = block.len() * pixel_bytes;
-            check_memory("light in the cache", light + pictures, work.memory)?;
-            let mut found = Vec::with_capacity(block.len());
-            for some in block.chunks(together) {
-                let before = done + found.len();
-                work.progress.report("reflected light", before, new.len());
-                found.extend(self.indirect(some, work)?);
-            }
+        for block in new.chunks(together) {
+            check_memory("light in the cache", block.len() * light, work.memory)?;
+            work.progress.report("reflected light", done, new.len());
+            let mut found = self.indirect(block, work)?;
             let emitters: Vec<Emitter<'_>> = block.iter().map(|&l| self.emitter(l)).collect();
             let direct = DirectLight {
                 rays: self.rays(),

@@ -25,8 +25,6 @@ use std::ops::Range;
 pub const CAMERA_RAY: u32 = 16;
 /// Points of a cell that only rays of cells end in, as a share.
 const LATER_POINTS: f64 = 0.5;
-/// Points that may wait for their cell's number of points to be known, beside as many as are kept.
-const WAITING: usize = 1 << 16;
 /// Bounces after which new cells are no longer evaluated.
 const GENERATIONS: usize = 6;
 /// Points that one task works on.
@@ -45,7 +43,7 @@ pub struct CellSettings {
     pub rays: usize,
 }
 
-/// Where a ray ends, in 28 bytes: a band of pixels has hundreds of thousands.
+/// Where a ray ends.
 #[derive(Clone, Copy, Debug)]
 pub struct Landing {
     key: Option<Key>,
@@ -67,25 +65,16 @@ impl Landing {
 }
 
 /// A hash of a cell's place, direction, size and material that stands for them: among ten million
-/// cells two share one with a probability of 3e-6, and are then one cell. In two halves, so that
-/// an entry of the table takes 12 bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Key([u32; 2]);
+/// cells two share one with a probability of 3e-6, and are then one cell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+struct Key(u64);
 
 impl Key {
     /// `kind` is the direction of the normal and the size.
     fn new(place: [i32; 3], material: u32, kind: u32) -> Key {
         let [x, y, z] = place.map(|v| u64::from(v as u32));
         let words = [x | y << 32, z | u64::from(material) << 32, u64::from(kind)];
-        let hash = words.into_iter().fold(0, |hash, word| mix(hash ^ word));
-        Key([hash as u32, (hash >> 32) as u32])
-    }
-}
-
-impl std::hash::Hash for Key {
-    fn hash<H: Hasher>(&self, state: &mut H) {
-        let [low, high] = self.0.map(u64::from);
-        state.write_u64(low | high << 32);
+        Key(words.into_iter().fold(0, |hash, word| mix(hash ^ word)))
     }
 }
 
@@ -240,13 +229,18 @@ pub struct CellFinder<'a> {
     sample: SystematicSample,
     /// Of each cell of this generation the weight of the rays that asked for it.
     asked: Vec<u32>,
-    /// Those of earlier generations sorted by cell, then those of this one as they came.
+    /// Points of earlier generations, sorted by cell.
     points: Vec<CellPoint>,
-    /// Of each point of this generation its cell, and its rank in it.
-    owners: Vec<u32>,
-    ranks: Vec<u8>,
-    /// Points of this generation at which those that their cells no longer keep are thrown away.
-    most: usize,
+    /// Points of this generation as they came.
+    waiting: Vec<WaitingPoint>,
+}
+
+/// A point of a cell that may turn out to have enough of them.
+struct WaitingPoint {
+    cell: u32,
+    /// As [`SystematicSample::rank`].
+    rank: u8,
+    point: CellPoint,
 }
 
 impl<'a> CellFinder<'a> {
@@ -261,9 +255,7 @@ impl<'a> CellFinder<'a> {
             sample: settings.sample(0),
             asked: Vec::new(),
             points: Vec::new(),
-            owners: Vec::new(),
-            ranks: Vec::new(),
-            most: WAITING,
+            waiting: Vec::new(),
         }
     }
 
@@ -271,8 +263,8 @@ impl<'a> CellFinder<'a> {
     pub fn bytes(&self) -> usize {
         self.table.capacity() * (size_of::<(Key, u32)>() + 1)
             + self.points.len() * size_of::<CellPoint>()
-            + 4 * (self.asked.len() + self.owners.len())
-            + self.ranks.len()
+            + self.waiting.len() * size_of::<WaitingPoint>()
+            + 4 * self.asked.len()
     }
 
     /// Cells so far.
@@ -303,34 +295,11 @@ impl<'a> CellFinder<'a> {
             self.asked[own] = after;
             let rank = SystematicSample::rank(hash(cell), [before, after]);
             if let Some(rank) = rank.filter(|rank| self.sample.keeps(*rank, after)) {
-                self.points.push(landing.point);
-                self.owners.push(cell);
-                self.ranks.push(rank);
+                let point = landing.point;
+                self.waiting.push(WaitingPoint { cell, rank, point });
             }
-        }
-        if self.owners.len() > self.most {
-            self.thin();
-            self.most = 2 * self.owners.len() + WAITING;
         }
         cells
-    }
-
-    /// Throws away the points that their cells no longer keep.
-    fn thin(&mut self) {
-        let start = self.points.len() - self.owners.len();
-        let mut kept = 0;
-        for at in 0..self.owners.len() {
-            let asked = self.asked[self.owners[at] as usize - self.known];
-            if self.sample.keeps(self.ranks[at], asked) {
-                self.points[start + kept] = self.points[start + at];
-                self.owners[kept] = self.owners[at];
-                self.ranks[kept] = self.ranks[at];
-                kept += 1;
-            }
-        }
-        self.points.truncate(start + kept);
-        self.owners.truncate(kept);
-        self.ranks.truncate(kept);
     }
 
     /// All cells whose light reaches those that were asked for.
@@ -343,7 +312,7 @@ impl<'a> CellFinder<'a> {
             starts: vec![0],
             ..Cells::default()
         };
-        while self.generation < GENERATIONS && !self.owners.is_empty() {
+        while self.generation < GENERATIONS && !self.waiting.is_empty() {
             work.progress.report("cells", self.generation, GENERATIONS);
             let count = self.settings.rays_of(self.generation);
             let more = 8 * self.asked.len();
@@ -374,53 +343,33 @@ impl<'a> CellFinder<'a> {
         }
         work.progress.report("cells", GENERATIONS, GENERATIONS);
         cells.rays.shrink_to_fit();
-        // Cells of the last generation have no points.
-        self.points.truncate(self.points.len() - self.owners.len());
         self.points.shrink_to_fit();
         cells.points = self.points;
-        drop(self.table);
+        drop((self.table, self.waiting));
         cells.set_reflectance(self.scene, self.settings);
         Ok(cells)
     }
 
-    /// Sorts the points of this generation by cell, in the order in which they came, adds to where those of
-    /// each cell begin, and begins the next generation. Returns the indices of the sorted points, and
-    /// the weight of the rays that asked for each of their cells.
+    /// Sorts the points that this generation's cells keep by cell, in the order in which they came,
+    /// adds to where those of each cell begin, and begins the next generation. Returns the indices
+    /// of the sorted points, and the weight of the rays that asked for each of their cells.
     fn sort_points(&mut self, starts: &mut Vec<u32>) -> (Range<usize>, Vec<u32>) {
-        self.thin();
-        self.ranks.clear();
-        self.most = WAITING;
-        let end = self.points.len();
-        let new = end - self.owners.len()..end;
-        // Of each cell where its next point goes.
         let asked = std::mem::take(&mut self.asked);
-        let mut next = vec![0_u32; asked.len()];
-        let own = |cell: u32| cell as usize - self.known;
-        self.owners.iter().for_each(|cell| next[own(*cell)] += 1);
-        let mut sum = new.start as u32;
-        for count in &mut next {
-            let start = sum;
-            sum += *count;
-            *count = start;
-            starts.push(sum);
-        }
-        let mut places = std::mem::take(&mut self.owners);
-        for owner in &mut places {
-            let place = &mut next[own(*owner)];
-            *owner = *place - new.start as u32;
-            *place += 1;
-        }
-        self.known += next.len();
-        // In place, as there are millions: each swap puts one point where it belongs.
-        let points = &mut self.points[new.clone()];
-        for at in 0..points.len() {
-            while places[at] as usize != at {
-                let place = places[at] as usize;
-                points.swap(at, place);
-                places.swap(at, place);
-            }
-        }
-        (new, asked)
+        let mut waiting = std::mem::take(&mut self.waiting);
+        let own = |w: &WaitingPoint| w.cell as usize - self.known;
+        waiting.retain(|w| self.sample.keeps(w.rank, asked[own(w)]));
+        waiting.par_sort_by_key(|w| w.cell);
+        let mut counts = vec![0; asked.len()];
+        waiting.iter().for_each(|w| counts[own(w)] += 1);
+        let first = self.points.len();
+        let mut end = first as u32;
+        starts.extend(counts.into_iter().map(|count: u32| {
+            end += count;
+            end
+        }));
+        self.points.extend(waiting.iter().map(|w| w.point));
+        self.known += asked.len();
+        (first..self.points.len(), asked)
     }
 
     /// The ends of the rays of points, of which the first has this number in its generation.
