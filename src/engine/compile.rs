@@ -9,7 +9,7 @@ use crate::files::Files;
 use crate::lang::{self, SpanMap};
 use crate::renderer::Setup;
 use crate::show::Show;
-use crate::timeline::{KeyOptions, KeySequence, Timeline};
+use crate::timeline::{KeySequence, Timeline};
 
 /// A text to compile, and where the files that it names are read from.
 #[derive(Clone, Copy)]
@@ -141,7 +141,7 @@ pub(super) fn compile(source: Source<'_>, old: Option<&Loaded>) -> Result<Compil
     model.diagnostics.list.extend(found);
     let version = checked(model)?;
     Ok(Compiled {
-        keys: KeySequence::new(&version.timeline, KeyOptions::default())?,
+        keys: KeySequence::new(&version.timeline)?,
         version,
         loaded,
     })

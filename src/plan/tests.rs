@@ -5,12 +5,12 @@ use proptest::prelude::*;
 use super::*;
 use crate::linalg::Matrix;
 use crate::show::{Show, Trigger};
+use crate::timeline::Timeline;
 use crate::timeline::tests::planted::*;
-use crate::timeline::{KeyOptions, Timeline};
 
 fn keys_of(show: &Show) -> Option<KeySequence> {
     let timeline = Timeline::new(show).ok()?;
-    KeySequence::new(&timeline, KeyOptions::default()).ok()
+    KeySequence::new(&timeline).ok()
 }
 
 fn degrees(random: &mut Random) -> Vec<usize> {

@@ -374,8 +374,8 @@ mod tests {
     #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
     use super::*;
+    use crate::timeline::Timeline;
     use crate::timeline::tests::planted::empty;
-    use crate::timeline::{KeyOptions, Timeline};
 
     fn tone() -> Tone {
         Tone {
@@ -406,7 +406,7 @@ mod tests {
 
     fn made(title: &str, image: &Image, budget: usize) -> Result<Page, PageError> {
         let timeline = Timeline::new(&empty(1)).unwrap();
-        let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+        let keys = KeySequence::new(&timeline).unwrap();
         let contents = Contents {
             title: title.into(),
             faders: vec![fader("{{show}}")],

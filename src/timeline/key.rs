@@ -15,14 +15,6 @@ use super::blend::blend;
 use super::sweep::Sweep;
 use crate::units::Time;
 
-/// How keys are made.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct KeyOptions {
-    /// Insert no knots for positivity: keys may then need negative light, which blending in floats
-    /// does not mind.
-    pub signed_keys: bool,
-}
-
 /// The show is too large for its keys to be held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("its key settings need more than {} MB", MOST_BYTES >> 20)]
@@ -88,8 +80,8 @@ impl KeySequence {
     ///
     /// # Errors
     /// [`TooManyKeys`] when they would take more than 256 MB.
-    pub fn new(timeline: &Timeline, options: KeyOptions) -> Result<KeySequence, TooManyKeys> {
-        let mut sweep = Sweep::new(timeline, options);
+    pub fn new(timeline: &Timeline) -> Result<KeySequence, TooManyKeys> {
+        let mut sweep = Sweep::new(timeline);
         sweep.run()?;
         Ok(KeySequence {
             coordinates: timeline.coordinates(),

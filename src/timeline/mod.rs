@@ -29,7 +29,7 @@ pub use clock::CueTime;
 pub use curve::Piece;
 pub use dimmer::{lights, settings};
 pub use error::{TimelineError, Warning};
-pub use key::{KeyOptions, KeySequence, Segment, TooManyKeys};
+pub use key::{KeySequence, Segment, TooManyKeys};
 pub use positivity::knots as fewest_knots;
 pub use track::{Moved, Timing};
 

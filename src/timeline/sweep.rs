@@ -12,7 +12,7 @@
 
 use std::collections::HashMap;
 
-use super::key::{KeyOptions, MOST_BYTES, Segment, TooManyKeys};
+use super::key::{MOST_BYTES, Segment, TooManyKeys};
 use super::{Piece, Timeline, positivity};
 use crate::hash::{GOLDEN, mix};
 use crate::linalg::Bernstein;
@@ -22,14 +22,12 @@ use crate::units::Time;
 const KEY_BYTES: usize = 64;
 /// Bytes of a segment with its list of keys, about.
 const SEGMENT_BYTES: usize = 112;
-/// A number of a key between minus this and 0 is rounding and becomes 0, unless keys may be
-/// negative.
+/// A number of a key between minus this and 0 is rounding and becomes 0.
 const ROUNDING: f64 = 1e-11;
 
 /// What has been made so far, and the setting at the knot that was reached.
 pub(super) struct Sweep<'a> {
     timeline: &'a Timeline,
-    options: KeyOptions,
     /// The distinct control points, in the order of their first use.
     pub keys: Vec<Vec<f64>>,
     /// The segments in time.
@@ -52,11 +50,10 @@ pub(super) struct Sweep<'a> {
 }
 
 impl<'a> Sweep<'a> {
-    pub fn new(timeline: &'a Timeline, options: KeyOptions) -> Sweep<'a> {
+    pub fn new(timeline: &'a Timeline) -> Sweep<'a> {
         let n = timeline.coordinates();
         Sweep {
             timeline,
-            options,
             keys: Vec::new(),
             segments: Vec::new(),
             inserted: 0,
@@ -86,12 +83,6 @@ impl<'a> Sweep<'a> {
         self.push_last_look()
     }
 
-    /// `x` as a number of a key: see [`ROUNDING`]; adding zero makes -0 the same as 0.
-    fn without_rounding(&self, x: f64) -> f64 {
-        let rounding = !self.options.signed_keys && x < 0.0 && x > -ROUNDING;
-        if rounding { 0.0 } else { x + 0.0 }
-    }
-
     /// Starts the piece of a coordinate: it moves from here on, or holds.
     fn begin_piece(&mut self, coordinate: usize, piece: &'a Piece) {
         let moves = piece.polynomial.degree() > 0;
@@ -106,7 +97,7 @@ impl<'a> Sweep<'a> {
             (None, false) => self.hash = self.hash.wrapping_sub(self.held_hash(coordinate)),
         }
         if !moves {
-            self.current[coordinate] = self.without_rounding(piece.polynomial.first());
+            self.current[coordinate] = without_rounding(piece.polynomial.first());
             self.hash = self.hash.wrapping_add(self.held_hash(coordinate));
         }
     }
@@ -135,7 +126,7 @@ impl<'a> Sweep<'a> {
             .map(|(_, p)| p.between(start, end).elevated(degree))
             .collect();
         let (from, to) = (start.micros() as f64, end.micros() as f64);
-        if self.options.signed_keys || degree < 2 {
+        if degree < 2 {
             return self.push_segment((from, to, false), degree, &curves);
         }
         let inner = positivity::knots(&curves);
@@ -165,7 +156,7 @@ impl<'a> Sweep<'a> {
             let mut hash = self.hash;
             for (m, curve) in curves.iter().enumerate() {
                 let coordinate = self.moving[m].0;
-                let value = self.without_rounding(curve.coefficients()[i]);
+                let value = without_rounding(curve.coefficients()[i]);
                 self.current[coordinate] = value;
                 hash = hash.wrapping_add(hash_share(coordinate, value));
             }
@@ -203,7 +194,7 @@ impl<'a> Sweep<'a> {
     /// Adds a segment without length for the last look where the last segment does not end with it.
     fn push_last_look(&mut self) -> Result<(), TooManyKeys> {
         let last = self.timeline.last().iter();
-        let last: Vec<f64> = last.map(|v| self.without_rounding(*v)).collect();
+        let last: Vec<f64> = last.map(|v| without_rounding(*v)).collect();
         let reached = self.segments.last().and_then(|s| s.keys.last());
         if reached.is_some_and(|k| self.keys[*k] == last) {
             return Ok(());
@@ -223,6 +214,15 @@ fn in_time(timeline: &Timeline) -> Vec<(Time, usize, &Piece)> {
     let mut pieces: Vec<_> = (0..timeline.coordinates()).flat_map(of).collect();
     pieces.sort_by_key(|(start, ..)| *start);
     pieces
+}
+
+/// `x` as a number of a key: see [`ROUNDING`]; adding zero makes -0 the same as 0.
+fn without_rounding(x: f64) -> f64 {
+    if x < 0.0 && x > -ROUNDING {
+        0.0
+    } else {
+        x + 0.0
+    }
 }
 
 /// A coordinate's share of a key's hash, of its number's bits and its place.

@@ -49,29 +49,25 @@ proptest! {
         let (start, end) = (timeline.start().micros(), timeline.end().micros());
         prop_assert_eq!(start, go[0].0);
         prop_assert_eq!(end, go.iter().map(|g| g.1).max().unwrap());
-        for signed_keys in [false, true] {
-            let keys = KeySequence::new(&timeline, KeyOptions { signed_keys }).unwrap();
-            let knots = keys.segments().iter().map(|s| (s.start() * 1e6).round() as i64);
-            let mut times: Vec<i64> = knots.collect();
-            times.extend((0..40).map(|_| random.between(start, end)));
-            times.push(end);
-            for t in times {
-                let blended = keys.evaluate(Time::from_micros(t));
-                let curves = timeline.evaluate(Time::from_micros(t));
-                for (c, coordinate) in show.coordinates().iter().enumerate() {
-                    let want = if coordinate.bank.is_some() { reference.light(c, t) } else { 1.0 };
-                    // A level and a colour that both move along a spline are fitted.
-                    let limit = if coordinate.channel.is_some() { 5e-5 } else { 1e-12 };
-                    prop_assert!((blended[c] - want).abs() < limit, "{t} {c}: {} for {want}", blended[c]);
-                    prop_assert!((curves[c] - want).abs() < limit);
-                }
+        let keys = KeySequence::new(&timeline).unwrap();
+        let knots = keys.segments().iter().map(|s| (s.start() * 1e6).round() as i64);
+        let mut times: Vec<i64> = knots.collect();
+        times.extend((0..40).map(|_| random.between(start, end)));
+        times.push(end);
+        for t in times {
+            let blended = keys.evaluate(Time::from_micros(t));
+            let curves = timeline.evaluate(Time::from_micros(t));
+            for (c, coordinate) in show.coordinates().iter().enumerate() {
+                let want = if coordinate.bank.is_some() { reference.light(c, t) } else { 1.0 };
+                // A level and a colour that both move along a spline are fitted.
+                let limit = if coordinate.channel.is_some() { 5e-5 } else { 1e-12 };
+                prop_assert!((blended[c] - want).abs() < limit, "{t} {c}: {} for {want}", blended[c]);
+                prop_assert!((curves[c] - want).abs() < limit);
             }
-            if !signed_keys {
-                prop_assert!(keys.keys().iter().flatten().all(|x| *x >= 0.0));
-            }
-            for w in keys.segments().windows(2) {
-                prop_assert_eq!(w[0].end(), w[1].start());
-            }
+        }
+        prop_assert!(keys.keys().iter().flatten().all(|x| *x >= 0.0));
+        for w in keys.segments().windows(2) {
+            prop_assert_eq!(w[0].end(), w[1].start());
         }
     }
 
@@ -96,7 +92,7 @@ proptest! {
             bank.dimmer = law;
         }
         let Ok(timeline) = Timeline::new(&show) else { return Ok(()) };
-        let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+        let keys = KeySequence::new(&timeline).unwrap();
         let reference = Reference::new(&show);
         let own = &show.curves[0].knots;
         for _ in 0..60 {
@@ -145,7 +141,7 @@ proptest! {
         let planted = planted(&mut random, n, rank, &degrees);
         let timeline = Timeline::new(&planted.show).unwrap();
         prop_assert!(timeline.warnings().is_empty());
-        let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+        let keys = KeySequence::new(&timeline).unwrap();
         let found: Vec<(f64, f64, usize)> =
             keys.segments().iter().map(|s| (s.start(), s.end(), s.degree)).collect();
         // Two straight stretches may happen to be one line; nothing else may be lost.
@@ -209,7 +205,7 @@ fn a_line_continued_is_one_segment() {
     let line = path(Interpolation::Linear, &[(0., 0.), (1., 10.), (4., 40.)]);
     show.cues.push(cue(1, go(0.), 0., vec![moving(0, line)]));
     let timeline = Timeline::new(&show).unwrap();
-    let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+    let keys = KeySequence::new(&timeline).unwrap();
     assert_eq!(
         (keys.segments().len(), keys.keys().len(), keys.joined()),
         (1, 2, 1)
@@ -247,7 +243,7 @@ fn go_follow_hang_gap_and_at() {
         (seconds(0.), seconds(60.))
     );
     // The jump at the very end has its key.
-    let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+    let keys = KeySequence::new(&timeline).unwrap();
     assert_eq!(keys.evaluate(seconds(60.)), vec![0.5]);
     assert_eq!(keys.segments().last().unwrap().duration(), 0.0);
 }
@@ -365,7 +361,7 @@ fn a_spline_that_starts_elsewhere_jumps_with_a_warning() {
         panic!("{:?}", timeline.warnings())
     };
     assert_eq!((*from, *to, time.seconds()), (0.85, 0.3, 5.0));
-    let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+    let keys = KeySequence::new(&timeline).unwrap();
     assert_eq!(keys.evaluate(seconds(5.)), vec![0.3]);
     let before = &keys.segments()[0];
     assert_eq!((keys.keys()[before.keys[0]][0], before.end()), (0.85, 5.0));
@@ -415,14 +411,14 @@ fn the_square_of_a_linear_fade_is_an_exact_quadratic() {
 #[test]
 fn nothing_and_fixed_lights_alone() {
     let timeline = Timeline::new(&empty(0)).unwrap();
-    let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+    let keys = KeySequence::new(&timeline).unwrap();
     assert_eq!((keys.segments().len(), keys.duration()), (1, 0.0));
     let mut show = empty(1);
     fixed_light(&mut show);
     assert_eq!(at(&show, 3.), vec![0.0, 1.0]);
     show.cues.push(cue(1, go(3.), 5., vec![to(0, 100.)]));
     let timeline = Timeline::new(&show).unwrap();
-    let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+    let keys = KeySequence::new(&timeline).unwrap();
     assert_eq!(keys.keys(), [vec![0.0, 1.0], vec![1.0, 1.0]]);
     assert_eq!(
         (keys.segments()[0].start(), keys.segments()[0].end()),
@@ -492,7 +488,7 @@ fn a_pulse_on_a_level_that_stands_still_is_exact_and_repeats_its_keys() {
     }
     // Cue 2 ends it at the top of a cycle; then the light stands.
     assert_eq!(timeline.evaluate(seconds(12.0)), [0.8]);
-    let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+    let keys = KeySequence::new(&timeline).unwrap();
     assert_eq!(keys.segments().len(), 41);
     assert_eq!(keys.keys().len(), 2);
 }

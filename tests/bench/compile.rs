@@ -23,7 +23,7 @@ use footlight::engine::{Engine, Host};
 use footlight::lang::edit::Edit;
 use footlight::lang::{self, Parsed};
 use footlight::plan::{Plan, Weighting};
-use footlight::timeline::{KeyOptions, KeySequence, Timeline};
+use footlight::timeline::{KeySequence, Timeline};
 
 #[global_allocator]
 static ALLOCATOR: divan::AllocProfiler = divan::AllocProfiler::system();
@@ -53,7 +53,7 @@ fn timeline(parsed: &Parsed) -> Timeline {
 }
 
 fn keys(timeline: &Timeline) -> KeySequence {
-    KeySequence::new(timeline, KeyOptions::default()).unwrap()
+    KeySequence::new(timeline).unwrap()
 }
 
 fn plan(keys: &KeySequence) -> Plan {

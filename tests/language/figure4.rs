@@ -5,7 +5,7 @@ use footlight::diagnostic::Sources;
 use footlight::lang;
 use footlight::plan::{Plan, Weighting};
 use footlight::report::plan::form;
-use footlight::timeline::{KeyOptions, KeySequence, Timeline};
+use footlight::timeline::{KeySequence, Timeline};
 
 #[test]
 fn the_simple_example_has_three_segments_and_six_keys() {
@@ -15,7 +15,7 @@ fn the_simple_example_has_three_segments_and_six_keys() {
     assert_eq!((show.banks.len(), show.fixed.len()), (8, 0));
     assert_eq!(show.cues[0].parts.len(), 8);
     let timeline = Timeline::new(&show).unwrap();
-    let sequence = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+    let sequence = KeySequence::new(&timeline).unwrap();
     let degrees: Vec<usize> = sequence
         .segments()
         .iter()
@@ -33,7 +33,7 @@ fn the_simple_example_has_rank_four_and_its_plan_prints_the_same_bytes_twice() {
         let parsed = lang::parse(&mut Sources::default(), "figure4.lxq", text);
         let show = parsed.show.unwrap();
         let timeline = Timeline::new(&show).unwrap();
-        let keys = KeySequence::new(&timeline, KeyOptions::default()).unwrap();
+        let keys = KeySequence::new(&timeline).unwrap();
         let plan = Plan::new(&keys, &Weighting::settings(8), 0.0, None).unwrap();
         assert_eq!((plan.rank(), plan.used), (4, 4));
         for (key, weights) in keys.keys().iter().zip(&plan.weights) {
