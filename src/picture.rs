@@ -110,14 +110,15 @@ fn no_layer(wanted: Option<&str>, layers: &[String]) -> String {
 
 /// Refuses what needs more memory than allowed.
 fn require_memory(size: (usize, usize), needed: u64, limit: u64) -> Result<(), PictureError> {
-    match needed > limit {
-        true => Err(PictureError::Memory {
+    if needed > limit {
+        Err(PictureError::Memory {
             width: size.0,
             height: size.1,
             needed,
             limit,
-        }),
-        false => Ok(()),
+        })
+    } else {
+        Ok(())
     }
 }
 

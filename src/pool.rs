@@ -470,11 +470,12 @@ impl Pool {
     pub fn light(&self, setting: &[f64]) -> f64 {
         let n = setting.len().min(self.coarse.len());
         let of = |i: usize| -> f64 {
-            match self.is_relative() {
-                true => (setting[i] * self.weighting.weights()[i]).powi(2),
-                false => (0..n)
+            if self.is_relative() {
+                (setting[i] * self.weighting.weights()[i]).powi(2)
+            } else {
+                (0..n)
                     .map(|j| setting[i] * self.gram[(i, j)] * setting[j])
-                    .sum(),
+                    .sum()
             }
         };
         (0..n).map(of).sum::<f64>().max(0.0).sqrt()

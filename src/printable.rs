@@ -170,9 +170,10 @@ impl PartialEq<String> for Printable {
 /// A line in which every character is seen: controls as their pictures (`␛`), tabs as blanks, what
 /// is invisible or changes the direction of writing as `�`, as rustc shows them.
 pub fn visible(line: &str) -> Cow<'_, str> {
-    match line.chars().any(is_hidden) {
-        true => Cow::Owned(line.chars().map(shown).collect()),
-        false => Cow::Borrowed(line),
+    if line.chars().any(is_hidden) {
+        Cow::Owned(line.chars().map(shown).collect())
+    } else {
+        Cow::Borrowed(line)
     }
 }
 
@@ -209,13 +210,14 @@ pub fn is_hidden(c: char) -> bool {
 pub fn json(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
-        match is_hidden(c) && !matches!(c, '\n' | '\t' | '\r') {
-            true => out.extend(
+        if is_hidden(c) && !matches!(c, '\n' | '\t' | '\r') {
+            out.extend(
                 c.encode_utf16(&mut [0; 2])
                     .iter()
                     .map(|u| format!("\\u{u:04x}")),
-            ),
-            false => out.push(c),
+            )
+        } else {
+            out.push(c)
         }
     }
     out

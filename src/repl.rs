@@ -337,9 +337,10 @@ impl Repl {
         let mut inputs = call.words.iter().chain(call.options.get("commands"));
         let read = self.engine.document().reads(path, files)
             || inputs.any(|input| is_same(Path::new(input), path));
-        match read {
-            true => Err(report::Error::ShowsFile(path.to_owned()).into()),
-            false => Ok(()),
+        if read {
+            Err(report::Error::ShowsFile(path.to_owned()).into())
+        } else {
+            Ok(())
         }
     }
 

@@ -255,9 +255,12 @@ fn log_ticks(low: f64, high: f64, wanted: usize) -> Vec<Tick> {
         let named = |value: &f64| (value.log10().round() as i64).rem_euclid(stride as i64) == 0;
         powers.iter().copied().filter(named).collect()
     };
-    let label = |value: f64| match low >= 0.999e-3 && high <= 1.001e5 {
-        true => shortest(value),
-        false => scientific(value, 12),
+    let label = |value: f64| {
+        if low >= 0.999e-3 && high <= 1.001e5 {
+            shortest(value)
+        } else {
+            scientific(value, 12)
+        }
     };
     let tick = |value: f64, label: String| Tick { value, label };
     let mut all: Vec<Tick> = major.iter().map(|&v| tick(v, label(v))).collect();
@@ -338,13 +341,15 @@ pub(super) fn clock(seconds: f64, step: f64) -> String {
     let whole = (ticks / unit).floor();
     let part = ticks - whole * unit;
     let (hours, minutes) = ((whole / 3600.0).floor(), (whole / 60.0).floor() % 60.0);
-    let sign = match seconds < 0.0 && ticks > 0.0 {
-        true => "−",
-        false => "",
+    let sign = if seconds < 0.0 && ticks > 0.0 {
+        "−"
+    } else {
+        ""
     };
-    let mut text = match hours > 0.0 {
-        true => format!("{sign}{hours:.0}:{minutes:02.0}:{:02.0}", whole % 60.0),
-        false => format!("{sign}{minutes:.0}:{:02.0}", whole % 60.0),
+    let mut text = if hours > 0.0 {
+        format!("{sign}{hours:.0}:{minutes:02.0}:{:02.0}", whole % 60.0)
+    } else {
+        format!("{sign}{minutes:.0}:{:02.0}", whole % 60.0)
     };
     if decimals > 0 {
         text += &format!(".{part:0decimals$.0}");

@@ -109,9 +109,10 @@ impl Layout {
 
 /// The span of an axis of time, seconds; a second where it is none.
 pub(super) fn span(start: f64, end: f64) -> (f64, f64) {
-    match start.is_finite() && end.is_finite() {
-        true => (start, end),
-        false => (0.0, 1.0),
+    if start.is_finite() && end.is_finite() {
+        (start, end)
+    } else {
+        (0.0, 1.0)
     }
 }
 

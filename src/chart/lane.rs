@@ -16,17 +16,19 @@ const NAME: &str = "knots";
 
 /// What the knots add to the field.
 pub(super) fn height(data: &Curves) -> f32 {
-    match data.knots.is_empty() {
-        true => 0.0,
-        false => GAP + LANE,
+    if data.knots.is_empty() {
+        0.0
+    } else {
+        GAP + LANE
     }
 }
 
 /// What the lane's name needs.
 pub(super) fn name_width(data: &Curves) -> f32 {
-    match data.knots.is_empty() {
-        true => 0.0,
-        false => font::width(NAME, SMALL),
+    if data.knots.is_empty() {
+        0.0
+    } else {
+        font::width(NAME, SMALL)
     }
 }
 

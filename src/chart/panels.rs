@@ -70,14 +70,13 @@ pub fn panels(title: &str, data: &[Panel], theme: Theme) -> Drawing {
     let each = if data.len() <= 1 { 640.0 } else { 420.0 };
     let width = each * data.len().clamp(1, PAIR) as f32;
     let top = MARGIN + if title.is_empty() { 0.0 } else { 26.0 };
-    let (entries, places, foot) = match data.len() > PAIR {
-        true => gallery(data, each, top),
-        false => {
-            let names = names(data);
-            let (entries, below) = legend(data, Frame::new(0.0, top, width, 0.0), HEADING);
-            let row = row(data, each, below, below, |_| names.clone());
-            (entries, row, plot_top(data, below) + PLOT_HEIGHT + FOOT)
-        }
+    let (entries, places, foot) = if data.len() > PAIR {
+        gallery(data, each, top)
+    } else {
+        let names = names(data);
+        let (entries, below) = legend(data, Frame::new(0.0, top, width, 0.0), HEADING);
+        let row = row(data, each, below, below, |_| names.clone());
+        (entries, row, plot_top(data, below) + PLOT_HEIGHT + FOOT)
     };
     let height = (foot + MARGIN / 2.0).ceil();
     let mut drawing = Drawing::titled(title, width, height, &palette);

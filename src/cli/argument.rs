@@ -339,9 +339,10 @@ fn call(spec: &'static VerbSpec, matches: &ArgMatches) -> Call {
 
 /// How a word or the value of an option is read: all but the name of a file is UTF-8.
 fn text_or_path(is_path: bool) -> ValueParser {
-    match is_path {
-        true => ValueParser::os_string(),
-        false => StringValueParser::new().map(OsString::from).into(),
+    if is_path {
+        ValueParser::os_string()
+    } else {
+        StringValueParser::new().map(OsString::from).into()
     }
 }
 

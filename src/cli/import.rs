@@ -66,12 +66,11 @@ pub fn import(arguments: &Imported, settings: &Settings, screen: &Screen) -> Res
         }
     };
     let (wrote, losses, assumed) = imported;
-    match arguments.json {
-        true => print(printable::json(&exchange::json(&wrote, &losses, &assumed)?)),
-        false => {
-            let wrote: String = wrote.iter().map(|file| format!("wrote {file}\n")).collect();
-            print(wrote + &exchange::describe(&losses) + &exchange::assumptions(&assumed))
-        }
+    if arguments.json {
+        print(printable::json(&exchange::json(&wrote, &losses, &assumed)?))
+    } else {
+        let wrote: String = wrote.iter().map(|file| format!("wrote {file}\n")).collect();
+        print(wrote + &exchange::describe(&losses) + &exchange::assumptions(&assumed))
     };
     check(&arguments.output, settings)?;
     Ok(0)

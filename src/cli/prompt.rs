@@ -198,9 +198,10 @@ pub fn converse(
 
 /// What stands before a line: that edits are blind, if they are.
 fn prompt(repl: &Repl) -> String {
-    match repl.live().is_blind() {
-        true => "blind> ".to_owned(),
-        false => "lxq> ".to_owned(),
+    if repl.live().is_blind() {
+        "blind> ".to_owned()
+    } else {
+        "lxq> ".to_owned()
     }
 }
 

@@ -41,9 +41,10 @@ impl Screen {
             bars,
             format,
             coloured: colours && io::stdout().is_terminal(),
-            drawing: match kitty {
-                true => Some(Drawing::Kitty),
-                false => colours.then_some(Drawing::Blocks),
+            drawing: if kitty {
+                Some(Drawing::Kitty)
+            } else {
+                colours.then_some(Drawing::Blocks)
             }
             .filter(|_| !quiet && io::stdout().is_terminal()),
             errors_coloured: colours && io::stderr().is_terminal(),

@@ -64,12 +64,11 @@ impl Farm for Slurm {
         )?;
         // `1234`, or `1234;cluster`.
         let job = said.trim().split(';').next().unwrap_or_default();
-        match !job.is_empty() && job.bytes().all(|b| b.is_ascii_digit()) {
-            true => {
-                jobs().push(job.to_owned());
-                Ok(job.to_owned())
-            }
-            false => Err(format!("sbatch answered `{}`", said.trim())),
+        if !job.is_empty() && job.bytes().all(|b| b.is_ascii_digit()) {
+            jobs().push(job.to_owned());
+            Ok(job.to_owned())
+        } else {
+            Err(format!("sbatch answered `{}`", said.trim()))
         }
     }
 

@@ -166,13 +166,10 @@ fn all_free(engine: &mut Engine, list: &TaskList, lease: Duration) -> Result<u8,
 pub fn collect(path: &Path, json: bool, settings: &Settings) -> Result<u8, Error> {
     let list = read(path, settings)?;
     let states = list.states(&Disk, LEASE)?;
-    match json {
-        true => {
-            print(printable::json(&tasks::json(&list, &states)?));
-        }
-        false => {
-            print(tasks::describe(&list, &states));
-        }
+    if json {
+        print(printable::json(&tasks::json(&list, &states)?));
+    } else {
+        print(tasks::describe(&list, &states));
     }
     let is_done = states.iter().all(|state| *state == TaskState::There);
     Ok(if is_done { 0 } else { TRY_AGAIN })

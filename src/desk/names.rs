@@ -46,8 +46,9 @@ fn word(label: &str) -> String {
     }
     let short: String = out.chars().take(LONGEST).collect();
     let name = short.trim_matches('_');
-    match name.starts_with(char::is_alphabetic) {
-        true => name.to_owned(),
-        false => String::new(),
+    if name.starts_with(char::is_alphabetic) {
+        name.to_owned()
+    } else {
+        String::new()
     }
 }

@@ -177,9 +177,10 @@ impl Patch {
             let Some(frame) = frames.get_mut(&slot.universe) else {
                 continue;
             };
-            let bytes = match slot.fine {
-                true => step(value, 65535.0).to_be_bytes().to_vec(),
-                false => vec![step(value, 255.0) as u8],
+            let bytes = if slot.fine {
+                step(value, 65535.0).to_be_bytes().to_vec()
+            } else {
+                vec![step(value, 255.0) as u8]
             };
             for (place, byte) in frame.iter_mut().skip(slot.offset).zip(bytes) {
                 *place = byte;

@@ -216,9 +216,10 @@ fn bend(show: &Show, timeline: &Timeline, index: usize, fade: u32) -> f64 {
         if moment >= end {
             break;
         }
-        let done = match fade > 0.0 {
-            true => ((moment - times.go).seconds() / fade).min(1.0),
-            false => 1.0,
+        let done = if fade > 0.0 {
+            ((moment - times.go).seconds() / fade).min(1.0)
+        } else {
+            1.0
         };
         let now = timeline.evaluate(moment);
         let banks = show.coordinates().len() - usize::from(!show.fixed.is_empty());

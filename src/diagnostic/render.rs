@@ -312,9 +312,10 @@ fn window(source: &str, line: Range<usize>, centre: usize) -> Range<usize> {
 
 /// A place of an excerpt with its words.
 fn annotation(place: Range<usize>, label: &Label, main: bool) -> Annotation<'static> {
-    let kind = match main {
-        true => AnnotationKind::Primary,
-        false => AnnotationKind::Context,
+    let kind = if main {
+        AnnotationKind::Primary
+    } else {
+        AnnotationKind::Context
     };
     let words = (!label.text.is_empty()).then(|| visible(&label.text).into_owned());
     kind.span(place).label(words)

@@ -89,12 +89,12 @@ impl PendingJob {
             return Ok(true);
         }
         // A look reads no clock: some platforms have none.
-        let received = match patience.is_zero() {
-            true => self.from.try_recv().map_err(|e| e == TryRecvError::Empty),
-            false => self
-                .from
+        let received = if patience.is_zero() {
+            self.from.try_recv().map_err(|e| e == TryRecvError::Empty)
+        } else {
+            self.from
                 .recv_timeout(patience)
-                .map_err(|e| e == RecvTimeoutError::Timeout),
+                .map_err(|e| e == RecvTimeoutError::Timeout)
         };
         match received {
             Ok(rendered) => self.rendered = Some(rendered),
@@ -446,9 +446,10 @@ impl Engine {
                 break;
             };
             // Where the platform cannot wait, the caller looks again later.
-            let patience = match cfg!(target_family = "wasm") {
-                true => Duration::ZERO,
-                false => GLANCE,
+            let patience = if cfg!(target_family = "wasm") {
+                Duration::ZERO
+            } else {
+                GLANCE
             };
             if !matches!(job.wait(patience), Ok(false)) {
                 self.go_on();

@@ -84,9 +84,10 @@ fn look(image: &Image) -> Look {
     let least = |[r, g, b]: &[f32; 3]| r.min(*g).min(*b);
     let mut darkest: Vec<f32> = pixels.iter().map(least).collect();
     let rank = (DARK * darkest.len() as f64) as usize;
-    let dark = match rank < darkest.len() {
-        true => *darkest.select_nth_unstable_by(rank, f32::total_cmp).1,
-        false => 0.0,
+    let dark = if rank < darkest.len() {
+        *darkest.select_nth_unstable_by(rank, f32::total_cmp).1
+    } else {
+        0.0
     };
     Look {
         light: (squares / image.data().len().max(1) as f64).sqrt(),

@@ -292,12 +292,13 @@ impl Document {
     /// [`Error::NoSuchView`].
     pub(super) fn check_view(&self, name: &str) -> Result<(), Error> {
         let names = self.show().views.iter().map(|view| &view.name);
-        match names.clone().any(|known| known == name) {
-            true => Ok(()),
-            false => Err(Error::NoSuchView {
+        if names.clone().any(|known| known == name) {
+            Ok(())
+        } else {
+            Err(Error::NoSuchView {
                 name: name.to_owned(),
                 known: names.cloned().collect(),
-            }),
+            })
         }
     }
 

@@ -108,14 +108,18 @@ pub(super) fn batch(forecast: &Forecast, goal: &Goal, refined: usize, left: Opti
     // What is stored costs nothing by itself, and what it shows is known before the next.
     let stored = steps.first().is_some_and(|s| s.stored);
     let one_by_one = goal.count.is_some() || marginal <= 0.0 || stored;
-    let paying = match one_by_one {
-        true => 1,
-        false => 1 + (forecast.fixed / marginal) as usize,
+    let paying = if one_by_one {
+        1
+    } else {
+        1 + (forecast.fixed / marginal) as usize
     };
     // A prediction that is wrong by a factor of two may still not break the time.
-    let inside = |left: f64| match fits && marginal > 0.0 {
-        true => 1 + ((0.5 * left - first).max(0.0) / marginal) as usize,
-        false => 1,
+    let inside = |left: f64| {
+        if fits && marginal > 0.0 {
+            1 + ((0.5 * left - first).max(0.0) / marginal) as usize
+        } else {
+            1
+        }
     };
     let images = needed
         .min(paying)

@@ -49,9 +49,10 @@ pub(crate) struct TimedCall {
 pub(super) fn opened(deadline: &Deadline, begin: f64, now: f64) -> Result<(), Error> {
     let (used, seconds) = (now - begin, deadline.limit);
     deadline.used.store(used.to_bits(), ORDER);
-    match used < seconds {
-        true => Ok(()),
-        false => Err(Error::OutOfTime { seconds }),
+    if used < seconds {
+        Ok(())
+    } else {
+        Err(Error::OutOfTime { seconds })
     }
 }
 

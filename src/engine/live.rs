@@ -30,13 +30,14 @@ impl Moves {
     pub fn read(document: &Document, text: &str, files: &dyn Files) -> Result<Moves, Error> {
         let levels = lang::levels(files, document.name(), document.text(), text)
             .map_err(|list| Error::Show(Diagnostics::of(list, "typed", text)))?;
-        match levels.is_empty() {
-            true => Err(Error::NoLevels),
-            false => Ok(Moves {
+        if levels.is_empty() {
+            Err(Error::NoLevels)
+        } else {
+            Ok(Moves {
                 text: text.to_owned(),
                 levels,
                 revision: document.revision(),
-            }),
+            })
         }
     }
 
@@ -111,9 +112,10 @@ impl LiveControl {
 
     /// What is looked at: a microsecond before a cue that starts now it has not begun.
     fn instant(&self) -> Time {
-        match self.before {
-            true => self.now - Time::from_micros(1),
-            false => self.now,
+        if self.before {
+            self.now - Time::from_micros(1)
+        } else {
+            self.now
         }
     }
 
@@ -357,9 +359,12 @@ impl LiveControl {
         let times = document.timeline().cues().get(index);
         let time = match after {
             Some(after) => times.map(|cue| cue.go + after),
-            None => settled(document, index).map(|(time, before)| match before {
-                true => time - Time::from_micros(1),
-                false => time,
+            None => settled(document, index).map(|(time, before)| {
+                if before {
+                    time - Time::from_micros(1)
+                } else {
+                    time
+                }
             }),
         };
         let time = time.ok_or(Error::NoSuchCue(cue))?;

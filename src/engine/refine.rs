@@ -50,9 +50,10 @@ impl Goal {
 
     /// One image where nothing is said.
     pub(crate) fn or_one(self) -> Goal {
-        match self == Goal::default() {
-            true => Goal::count(1),
-            false => self,
+        if self == Goal::default() {
+            Goal::count(1)
+        } else {
+            self
         }
     }
 }
@@ -201,9 +202,10 @@ impl Engine {
     /// As [`Engine::coarse`].
     pub fn take_up(&mut self) -> Result<(), Error> {
         let is_new = self.rendering.is_some() && self.pool().is_none() && !self.is_busy();
-        match is_new && self.stored_base()?.is_some() {
-            true => self.coarse(),
-            false => Ok(()),
+        if is_new && self.stored_base()?.is_some() {
+            self.coarse()
+        } else {
+            Ok(())
         }
     }
 

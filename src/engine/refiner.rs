@@ -177,9 +177,10 @@ impl Refiner {
             let is_stated = engine.pool().is_some_and(Pool::is_stated);
             let is_off = is_stated && finest && forecast.error > 0.0;
             let short = goal.asks_for_a_way() && goal.until.is_some() && is_off;
-            return Ok(Next::Ended(match short {
-                true => Ended::Finest,
-                false => Ended::Complete,
+            return Ok(Next::Ended(if short {
+                Ended::Finest
+            } else {
+                Ended::Complete
             }));
         }
         self.done.warnings.extend(batch.warning);

@@ -337,9 +337,10 @@ impl SetupImages {
     /// Predicted cost of so many sources alone, in the operator's units.
     pub fn cost_of_units(&self, renderer: &dyn Transport, quality: Quality, images: usize) -> f64 {
         let cost = self.cost(renderer, quality);
-        let prepare = match self.is_prepared(quality) {
-            true => 0.0,
-            false => cost.prepare,
+        let prepare = if self.is_prepared(quality) {
+            0.0
+        } else {
+            cost.prepare
         };
         Cost { prepare, ..cost }.alone(images as f64)
     }

@@ -164,9 +164,10 @@ impl TaskList {
         let there = pictures_of(store, &self.pool, &self.scene)?;
         let folder = claims(&self.pool);
         let is_done = self.tasks.iter().all(|t| there.contains(&t.picture));
-        let holders = match is_done {
-            true => BTreeMap::new(),
-            false => claim::holders(&folder, lease)?,
+        let holders = if is_done {
+            BTreeMap::new()
+        } else {
+            claim::holders(&folder, lease)?
         };
         let state = |task: &Task| {
             if there.contains(&task.picture) {
@@ -401,13 +402,14 @@ impl Engine {
             });
         }
         let (listed, here) = (list.coordinates.len(), rendering.sources());
-        match listed == here {
-            true => Ok(()),
-            false => Err(Error::OtherTasks {
+        if listed == here {
+            Ok(())
+        } else {
+            Err(Error::OtherTasks {
                 what: "number of sources",
                 listed: listed.to_string(),
                 here: here.to_string(),
-            }),
+            })
         }
     }
 
@@ -415,13 +417,14 @@ impl Engine {
     fn check_task(&self, task: &Task) -> Result<Wanted, Error> {
         let wanted = self.wanted(Quality(task.quality), &task.setting, task.order)?;
         let [_, here] = names(wanted.address.name());
-        match here == task.picture {
-            true => Ok(wanted),
-            false => Err(Error::OtherTasks {
+        if here == task.picture {
+            Ok(wanted)
+        } else {
+            Err(Error::OtherTasks {
                 what: "light",
                 listed: task.picture.clone(),
                 here,
-            }),
+            })
         }
     }
 

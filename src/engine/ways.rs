@@ -132,13 +132,17 @@ impl Engine {
                 continue;
             };
             let is_now = quality == now;
-            let error = match is_now {
-                true => self.predicted_in(goal.unit())?,
-                false => stated,
+            let error = if is_now {
+                self.predicted_in(goal.unit())?
+            } else {
+                stated
             };
-            let reaches = |until: Tolerance| match is_now {
-                true => self.is_reached(until, error),
-                false => error <= until.error,
+            let reaches = |until: Tolerance| {
+                if is_now {
+                    self.is_reached(until, error)
+                } else {
+                    error <= until.error
+                }
             };
             let (mut missing, mut cost) = (0, 0.0);
             let mut base = self.base_of(step).to_vec();
@@ -311,10 +315,7 @@ impl Engine {
             return Ok(Vec::new());
         }
         let asks = goal.asks_for_a_way();
-        let ways = match asks {
-            true => self.ways(goal)?,
-            false => Vec::new(),
-        };
+        let ways = if asks { self.ways(goal)? } else { Vec::new() };
         let alone = ways.first().filter(|w| w.way == Way::Alone);
         let chosen = alone.map(|w| Quality(w.quality));
         let base = match chosen {
@@ -487,8 +488,9 @@ fn compare(a: &WayForecast, b: &WayForecast, budget: Option<f64>) -> Ordering {
     let first = (late(a), !a.reaches).cmp(&(late(b), !b.reaches));
     let quick = a.seconds.total_cmp(&b.seconds);
     let exact = a.error.total_cmp(&b.error);
-    first.then(match late(a) || a.reaches {
-        true => quick.then(exact),
-        false => exact.then(quick),
+    first.then(if late(a) || a.reaches {
+        quick.then(exact)
+    } else {
+        exact.then(quick)
     })
 }

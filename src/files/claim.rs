@@ -191,9 +191,10 @@ pub fn host() -> String {
     let name = name.to_string_lossy();
     let is_plain = |c: &char| c.is_ascii_alphanumeric() || "-._".contains(*c);
     let name: String = name.chars().filter(is_plain).take(64).collect();
-    match name.is_empty() {
-        true => "unknown".to_owned(),
-        false => name,
+    if name.is_empty() {
+        "unknown".to_owned()
+    } else {
+        name
     }
 }
 

@@ -287,9 +287,10 @@ mod walk {
         /// Counts a link, or another look.
         fn again(&mut self) -> Result<(), Refusal> {
             self.links += 1;
-            match self.links > LINKS {
-                true => Err(Errno::ELOOP.into()),
-                false => Ok(()),
+            if self.links > LINKS {
+                Err(Errno::ELOOP.into())
+            } else {
+                Ok(())
             }
         }
 

@@ -393,12 +393,9 @@ fn foreign(before: &str, found: &str, word: &str) -> Option<String> {
         }
         ("cue", _) if !in_braces && is_lettered(word) => {
             let digits: String = format!("{last}{found}").chars().filter(char::is_ascii_digit).collect();
-            match digits.is_empty() {
-                true => return None,
-                false => format!(
-                    "a cue's number has no letters: `cue {digits}`, and between two `cue {digits}.1`"
-                ),
-            }
+            if digits.is_empty() { return None } else { format!(
+                "a cue's number has no letters: `cue {digits}`, and between two `cue {digits}.1`"
+            ) }
         }
         _ => return None,
     })

@@ -124,17 +124,19 @@ fn colour_at(rest: &str) -> &str {
         let end = code.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == '-'));
         return rest.get(..1 + end.unwrap_or(code.len())).unwrap_or("");
     }
-    match rest.starts_with("gel") || rest.starts_with("hsb(") {
-        true => short(rest),
-        false => "",
+    if rest.starts_with("gel") || rest.starts_with("hsb(") {
+        short(rest)
+    } else {
+        ""
     }
 }
 
 /// What may be a number with its unit.
 fn measure_at(rest: &str) -> &str {
-    match rest.starts_with(|c: char| c.is_ascii_digit()) {
-        true => short(rest),
-        false => "",
+    if rest.starts_with(|c: char| c.is_ascii_digit()) {
+        short(rest)
+    } else {
+        ""
     }
 }
 

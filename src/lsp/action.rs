@@ -60,9 +60,10 @@ pub fn actions(
             {
                 continue;
             }
-            let title = match offered.is_empty() {
-                true => format!("remove `{here}`"),
-                false => format!("write `{}`", offered.trim()),
+            let title = if offered.is_empty() {
+                format!("remove `{here}`")
+            } else {
+                format!("write `{}`", offered.trim())
             };
             let edit = TextEdit::new(lines.range(&span), offered);
             let changes = BTreeMap::from([(uri.to_string(), (uri.clone(), vec![edit]))]);

@@ -157,10 +157,7 @@ fn of_cue(document: &Document, number: &str) -> Option<String> {
 }
 
 fn assumed(time: &CueTime) -> &'static str {
-    match time.assumed {
-        true => " (assumed)",
-        false => "",
-    }
+    if time.assumed { " (assumed)" } else { "" }
 }
 
 /// The parameters that a cue moves, and those that are lit and stay. Fixed lights are neither.

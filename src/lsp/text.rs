@@ -17,9 +17,10 @@ pub enum Encoding {
 impl Encoding {
     /// Bytes where the client offers them, else what it must know.
     pub fn negotiated(offered: Option<&[PositionEncodingKind]>) -> Encoding {
-        match offered.is_some_and(|kinds| kinds.contains(&PositionEncodingKind::UTF8)) {
-            true => Encoding::Utf8,
-            false => Encoding::Utf16,
+        if offered.is_some_and(|kinds| kinds.contains(&PositionEncodingKind::UTF8)) {
+            Encoding::Utf8
+        } else {
+            Encoding::Utf16
         }
     }
 

@@ -30,9 +30,10 @@ impl Room {
 
     /// How many lines a picture takes.
     pub fn lines_of(self, width: usize, height: usize) -> usize {
-        match self.holds(width, height) {
-            true => self.fit(width, height)[1].div_ceil(2),
-            false => 0,
+        if self.holds(width, height) {
+            self.fit(width, height)[1].div_ceil(2)
+        } else {
+            0
         }
     }
 

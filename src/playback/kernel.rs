@@ -241,9 +241,12 @@ fn blended<K: Key, const N: usize>(
     stored: [&[K::Stored; BLOCK]; N],
     factors: [f32; 3],
 ) -> Block {
-    let mixed = |light| match K::WEIGHED {
-        true => sum(light),
-        false => lerps(light, factors),
+    let mixed = |light| {
+        if K::WEIGHED {
+            sum(light)
+        } else {
+            lerps(light, factors)
+        }
     };
     let mut out = [0.0; BLOCK];
     let mut light = [0.0; N];

@@ -313,12 +313,13 @@ fn remark(
     full: (usize, usize),
 ) -> String {
     let (width, height) = size;
-    let of = match size == full {
-        true => String::new(),
-        false => format!(
+    let of = if size == full {
+        String::new()
+    } else {
+        format!(
             ", made smaller from {}x{} to keep the file small",
             full.0, full.1
-        ),
+        )
     };
     let stops = contents.tone.exposure;
     let how = match keys {

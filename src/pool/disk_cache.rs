@@ -224,9 +224,10 @@ impl DiskCache {
         let path = self.path(name);
         let pixels = (size.0 as u64).saturating_mul(size.1 as u64);
         let limit = pixels.saturating_mul(12).saturating_add(HEADER_LIMIT);
-        let read = match store.is_link(&path) {
-            true => Err("it is a link".to_owned()),
-            false => match store.read(&path, limit) {
+        let read = if store.is_link(&path) {
+            Err("it is a link".to_owned())
+        } else {
+            match store.read(&path, limit) {
                 Ok(bytes) => verified(&bytes, name, size),
                 Err(FileError::Missing(_)) => return None,
                 Err(error @ (FileError::TooLarge { .. } | FileError::NotAFile { .. })) => {
@@ -236,7 +237,7 @@ impl DiskCache {
                     self.stop(&error);
                     return None;
                 }
-            },
+            }
         };
         match read {
             Ok(found) => {
@@ -383,9 +384,10 @@ impl DiskCache {
         store.write(&self.path(address.name()), content)?;
         let bytes = before.saturating_add(size);
         self.bytes = Some(bytes);
-        match bytes > self.limit {
-            true => self.trim(store, self.limit),
-            false => Ok(()),
+        if bytes > self.limit {
+            self.trim(store, self.limit)
+        } else {
+            Ok(())
         }
     }
 

@@ -282,9 +282,10 @@ impl ImageCache {
     ) -> Option<Arc<Image>> {
         let known = self.in_memory(address.key).is_some();
         let image = self.fetch(address, Some(refined), size, store)?;
-        match known {
-            true => self.statistics.kept += 1,
-            false => self.statistics.stored += 1,
+        if known {
+            self.statistics.kept += 1
+        } else {
+            self.statistics.stored += 1
         }
         Some(image)
     }

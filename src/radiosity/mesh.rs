@@ -366,9 +366,10 @@ impl Mesh {
         };
         let (home, place) = (grid.cell(p), grid.place(p));
         let around = grid.stencil(p).map(|(cell, weight)| {
-            let element = match self.is_uncut(cell) {
-                true => self.cells[cell],
-                false => self.own_element(cell, grid.clamped(cell, place)),
+            let element = if self.is_uncut(cell) {
+                self.cells[cell]
+            } else {
+                self.own_element(cell, grid.clamped(cell, place))
             };
             // Where the way to the cell leaves this one, or, seen from there, comes in.
             let way = || grid.clamped(home, grid.clamped(cell, place));

@@ -7,9 +7,10 @@ use super::{Quality, TransportError};
 /// # Errors
 /// [`TransportError::Quality`] if not.
 pub fn check_quality(quality: Quality, finest: Quality) -> Result<(), TransportError> {
-    match (1..=finest.0).contains(&quality.0) {
-        true => Ok(()),
-        false => Err(TransportError::Quality(quality.0, finest.0)),
+    if (1..=finest.0).contains(&quality.0) {
+        Ok(())
+    } else {
+        Err(TransportError::Quality(quality.0, finest.0))
     }
 }
 
@@ -19,9 +20,10 @@ pub fn check_quality(quality: Quality, finest: Quality) -> Result<(), TransportE
 /// [`TransportError::Setting`] if not.
 pub fn check_settings(settings: &[Vec<f64>], sources: usize) -> Result<(), TransportError> {
     let fits = |s: &Vec<f64>| s.len() == sources && s.iter().all(|x| x.is_finite());
-    match settings.iter().all(fits) {
-        true => Ok(()),
-        false => Err(TransportError::Setting { expected: sources }),
+    if settings.iter().all(fits) {
+        Ok(())
+    } else {
+        Err(TransportError::Setting { expected: sources })
     }
 }
 
@@ -34,12 +36,13 @@ pub fn check_memory(
     needed: usize,
     budget: usize,
 ) -> Result<(), TransportError> {
-    match needed <= budget {
-        true => Ok(()),
-        false => Err(TransportError::Memory {
+    if needed <= budget {
+        Ok(())
+    } else {
+        Err(TransportError::Memory {
             what,
             needed,
             budget,
-        }),
+        })
     }
 }

@@ -309,9 +309,10 @@ impl Transport for Outside {
     ) -> Result<Box<dyn Prepared>, TransportError> {
         check_quality(quality, self.finest())?;
         check_memory("the scene's files", scene::image_bytes(setup), work.memory)?;
-        let scene = match self.0.call.reads_scene() {
-            true => Some(scene::files(setup).map_err(OutsideError::Settings)?),
-            false => None,
+        let scene = if self.0.call.reads_scene() {
+            Some(scene::files(setup).map_err(OutsideError::Settings)?)
+        } else {
+            None
         };
         if let Some((json, binary)) = &scene {
             check_memory("the scene's files", json.len() + binary.len(), work.memory)?;
@@ -536,9 +537,10 @@ impl OutsideOperator {
                 return bias(&difference, whole);
             }
             let (error, light) = (dot(&difference, &difference), dot(whole, whole));
-            match light > 0.0 {
-                true => (error / light).sqrt(),
-                false => f64::from(u8::from(error > 0.0)),
+            if light > 0.0 {
+                (error / light).sqrt()
+            } else {
+                f64::from(u8::from(error > 0.0))
             }
         };
         Ok(Linearity {
@@ -555,9 +557,10 @@ fn bias(difference: &Image, whole: &Image) -> f64 {
     let mean = |image: &Image| image.data().iter().map(|v| f64::from(*v)).sum::<f64>() / count;
     let off = mean(difference).abs();
     let by_chance = (dot(difference, difference) / count / count).sqrt();
-    match off > SIGNIFICANT * by_chance {
-        true => off / mean(whole).abs().max(f64::MIN_POSITIVE),
-        false => 0.0,
+    if off > SIGNIFICANT * by_chance {
+        off / mean(whole).abs().max(f64::MIN_POSITIVE)
+    } else {
+        0.0
     }
 }
 

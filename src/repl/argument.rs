@@ -146,9 +146,10 @@ pub fn way(name: &str) -> Result<Way, Error> {
 
 /// Half precision unless the call says otherwise.
 pub fn precision(call: &Call) -> Precision {
-    match call.has("float") {
-        true => Precision::Float,
-        false => Precision::Half,
+    if call.has("float") {
+        Precision::Float
+    } else {
+        Precision::Half
     }
 }
 

@@ -63,9 +63,10 @@ impl Saves {
         // An editor that writes in two steps leaves the file away, or empty, for a moment.
         let Some(text) = texts.first().filter(|text| !text.is_empty()).cloned() else {
             self.away += 1;
-            return match self.away == LONG {
-                true => Look::Away,
-                false => Look::Same,
+            return if self.away == LONG {
+                Look::Away
+            } else {
+                Look::Same
             };
         };
         self.away = 0;

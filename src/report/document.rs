@@ -269,9 +269,10 @@ fn levels(document: &Document, live: &LiveControl) -> String {
         let effect = coordinate.bank.and_then(|bank| running.get(&bank));
         let effect = effect.map_or(String::new(), |name| format!("  effect {name}"));
         let bar = "#".repeat((level * 40.0).round().clamp(0.0, 40.0) as usize);
-        let behind = match bent {
-            true => format!(" {:>7.1}", light * 100.0),
-            false => String::new(),
+        let behind = if bent {
+            format!(" {:>7.1}", light * 100.0)
+        } else {
+            String::new()
         };
         let (name, percent) = (left(&coordinate.name, 14), level * 100.0);
         let line = format!("  {name} {percent:>6.1}{behind}  {bar} {colour}{effect}");

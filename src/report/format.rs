@@ -67,9 +67,10 @@ pub const DISPLAYED: Formats = Formats {
 impl Formats {
     /// Refuses a file whose ending names none of them.
     pub fn check(&self, path: &Path) -> Result<(), Error> {
-        match self.endings.contains(&ending(path).as_str()) {
-            true => Ok(()),
-            false => Err(unknown(path, self.known)),
+        if self.endings.contains(&ending(path).as_str()) {
+            Ok(())
+        } else {
+            Err(unknown(path, self.known))
         }
     }
 }

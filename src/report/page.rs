@@ -35,13 +35,15 @@ pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String,
     check_memory("the page", needed, work.memory).map_err(engine::Error::from)?;
     let made = page::write(&contents, page::BUDGET, work)?;
     let (width, height) = made.size;
-    let keys = match made.blends {
-        true => format!("{} and ", count(keys.len(), "key image")),
-        false => String::new(),
+    let keys = if made.blends {
+        format!("{} and ", count(keys.len(), "key image"))
+    } else {
+        String::new()
     };
-    let smaller = match made.size == playback.size() {
-        true => "",
-        false => ", made smaller to stay below 20 MB",
+    let smaller = if made.size == playback.size() {
+        ""
+    } else {
+        ", made smaller to stay below 20 MB"
     };
     let text = format!(
         "{keys}{} of {width}x{height}{smaller}; {:.1} MB",

@@ -107,9 +107,12 @@ fn shares(plan: &PlanReport) -> Panel {
         pictures => format!("{pictures}: {}", words::error(p.error, plan.unit)),
     };
     // The picture that leaves nothing is seen under the tolerance, at the foot.
-    let height = |p: &Predicted| match leaves_nothing(p) {
-        true => 0.25 * by * plan.tolerance,
-        false => shown(p.error),
+    let height = |p: &Predicted| {
+        if leaves_nothing(p) {
+            0.25 * by * plan.tolerance
+        } else {
+            shown(p.error)
+        }
     };
     Panel {
         title: "by the light that it is missing".to_owned(),

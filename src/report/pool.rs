@@ -109,9 +109,10 @@ fn describe_store(text: &mut String, store: &StoreSummary) {
         .iter()
         .map(|(q, n)| format!("{n} at quality {}", q.0))
         .collect();
-    let listed = match steps.is_empty() {
-        true => String::new(),
-        false => format!(": {}", steps.join(", ")),
+    let listed = if steps.is_empty() {
+        String::new()
+    } else {
+        format!(": {}", steps.join(", "))
     };
     let _ = writeln!(
         text,

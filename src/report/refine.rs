@@ -145,9 +145,10 @@ pub fn status(status: &Status, words: &str) -> String {
 }
 
 fn describe_job(job: &JobStatus, text: &mut String) {
-    let what = match job.refined {
-        true => "a picture".to_owned(),
-        false => count(job.images, "coarse picture"),
+    let what = if job.refined {
+        "a picture".to_owned()
+    } else {
+        count(job.images, "coarse picture")
     };
     let quality = job.quality.0;
     let _ = write!(
@@ -213,9 +214,10 @@ pub fn forecast(engine: &Engine, forecast: &Forecast, all: usize, cost: Cost) ->
         parts.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
         let large = parts.iter().take(NAMED).filter(|(s, _)| s.abs() >= 0.1);
         let words: Vec<String> = large.map(|(s, name)| format!("{name} {s:+.2}")).collect();
-        let takes = match step.stored {
-            true => "stored".to_owned(),
-            false => seconds(step.seconds),
+        let takes = if step.stored {
+            "stored".to_owned()
+        } else {
+            seconds(step.seconds)
         };
         let _ = writeln!(
             text,
@@ -247,9 +249,10 @@ fn sharing(forecast: &Forecast, cost: Cost) -> String {
 pub fn unshared(engine: &Engine) -> Option<String> {
     let cost = engine.refined_cost().ok().filter(|_| !engine.is_final())?;
     let shares = cost.prepare > 0.0 || cost.per_source > 0.0;
-    let each = match cost.per_image > 0.0 {
-        true => format!("{:.2} s each, as measured", cost.per_image),
-        false => "not measured yet".to_owned(),
+    let each = if cost.per_image > 0.0 {
+        format!("{:.2} s each, as measured", cost.per_image)
+    } else {
+        "not measured yet".to_owned()
     };
     (!shares).then(|| {
         format!(

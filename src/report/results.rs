@@ -37,9 +37,10 @@ const TILE: usize = 400;
 /// What a run leaves beside its charts, sheets and page: their names.
 pub fn names(engine: &Engine, with_keys: bool) -> Vec<String> {
     let cues = &engine.show().cues;
-    let keys = match with_keys {
-        true => engine.document().keys().keys().len(),
-        false => 0,
+    let keys = if with_keys {
+        engine.document().keys().keys().len()
+    } else {
+        0
     };
     let pictures = cues.iter().map(|cue| cue_name(cue.number));
     let sheets = (0..cues.len().div_ceil(CUES)).map(sheet_name);
@@ -115,9 +116,10 @@ fn write_cues(
         player.light(time, &mut light);
         Ok(light)
     };
-    let small = match width > TILE {
-        true => (TILE, (height * TILE).div_ceil(width)),
-        false => (width, height),
+    let small = if width > TILE {
+        (TILE, (height * TILE).div_ceil(width))
+    } else {
+        (width, height)
     };
     let made = |time: &&CueTime| -> Result<_, engine::Error> {
         let light = light_at(time.completion)?;

@@ -158,9 +158,10 @@ pub fn describe(engine: &Engine, done: &Summary, images: &ImageSources) -> Strin
     let mut text = headline(engine.document()) + "\n";
     let sources = engine.show().coordinates().len();
     let [cheap, fine] = engine.coarse_steps().map(|q| q.0);
-    let at = match cheap == fine {
-        true => format!("at quality {cheap}"),
-        false => format!("at quality {cheap} and {fine}"),
+    let at = if cheap == fine {
+        format!("at quality {cheap}")
+    } else {
+        format!("at quality {cheap} and {fine}")
     };
     let coarse_words = format!("{} {at}", count(sources, "picture"));
     text += &line("coarse", &coarse_words, coarse);
@@ -226,9 +227,10 @@ fn come_by(images: &ImageSources) -> String {
     let parts: Vec<String> = parts
         .map(|(n, what)| format!("{n} of them {what}"))
         .collect();
-    let from_pool = match parts.is_empty() {
-        true => found,
-        false => format!("{found} ({})", parts.join(", ")),
+    let from_pool = if parts.is_empty() {
+        found
+    } else {
+        format!("{found} ({})", parts.join(", "))
     };
     format!(
         "  {:<9} from the pool: {from_pool}, rendered: {rendered}\n",

@@ -169,9 +169,10 @@ fn metres(length: f64) -> String {
 
 /// A number without zeros that say nothing.
 fn trimmed(text: &str) -> String {
-    let text = match text.contains('.') {
-        true => text.trim_end_matches('0').trim_end_matches('.'),
-        false => text,
+    let text = if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        text
     };
     if text == "-0" { "0" } else { text }.to_owned()
 }

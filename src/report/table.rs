@@ -142,9 +142,10 @@ fn csv_cell(text: &str) -> String {
     let shown = visible(text);
     let apostrophe = if is_formula(text) { "'" } else { "" };
     // Programs that part columns at semicolons keep a quoted cell together.
-    match !apostrophe.is_empty() || shown.contains([',', ';', '"']) {
-        true => format!("\"{apostrophe}{}\"", shown.replace('"', "\"\"")),
-        false => shown.into_owned(),
+    if !apostrophe.is_empty() || shown.contains([',', ';', '"']) {
+        format!("\"{apostrophe}{}\"", shown.replace('"', "\"\""))
+    } else {
+        shown.into_owned()
     }
 }
 

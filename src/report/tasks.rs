@@ -211,9 +211,10 @@ fn why(state: &TaskState) -> String {
         TaskState::Free => "not begun".to_owned(),
         TaskState::Failed(said) => format!("failed on {said}"),
         TaskState::Claimed(holder) => {
-            let did = match holder.is_stale() {
-                true => "was given up by",
-                false => "is being rendered by",
+            let did = if holder.is_stale() {
+                "was given up by"
+            } else {
+                "is being rendered by"
             };
             format!(
                 "{did} process {} on {}, last heard of {:.0} s ago",

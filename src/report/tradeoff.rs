@@ -75,9 +75,10 @@ fn method(tradeoff: &Tradeoff) -> String {
         Against::References { noise_free: false } => "against references".to_owned(),
         Against::Quality(step) => format!("against quality {step}"),
     };
-    match tradeoff.without_emitters {
-        true => format!("{against}, lamps in sight left out"),
-        false => against,
+    if tradeoff.without_emitters {
+        format!("{against}, lamps in sight left out")
+    } else {
+        against
     }
 }
 
@@ -169,9 +170,10 @@ pub fn describe(tradeoff: &Tradeoff) -> String {
     for (step, marks) in tradeoff.steps.iter().zip(marks(tradeoff)) {
         let worst = step.worst();
         let bank = worst.map_or("", |(bank, _)| bank);
-        let marks = match marks.is_empty() {
-            true => String::new(),
-            false => format!("  ({})", marks.join(", ")),
+        let marks = if marks.is_empty() {
+            String::new()
+        } else {
+            format!("  ({})", marks.join(", "))
         };
         out += &format!(
             "  {:<8} {:>7.3} {:>8} {:>8} {bank}{marks}\n",

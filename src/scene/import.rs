@@ -230,13 +230,14 @@ impl gltf::Imported {
         lamps.chain(cameras).for_each(|p| *p = *p * scale + at);
         let far = |v: &Vec3| !v.is_finite() || v.x.abs().max(v.y.abs()).max(v.z.abs()) > FAR;
         let mut vertices = self.scene.polygons.iter().flat_map(|p| p.vertices.iter());
-        match vertices.any(far) {
-            true => Err(SceneError::Part {
+        if vertices.any(far) {
+            Err(SceneError::Part {
                 path: path.to_owned(),
                 place: "as placed".to_owned(),
                 reason: PartError::Far,
-            }),
-            false => Ok(()),
+            })
+        } else {
+            Ok(())
         }
     }
 }

@@ -101,9 +101,10 @@ impl Distribution {
             // Old files end their lines with a carriage return alone.
             text = text.replace('\r', "\n").into();
         }
-        match eulumdat::is(&text) {
-            true => eulumdat::distribution(&text),
-            false => read::distribution(&text),
+        if eulumdat::is(&text) {
+            eulumdat::distribution(&text)
+        } else {
+            read::distribution(&text)
         }
     }
 

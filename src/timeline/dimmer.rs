@@ -42,9 +42,10 @@ pub fn lights(show: &Show, levels: &[f64]) -> Vec<f64> {
     for (bank, first) in show.banks.iter().zip(show.first_parameters()) {
         let at = |parameter: usize| levels.get(parameter).copied().unwrap_or(0.0);
         let light = Law::new(bank.dimmer, &show.curves).value(at(first));
-        match bank.rgb {
-            true => out.extend((first + 1..first + 4).map(|emitter| light * at(emitter))),
-            false => out.push(light),
+        if bank.rgb {
+            out.extend((first + 1..first + 4).map(|emitter| light * at(emitter)))
+        } else {
+            out.push(light)
         }
     }
     out.extend((!show.fixed.is_empty()).then_some(1.0));

@@ -121,9 +121,10 @@ impl Both {
             }
             for _ in 0..50 {
                 let middle = 0.5 * (low + high);
-                match (self.slope(middle) > 0.0) == rises {
-                    true => low = middle,
-                    false => high = middle,
+                if (self.slope(middle) > 0.0) == rises {
+                    low = middle
+                } else {
+                    high = middle
                 }
             }
             out.push(high);

@@ -384,12 +384,11 @@ fn described(hung: &Hung, fixture: &Fixture, rgb: bool, assumed: &mut Assumed) -
         assumed.say(format!("`{kind}`: a beam of {BEAM} degrees"));
         BEAM
     });
-    let beam = match beam < field {
-        true => beam.max(narrowest / 2.0),
-        false => {
-            assumed.say(format!("`{kind}`: a beam of two thirds of its field"));
-            field * NARROWER
-        }
+    let beam = if beam < field {
+        beam.max(narrowest / 2.0)
+    } else {
+        assumed.say(format!("`{kind}`: a beam of two thirds of its field"));
+        field * NARROWER
     };
     let flux = fixture
         .flux
@@ -468,13 +467,11 @@ fn addresses(hung: &Hung, fixture: &Fixture, rgb: bool, channel: &mut Channel, o
         (true, [Some(red), Some(green), Some(blue)], dimmer) => {
             let step = if red.1.is_some() { 2 } else { 1 };
             let in_a_row = green.0 == red.0 + step && blue.0 == green.0 + step;
-            match in_a_row {
-                true => channel.addresses.push(at(red)),
-                false => {
-                    let what =
-                        format!("`{}`: its emitters are not in a row: no address", hung.name);
-                    out.losses.push(Loss::new(what).line(hung.line));
-                }
+            if in_a_row {
+                channel.addresses.push(at(red))
+            } else {
+                let what = format!("`{}`: its emitters are not in a row: no address", hung.name);
+                out.losses.push(Loss::new(what).line(hung.line));
             }
             if dimmer.is_some() {
                 let what = format!("`{}`: its own dimmer is to stand at full", hung.name);

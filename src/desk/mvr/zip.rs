@@ -144,9 +144,10 @@ impl<'a> Archive<'a> {
         }
         let mut crc = Crc::new();
         crc.update(&out);
-        match crc.sum() == entry.crc {
-            true => Ok(Some(out)),
-            false => Err(damaged()),
+        if crc.sum() == entry.crc {
+            Ok(Some(out))
+        } else {
+            Err(damaged())
         }
     }
 }

@@ -15,9 +15,10 @@ pub const FULL: Tenths = 1000;
 pub fn tenths(step: u8) -> Tenths {
     let exact = f64::from(step) * 100.0 / 255.0;
     let whole = exact.round();
-    match (whole * 255.0 / 100.0).round() == f64::from(step) {
-        true => whole as Tenths * 10,
-        false => (exact * 10.0).round() as Tenths,
+    if (whole * 255.0 / 100.0).round() == f64::from(step) {
+        whole as Tenths * 10
+    } else {
+        (exact * 10.0).round() as Tenths
     }
 }
 

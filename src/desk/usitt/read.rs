@@ -136,9 +136,10 @@ pub fn read(
         let others: Vec<String> = others.collect();
         let message = format!("`{name}` has no cue of list {list}");
         let error = Diagnostic::error("", message);
-        return Err(Box::new(match others.is_empty() {
-            true => error.help("it has no cues"),
-            false => error.help(format!("its lists: {}", others.join(", "))),
+        return Err(Box::new(if others.is_empty() {
+            error.help("it has no cues")
+        } else {
+            error.help(format!("its lists: {}", others.join(", ")))
         })
         .into());
     }
@@ -185,9 +186,10 @@ impl Reader {
     fn begin(&mut self, record: &Record<'_>, is_cue: bool, cues: bool) -> Result<(), Refused> {
         self.labelled = Text::Label;
         if is_cue != cues {
-            self.section = match is_cue {
-                true => Section::OtherCue,
-                false => Section::Head,
+            self.section = if is_cue {
+                Section::OtherCue
+            } else {
+                Section::Head
             };
             return Ok(());
         }
@@ -243,9 +245,10 @@ impl Reader {
 
     /// Counts a record that is not read.
     fn skip(&mut self, record: &Record<'_>, key: &str, why: &'static str) -> Result<(), Refused> {
-        let named = match key.starts_with("cue ") {
-            true => key.to_owned(),
-            false => format!("{key} {}", record.key),
+        let named = if key.starts_with("cue ") {
+            key.to_owned()
+        } else {
+            format!("{key} {}", record.key)
         };
         let named = match named.split_once(' ') {
             Some((a, b)) if a == b => a.to_owned(),

@@ -301,9 +301,10 @@ impl Base {
 
     fn colour(&self) -> Timing {
         let fade = self.colour.unwrap_or(self.up);
-        match fade == self.up && fade == self.down {
-            true => self.timing(),
-            false => self.alone(fade),
+        if fade == self.up && fade == self.down {
+            self.timing()
+        } else {
+            self.alone(fade)
         }
     }
 }

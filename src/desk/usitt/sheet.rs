@@ -157,12 +157,11 @@ impl Sheet<'_> {
                 .map(|(c, l)| format!("{} {}", self.bank(*c), level(*l)));
             let levels: Vec<String> = levels.collect();
             let line = format!("look {name} {{ {} }}", levels.join("  "));
-            match line.len() <= WIDTH {
-                true => out.push_str(&(line + "\n")),
-                false => {
-                    let body = rows("", &words(&levels), "  ", "  ");
-                    let _ = write!(out, "look {name} {{\n{body}}}\n");
-                }
+            if line.len() <= WIDTH {
+                out.push_str(&(line + "\n"))
+            } else {
+                let body = rows("", &words(&levels), "  ", "  ");
+                let _ = write!(out, "look {name} {{\n{body}}}\n");
             }
         }
         out
@@ -274,12 +273,11 @@ impl Sheet<'_> {
         *number += 1;
         let space = if timing.is_empty() { "" } else { "  " };
         let line = format!("{head} {timing}{space}{} }}", moves.join("  "));
-        match line.len() + 2 <= WIDTH {
-            true => line,
-            false => {
-                let body = rows("", &words(&moves), "  ", "    ");
-                format!("{head}\n    {timing}\n{body}  }}")
-            }
+        if line.len() + 2 <= WIDTH {
+            line
+        } else {
+            let body = rows("", &words(&moves), "  ", "    ");
+            format!("{head}\n    {timing}\n{body}  }}")
         }
     }
 

@@ -256,9 +256,12 @@ impl Writer<'_> {
             let level = |bank: usize| (self.channel(bank), of(self.level(bank)));
             let moves: BTreeMap<u32, Tenths> =
                 part.levels.iter().map(|bank| level(*bank)).collect();
-            let here = |bank: &usize| match moved.contains(bank) {
-                true => part.levels.contains(bank),
-                false => number == 0,
+            let here = |bank: &usize| {
+                if moved.contains(bank) {
+                    part.levels.contains(bank)
+                } else {
+                    number == 0
+                }
             };
             let lit: BTreeMap<u32, Tenths> =
                 (0..self.show.banks.len()).filter(here).map(level).collect();

@@ -162,9 +162,10 @@ pub fn added(source: &str, cuts: &[Cut<'_>], text: &str, wanted: &Key) -> Splice
     if let Some(cut) = before(&keys, wanted) {
         let at = after_line(source, cut.span.end);
         let closed = source.get(..at).is_some_and(|t| t.ends_with('\n'));
-        let text = match closed {
-            true => format!("{text}{end_of_line}"),
-            false => format!("{end_of_line}{text}"),
+        let text = if closed {
+            format!("{text}{end_of_line}")
+        } else {
+            format!("{end_of_line}{text}")
         };
         return Splice {
             range: at..at,
@@ -182,9 +183,10 @@ pub fn added(source: &str, cuts: &[Cut<'_>], text: &str, wanted: &Key) -> Splice
         Some((_, cut)) => cut.span.start,
         None => source.len(),
     };
-    let gap = match at == source.len() && !source.is_empty() && !source.ends_with('\n') {
-        true => end_of_line,
-        false => "",
+    let gap = if at == source.len() && !source.is_empty() && !source.ends_with('\n') {
+        end_of_line
+    } else {
+        ""
     };
     Splice {
         range: at..at,
@@ -218,9 +220,10 @@ fn fitted(text: &str, indent: &str, end_of_line: &str) -> String {
 
 /// What ends the lines of a text.
 pub fn end_of_line(source: &str) -> &'static str {
-    match source.contains("\r\n") {
-        true => "\r\n",
-        false => "\n",
+    if source.contains("\r\n") {
+        "\r\n"
+    } else {
+        "\n"
     }
 }
 
@@ -257,11 +260,12 @@ pub fn with_line(source: &str, span: Range<usize>) -> Range<usize> {
     let before = source.get(..start).unwrap_or("");
     let line = source.get(start..end).unwrap_or("");
     // A text whose last line has no end keeps none.
-    let start = match line.ends_with('\n') {
-        true => start,
-        false => before
+    let start = if line.ends_with('\n') {
+        start
+    } else {
+        before
             .strip_suffix('\n')
-            .map_or(start, |b| b.strip_suffix('\r').unwrap_or(b).len()),
+            .map_or(start, |b| b.strip_suffix('\r').unwrap_or(b).len())
     };
     start..end
 }

@@ -234,9 +234,10 @@ impl<'a> Lower<'a, '_> {
             Kind::Group => {
                 let group = self.show.groups.get(index);
                 let banks = group.map_or_else(Vec::new, |g| g.banks.clone());
-                match self.spend(banks.len(), target.span) {
-                    true => banks,
-                    false => Vec::new(),
+                if self.spend(banks.len(), target.span) {
+                    banks
+                } else {
+                    Vec::new()
                 }
             }
             _ => vec![index],

@@ -50,9 +50,10 @@ impl Form {
 
     /// What says how bright it is, and in what colour.
     fn amounts(&self) -> &'static str {
-        match self.luminance {
-            false => "`1200 cd`, `800 lm`, `2700 K` or a colour such as `#ffb36b`",
-            true => "`40 cd/m2`, `800 lm`, `60 cd`, `6500 K` or a colour such as `#cfe0ff`",
+        if !self.luminance {
+            "`1200 cd`, `800 lm`, `2700 K` or a colour such as `#ffb36b`"
+        } else {
+            "`40 cd/m2`, `800 lm`, `60 cd`, `6500 K` or a colour such as `#cfe0ff`"
         }
     }
 }
@@ -216,9 +217,10 @@ impl<'a> Lower<'a, '_> {
     fn clause(&mut self, clause: &Clause<'a>, spec: &mut Spec) -> Option<()> {
         let word = clause.word;
         if clause.values.is_empty() {
-            match colour::is_colour(&self.text(word)?) {
-                true => spec.gel = Some(self.colour(word)?),
-                false => self.amount(word, spec)?,
+            if colour::is_colour(&self.text(word)?) {
+                spec.gel = Some(self.colour(word)?)
+            } else {
+                self.amount(word, spec)?
             }
             return Some(());
         }

@@ -255,9 +255,10 @@ fn colour_help(bank: &str, word: &str) -> String {
 /// key only where they are equal to the bit: 85 at 30 is `25.5`.
 fn scaled(level: f64, share: f64) -> f64 {
     let written = percent(level);
-    let exact = match fraction(written) == level {
-        true => written,
-        false => 100.0 * level,
+    let exact = if fraction(written) == level {
+        written
+    } else {
+        100.0 * level
     };
     fraction(exact * share)
 }

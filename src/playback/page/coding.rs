@@ -60,12 +60,13 @@ pub fn smaller(
     let side = (0.95 * budget as f64 / needed as f64).sqrt();
     let scaled = |n: usize| ((n as f64 * side) as usize).max(1);
     let size = (scaled(size.0), scaled(size.1));
-    match size.0 < NARROWEST.min(full.0) {
-        true => Err(PictureError::Bytes {
+    if size.0 < NARROWEST.min(full.0) {
+        Err(PictureError::Bytes {
             needed,
             limit: budget,
-        }),
-        false => Ok(size),
+        })
+    } else {
+        Ok(size)
     }
 }
 
@@ -109,9 +110,12 @@ fn all_coded(
     size: (usize, usize),
     tone: Tone,
 ) -> Vec<Result<Coded, PictureError>> {
-    let one = |image: &Image| match image.size() == size {
-        true => coded(image, tone),
-        false => coded(&shrink(image, size.0, size.1), tone),
+    let one = |image: &Image| {
+        if image.size() == size {
+            coded(image, tone)
+        } else {
+            coded(&shrink(image, size.0, size.1), tone)
+        }
     };
     in_order(images, images.len(), |image| one(image))
 }
@@ -126,16 +130,13 @@ fn coded(image: &Image, tone: Tone) -> Result<Coded, PictureError> {
     let seen = tone.display(f64::from(-least)) * 255.0 > 0.5;
     let white = |v: &f32| if *v < 0.0 { 255 } else { 0 };
     let gain = tone.exposure.exp2() as f32;
-    let (codes, signs) = match seen {
-        true => {
-            let signs: Vec<u8> = image.data().iter().map(white).collect();
-            (file(&codes)?, Some(file(&signs)?))
-        }
-        false => {
-            let positive = |(code, v): (&u8, &f32)| if *v < 0.0 { 0 } else { *code };
-            let codes: Vec<u8> = codes.iter().zip(image.data()).map(positive).collect();
-            (file(&codes)?, None)
-        }
+    let (codes, signs) = if seen {
+        let signs: Vec<u8> = image.data().iter().map(white).collect();
+        (file(&codes)?, Some(file(&signs)?))
+    } else {
+        let positive = |(code, v): (&u8, &f32)| if *v < 0.0 { 0 } else { *code };
+        let codes: Vec<u8> = codes.iter().zip(image.data()).map(positive).collect();
+        (file(&codes)?, None)
     };
     Ok(Coded {
         law: [curve.low * gain, curve.high * gain],

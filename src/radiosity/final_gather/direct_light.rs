@@ -110,18 +110,18 @@ impl DirectLight<'_> {
         let reflectance = scene.surfaces.reflectance_at(facet, place.point, footprint);
         let reflectance = reflectance.map(|r| r as f32);
         let highest = reflectance.iter().copied().fold(0.0, f32::max);
-        let here = match facet.is_smooth() {
-            // What the normal faces may be below the facet: rays there meet the facet itself.
-            true => Receiver {
+        let here = if facet.is_smooth() {
+            Receiver {
                 point: place.point + facet.normal * scene.offset,
                 normal: facet.normal_at(place.point),
                 facet: facet.normal,
-            },
-            false => Receiver {
+            }
+        } else {
+            Receiver {
                 point: place.point,
                 normal: facet.normal,
                 facet: facet.normal,
-            },
+            }
         };
         let random = point(self.rays.index(pixel) + u32::from(k), SEED);
         for ((emitter, sums), end) in self.emitters.iter().zip(sums).zip(ends) {

@@ -47,20 +47,20 @@ impl RayScene<'_> {
 
     /// Does anything stop light on the segment from `origin` by `way`?
     pub fn is_blocked(&self, origin: Vec3, way: Vec3) -> bool {
-        match self.surfaces.is_cut {
-            true => self
-                .bvh
-                .is_blocked_past(origin, way, |hit| self.passes(hit, origin, way)),
-            false => self.bvh.is_blocked(origin, way),
+        if self.surfaces.is_cut {
+            self.bvh
+                .is_blocked_past(origin, way, |hit| self.passes(hit, origin, way))
+        } else {
+            self.bvh.is_blocked(origin, way)
         }
     }
 
     fn first_hit(&self, origin: Vec3, way: Vec3) -> Option<Hit> {
-        match self.surfaces.is_cut {
-            true => self
-                .bvh
-                .first_hit_past(origin, way, |hit| self.passes(hit, origin, way)),
-            false => self.bvh.first_hit(origin, way),
+        if self.surfaces.is_cut {
+            self.bvh
+                .first_hit_past(origin, way, |hit| self.passes(hit, origin, way))
+        } else {
+            self.bvh.first_hit(origin, way)
         }
     }
 

@@ -48,9 +48,12 @@ impl Stitching {
         let facets = || (0..surfaces.facets.len()).into_par_iter();
         let mut of: Vec<Vec<SharedEdge>> =
             facets().map(|f| beside(surfaces, &contacts, f)).collect();
-        let contact_edges = |f: usize| match of[f].is_empty() {
-            true => Vec::new(),
-            false => contacts.of(f, 0.0),
+        let contact_edges = |f: usize| {
+            if of[f].is_empty() {
+                Vec::new()
+            } else {
+                contacts.of(f, 0.0)
+            }
         };
         let contact_edges: Vec<Vec<ContactEdge>> = facets().map(contact_edges).collect();
         for (facet, edges) in of.iter_mut().enumerate() {

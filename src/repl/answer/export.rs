@@ -34,15 +34,12 @@ pub fn export(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         loss.line = cue.copied().flatten();
     }
     let mut reply = repl.written(path, carried.text.as_bytes(), "")?;
-    match call.has("json") {
-        true => {
-            let wrote = [path.display().to_string()];
-            let json = exchange::json(&wrote, &carried.losses, &[])?;
-            Ok(Reply::text(crate::printable::json(&json)))
-        }
-        false => {
-            reply.text.push(&exchange::describe(&carried.losses));
-            Ok(reply)
-        }
+    if call.has("json") {
+        let wrote = [path.display().to_string()];
+        let json = exchange::json(&wrote, &carried.losses, &[])?;
+        Ok(Reply::text(crate::printable::json(&json)))
+    } else {
+        reply.text.push(&exchange::describe(&carried.losses));
+        Ok(reply)
     }
 }

@@ -84,9 +84,10 @@ fn pictured_moment(repl: &mut Repl) -> Result<Reply, Error> {
 /// Tries levels on top of what the cues say at the current time.
 pub fn set(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     if call.words.is_empty() {
-        let text = match repl.live.is_trying() {
-            false => "nothing is being tried: `set lamps 40`".to_owned(),
-            true => format!("trying {}", repl.live.tried().join("  ")),
+        let text = if !repl.live.is_trying() {
+            "nothing is being tried: `set lamps 40`".to_owned()
+        } else {
+            format!("trying {}", repl.live.tried().join("  "))
         };
         return Ok(Reply::text(text));
     }
@@ -173,9 +174,10 @@ fn between(this: u32, next: Option<u32>) -> Option<u32> {
 }
 
 pub fn release(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
-    match repl.live.release() {
-        true => pictured_moment(repl),
-        false => Ok(Reply::text("nothing is being tried")),
+    if repl.live.release() {
+        pictured_moment(repl)
+    } else {
+        Ok(Reply::text("nothing is being tried"))
     }
 }
 
@@ -246,9 +248,10 @@ fn keep_blind(repl: &mut Repl) -> Result<Reply, Error> {
 pub fn blind(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     match call.words().as_slice() {
         [] => Ok(Reply::text(
-            match repl.live.begin_blind(repl.engine.document()) {
-                true => "blind: edits are shown, `record` keeps them, `blind off` drops them",
-                false => "blind already: `record` keeps the edits, `blind off` drops them",
+            if repl.live.begin_blind(repl.engine.document()) {
+                "blind: edits are shown, `record` keeps them, `blind off` drops them"
+            } else {
+                "blind already: `record` keeps the edits, `blind off` drops them"
             },
         )),
         ["off"] => {

@@ -10,9 +10,10 @@ use crate::report::{self, comparison, tradeoff};
 pub fn quality(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     call.without_words(": quality tells of all steps")?;
     let forecast = repl.engine.measure_quality(call.has("measure"))?;
-    match call.has("json") {
-        true => Reply::json(&forecast),
-        false => Ok(Reply::text(report::quality::describe(&forecast))),
+    if call.has("json") {
+        Reply::json(&forecast)
+    } else {
+        Ok(Reply::text(report::quality::describe(&forecast)))
     }
 }
 
@@ -31,9 +32,10 @@ pub fn compare(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let path = call.output(&DRAWING)?;
     let compared = repl.engine.compare(folder, quality)?;
     let json = call.has("json");
-    let reply = match json {
-        true => Reply::json(&compared.comparison)?,
-        false => Reply::text(comparison::describe(&compared.comparison)),
+    let reply = if json {
+        Reply::json(&compared.comparison)?
+    } else {
+        Reply::text(comparison::describe(&compared.comparison))
     };
     let Some(path) = path else {
         return Ok(reply);

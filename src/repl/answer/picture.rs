@@ -125,8 +125,9 @@ fn exposed(repl: &mut Repl, call: &Call, image: &Image) -> Result<Tone, Error> {
         })?;
         return Ok(repl.engine.tone_at(stops));
     }
-    match of_picture(repl, call) {
-        true => Ok(repl.engine.tone_of([image])),
-        false => Ok(repl.engine.tone()?),
+    if of_picture(repl, call) {
+        Ok(repl.engine.tone_of([image]))
+    } else {
+        Ok(repl.engine.tone()?)
     }
 }

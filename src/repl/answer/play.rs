@@ -50,9 +50,10 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     }
     let (player, now) = (sequence.player()?, repl.live.time());
     // From here on, or all of it where this is the end.
-    let span = said.unwrap_or(match now < span.to {
-        true => Span { from: now, ..span },
-        false => span,
+    let span = said.unwrap_or(if now < span.to {
+        Span { from: now, ..span }
+    } else {
+        span
     });
     Ok(match &console.canvas {
         None => {

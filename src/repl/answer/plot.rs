@@ -20,9 +20,10 @@ pub fn plot(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         return usage("`--tolerance` is for `plot spectrum`");
     }
     // In a terminal it is dark around.
-    let theme = match call.has("dark") || path.is_none() {
-        true => Theme::Dark,
-        false => Theme::Light,
+    let theme = if call.has("dark") || path.is_none() {
+        Theme::Dark
+    } else {
+        Theme::Light
     };
     let (drawing, text) = match words.as_slice() {
         ["keys"] => report::plot::keys(repl.engine.document(), theme),

@@ -114,14 +114,15 @@ fn next(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let all = forecast.steps.len();
     let cost = repl.engine.refined_cost()?;
     forecast.steps.truncate(listed);
-    match call.has("json") {
-        true => Reply::json(&forecast),
-        false => Ok(Reply::text(words::forecast(
+    if call.has("json") {
+        Reply::json(&forecast)
+    } else {
+        Ok(Reply::text(words::forecast(
             &repl.engine,
             &forecast,
             all,
             cost,
-        ))),
+        )))
     }
 }
 
@@ -135,9 +136,10 @@ pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         repl.engine.start(goal(&call)?)?;
         repl.refining = words;
         let notes = repl.event_notes();
-        return Ok(Reply::text(match notes.is_empty() {
-            true => "refining in the background: `status` shows how far it is".to_owned(),
-            false => notes.join("\n"),
+        return Ok(Reply::text(if notes.is_empty() {
+            "refining in the background: `status` shows how far it is".to_owned()
+        } else {
+            notes.join("\n")
         }));
     }
     let goal = goal(&call)?;

@@ -32,9 +32,10 @@ pub fn show(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     }
     let name = call.words().join(" ");
     let texts = document::declarations(document, &name);
-    match texts.is_empty() {
-        true => usage(format!("nothing in the show is called `{name}`")),
-        false => Ok(Reply::text(texts.join("\n"))),
+    if texts.is_empty() {
+        usage(format!("nothing in the show is called `{name}`"))
+    } else {
+        Ok(Reply::text(texts.join("\n")))
     }
 }
 
@@ -75,14 +76,16 @@ pub fn fmt(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let document = repl.engine.document();
     if call.has("check") {
         let laid_out = engine::format(document.name(), document.text().as_bytes())?;
-        return Ok(Reply::text(match laid_out == document.text() {
-            true => "already in its canonical layout",
-            false => "`fmt` would change the layout",
+        return Ok(Reply::text(if laid_out == document.text() {
+            "already in its canonical layout"
+        } else {
+            "`fmt` would change the layout"
         }));
     }
-    Ok(Reply::text(match repl.engine.format()? {
-        true => "laid out again; `save` writes it",
-        false => "already in its canonical layout",
+    Ok(Reply::text(if repl.engine.format()? {
+        "laid out again; `save` writes it"
+    } else {
+        "already in its canonical layout"
     }))
 }
 

@@ -243,9 +243,10 @@ impl Shifts {
                 let [least, most] = self.range;
                 self.range = [least.min(seconds), most.max(seconds)];
                 let [least, most] = self.range.map(number);
-                let by = match least == most {
-                    true => most,
-                    false => format!("{least} to {most}"),
+                let by = if least == most {
+                    most
+                } else {
+                    format!("{least} to {most}")
                 };
                 line.what = format!("cues {} to {}", self.first, number_of(what));
                 line.how = format!("{word} {by} s {way}");
@@ -424,9 +425,12 @@ fn parts((old, was): (&Show, &Cue), (new, now): (&Show, &Cue), go: Time) -> Vec<
     }
     for part in &now.parts {
         let moved = |p: &Part| p.moves.first().map(|m| m.parameter);
-        let same = |p: &&Part| match part.written {
-            true => p.written && p.number == part.number,
-            false => !p.written && moved(p) == moved(part),
+        let same = |p: &&Part| {
+            if part.written {
+                p.written && p.number == part.number
+            } else {
+                !p.written && moved(p) == moved(part)
+            }
         };
         if let Some(was) = was.parts.iter().find(same) {
             out.extend(timing((old, was), (new, part)));

@@ -61,9 +61,10 @@ pub fn level(levels: &[f64]) -> String {
     if *level == 0.0 || colour.iter().all(|emitter| *emitter == 1.0) {
         return percent;
     }
-    match *level == 1.0 {
-        true => hex(colour),
-        false => format!("{percent} {}", hex(colour)),
+    if *level == 1.0 {
+        hex(colour)
+    } else {
+        format!("{percent} {}", hex(colour))
     }
 }
 

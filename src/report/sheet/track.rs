@@ -164,14 +164,15 @@ impl Track {
     fn new(bank: &Bank, first: usize) -> Track {
         Track {
             first,
-            parameters: match bank.rgb {
-                true => vec![
+            parameters: if bank.rgb {
+                vec![
                     Tracked::at(0.0),
                     Tracked::at(1.0),
                     Tracked::at(1.0),
                     Tracked::at(1.0),
-                ],
-                false => vec![Tracked::at(0.0)],
+                ]
+            } else {
+                vec![Tracked::at(0.0)]
             },
             used: false,
         }
@@ -195,13 +196,13 @@ impl Track {
         let (mut paths, mut back) = (Vec::new(), false);
         // A colour alone brings a bank that is out to full, emitters that are not said dark.
         let colour = (1..self.parameters.len()).any(|e| moved.contains_key(&(self.first + e)));
-        let out = self
-            .parameters
-            .first()
-            .is_some_and(|level| match level.restore {
-                true => level.lasting == 0.0,
-                false => level.now == 0.0,
-            });
+        let out = self.parameters.first().is_some_and(|level| {
+            if level.restore {
+                level.lasting == 0.0
+            } else {
+                level.now == 0.0
+            }
+        });
         let implied = colour && out && !moved.contains_key(&self.first);
         for (index, parameter) in (self.first..).zip(&mut self.parameters) {
             if let Some(motion) = moved.get(&index) {

@@ -156,9 +156,10 @@ fn deltas(data: &mut &[u8], header: u8) -> Option<[u8; 16]> {
     for (i, delta) in out.iter_mut().enumerate() {
         let own = packed.get(i / each)? >> (8 - bits * (i % each + 1)) & all;
         // All bits set: the delta is larger and follows.
-        *delta = match own == all {
-            true => *take(data, 1)?.first()?,
-            false => own,
+        *delta = if own == all {
+            *take(data, 1)?.first()?
+        } else {
+            own
         };
     }
     Some(out)

@@ -285,9 +285,10 @@ impl<'d> Meshes<'d> {
     /// Adds to the vertices decoded.
     fn counted(&mut self, vertices: Vertices, at: impl Fn() -> String) -> Result<Vertices, Fault> {
         self.vertices += vertices.points.len();
-        match self.vertices > VERTEX_LIMIT {
-            true => Err(Fault::new(at(), PartError::Limit("vertices", VERTEX_LIMIT))),
-            false => Ok(vertices),
+        if self.vertices > VERTEX_LIMIT {
+            Err(Fault::new(at(), PartError::Limit("vertices", VERTEX_LIMIT)))
+        } else {
+            Ok(vertices)
         }
     }
 

@@ -91,9 +91,10 @@ impl<'m> Joined<'m> {
         let Some(outline) = self.union(&left.outline, &right.outline, edge) else {
             return;
         };
-        let (few, many) = match left.triangles.len() < right.triangles.len() {
-            true => (here, there),
-            false => (there, here),
+        let (few, many) = if left.triangles.len() < right.triangles.len() {
+            (here, there)
+        } else {
+            (there, here)
         };
         let moved = std::mem::take(&mut self.parts[few]);
         let part = &mut self.parts[many];

@@ -227,9 +227,10 @@ impl Described {
                 Ok(pixels) => {
                     let [r, g, b] = factor;
                     let wrap = if map.clamp { Wrap::Clamp } else { Wrap::Repeat };
-                    let alpha = match pixels.is_transparent() || stops < 1.0 {
-                        true => Alpha::Blend,
-                        false => Alpha::Opaque,
+                    let alpha = if pixels.is_transparent() || stops < 1.0 {
+                        Alpha::Blend
+                    } else {
+                        Alpha::Opaque
                     };
                     let texture = Texture {
                         pixels,

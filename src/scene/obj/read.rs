@@ -212,9 +212,10 @@ fn corner(word: &str, [vertices, places, normals]: [usize; 3]) -> Result<Indices
 
 /// What an index of a file means, from 0.
 fn position(index: i64, defined: usize) -> Option<u32> {
-    let place = match index < 0 {
-        true => index.saturating_add(defined as i64),
-        false => index - 1,
+    let place = if index < 0 {
+        index.saturating_add(defined as i64)
+    } else {
+        index - 1
     };
     u32::try_from(place)
         .ok()

@@ -90,12 +90,13 @@ impl TextureReader {
         // All that were refused so far: the last message tells what is enough for all.
         self.refused = self.refused.saturating_add(needed);
         let enough = self.refused.saturating_add(self.taken as u64);
-        let more = match enough <= MOST_BYTES as u64 {
-            true => format!(
+        let more = if enough <= MOST_BYTES as u64 {
+            format!(
                 ", or allow more with `--memory {}`",
                 enough.div_ceil(1 << 20)
-            ),
-            false => String::new(),
+            )
+        } else {
+            String::new()
         };
         let megabytes = |bytes: u64| bytes as f64 / 1e6;
         format!(

@@ -78,9 +78,10 @@ impl Reader {
                 ..Part::default()
             });
         }
-        match cue.parts.len() > MOST_CHANNELS {
-            true => record.refuse("too many parts".to_owned(), "a desk has 20 parts in a cue"),
-            false => Ok(()),
+        if cue.parts.len() > MOST_CHANNELS {
+            record.refuse("too many parts".to_owned(), "a desk has 20 parts in a cue")
+        } else {
+            Ok(())
         }
     }
 
@@ -178,9 +179,10 @@ impl Reader {
             let Some(part) = self.last_part() else {
                 continue;
             };
-            let before = match moves {
-                true => part.moves.insert(channel, level),
-                false => part.lit.get_or_insert_default().insert(channel, level),
+            let before = if moves {
+                part.moves.insert(channel, level)
+            } else {
+                part.lit.get_or_insert_default().insert(channel, level)
             };
             if let Some(before) = before.filter(|before| *before != level) {
                 let what = format!("channel {channel} has two levels: the last counts");
@@ -190,9 +192,10 @@ impl Reader {
                 self.losses.push(loss.cue(cue.unwrap_or_default()));
             }
         }
-        match moves {
-            true => self.show.tracks = true,
-            false => self.show.states = true,
+        if moves {
+            self.show.tracks = true
+        } else {
+            self.show.states = true
         }
         Ok(())
     }

@@ -115,11 +115,12 @@ impl Reader {
         while let Some(word) = words.next() {
             let first = record.channel(word)?;
             let is_range = words.peek().is_some_and(|w| w.eq_ignore_ascii_case("thru"));
-            let last = match is_range {
-                true => words
+            let last = if is_range {
+                words
                     .nth(1)
-                    .map_or(Ok(first), |word| record.channel(word))?,
-                false => first,
+                    .map_or(Ok(first), |word| record.channel(word))?
+            } else {
+                first
             };
             if last.saturating_sub(first) as usize >= MOST_CHANNELS {
                 return record.refuse(
