@@ -17,7 +17,7 @@ use crate::units::Time;
 
 /// The show is too large for its keys to be held.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("its key settings need more than {} MB", MOST_BYTES >> 20)]
+#[error("the key settings of the show need more than {} MB", MOST_BYTES >> 20)]
 pub struct TooManyKeys;
 
 /// A stretch on which the setting is one Bezier curve.
