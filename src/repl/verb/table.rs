@@ -220,7 +220,7 @@ pub const VERBS: &[VerbSpec] = &[
         "play",
         play::play,
         "play the sequence back from its key images",
-        "play -o show.png",
+        "play -o show.html",
     )
     .options(&[
         VIEW,
