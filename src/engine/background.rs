@@ -551,9 +551,9 @@ impl Engine {
                 error: way.error,
             });
         }
-        let next = forecast::batch(&forecast, goal, self.refined(), left);
+        let next = forecast::needed(&forecast, goal, self.refined(), left);
         let counted = goal.count.map(|n| n.saturating_sub(done.images));
-        let needed = counted.map_or(next.needed, |n| n.min(next.needed));
+        let needed = counted.map_or(next.images, |n| n.min(next.images));
         let fits = |sum: f64| left.is_none_or(|left| sum <= left);
         let job = job.filter(|j| j.refined);
         let mut out = Ahead {

@@ -1,23 +1,16 @@
-//! What the next refined images cost and what they bring, and how many to render in one call.
+//! What the next refined images cost, and what they bring.
 //!
-//! Seconds are the operator's own prediction, scaled by how long the last rendering took against
-//! its prediction. A call has a fixed part (the operator's preparation, sources lit for the first
-//! time) and a part for each image. Rendering several images at once spares the planning between
-//! them, but the first may show that the others were not needed; so the others together are given
-//! no more than the fixed part, which is spent in any case: at the worst a call costs twice what
-//! was needed.
+//! Seconds are the operator's own prediction, scaled by how long the last rendering took against its
+//! prediction.
 
 use serde::Serialize;
 
-use super::refine::{Goal, Warning};
+use super::refine::Goal;
 use super::{Engine, Error};
 use crate::pool::is_within;
 use crate::renderer::Transport as _;
 use crate::renderer::{Cost, Quality};
 use crate::units::ErrorUnit;
-
-/// Most images of one call: what is known after them is better than what is predicted before.
-const MOST: usize = 16;
 
 /// An image that could be refined next.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -39,9 +32,6 @@ pub struct Forecast {
     pub quality: u8,
     /// Predicted error of the sequence as the pool stands, relative.
     pub error: f64,
-    /// Predicted seconds that the first image to be rendered costs beyond what each further one
-    /// does: preparation, and sources that are lit for the first time.
-    pub fixed: f64,
     /// The most useful first; none when nothing is left to improve.
     pub steps: Vec<NextImage>,
     /// Whether errors rest on what the operator states.
@@ -74,24 +64,25 @@ impl CostScale {
     }
 }
 
-/// What to render in the next call.
+/// What a goal still asks for.
 #[derive(Debug, PartialEq)]
-pub(super) struct Batch {
-    /// How many images; 0 when nothing is left.
+pub(super) struct Needed {
+    /// How many images it is predicted to need; 0 when nothing is left.
     pub images: usize,
-    /// How many the goal is predicted to need.
-    pub needed: usize,
     /// Whether the first of them is predicted to end in time.
     pub fits: bool,
-    /// Why they are several.
-    pub warning: Option<Warning>,
 }
 
-/// How many images of `forecast` one call should render for `goal`, when `refined` images are there
-/// and `left` seconds remain, if those are limited.
-pub(super) fn batch(forecast: &Forecast, goal: &Goal, refined: usize, left: Option<f64>) -> Batch {
+/// What `goal` still needs of a forecast when `refined` images are there and `left` seconds remain, if
+/// those are limited.
+pub(super) fn needed(
+    forecast: &Forecast,
+    goal: &Goal,
+    refined: usize,
+    left: Option<f64>,
+) -> Needed {
     let steps = &forecast.steps;
-    let needed = match goal.until {
+    let images = match goal.until {
         None => steps.len(),
         Some(until) => {
             let ahead = steps.iter().zip(refined + 1..);
@@ -103,40 +94,7 @@ pub(super) fn batch(forecast: &Forecast, goal: &Goal, refined: usize, left: Opti
     };
     let first = steps.first().map_or(0.0, |s| s.seconds);
     let fits = left.is_none_or(|left| first <= left);
-    let mut rendered = steps.iter().filter(|s| !s.stored).skip(1);
-    let marginal = rendered.next().map_or(0.0, |s| s.seconds);
-    // What is stored costs nothing by itself, and what it shows is known before the next.
-    let stored = steps.first().is_some_and(|s| s.stored);
-    let one_by_one = goal.count.is_some() || marginal <= 0.0 || stored;
-    let paying = if one_by_one {
-        1
-    } else {
-        1 + (forecast.fixed / marginal) as usize
-    };
-    // A prediction that is wrong by a factor of two may still not break the time.
-    let inside = |left: f64| {
-        if fits && marginal > 0.0 {
-            1 + ((0.5 * left - first).max(0.0) / marginal) as usize
-        } else {
-            1
-        }
-    };
-    let images = needed
-        .min(paying)
-        .min(left.map_or(MOST, inside))
-        .min(MOST)
-        .min(steps.len());
-    let warning = (images > 1).then_some(Warning::Batch {
-        images,
-        fixed: forecast.fixed,
-        each: marginal,
-    });
-    Batch {
-        images,
-        needed,
-        fits,
-        warning,
-    }
+    Needed { images, fits }
 }
 
 impl Engine {
@@ -155,7 +113,6 @@ impl Engine {
         let mut out = Forecast {
             quality: quality.0,
             error: self.predicted_in(unit)?,
-            fixed: 0.0,
             steps: Vec::new(),
             is_stated: self.rendered()?.is_known(),
         };
@@ -192,9 +149,6 @@ impl Engine {
                 let fresh = newly_lit(&mut lit, &direction.setting) as f64;
                 let prepare = if first && !ready { cost.prepare } else { 0.0 };
                 let fixed = (prepare + fresh * cost.per_source) * self.pace.seconds();
-                if first {
-                    out.fixed = fixed;
-                }
                 first = false;
                 seconds = fixed + cost.per_image * self.pace.seconds();
             }
@@ -252,17 +206,16 @@ fn newly_lit(lit: &mut [bool], setting: &[f64]) -> usize {
 mod tests {
     use super::*;
 
-    fn forecast(fixed: f64, each: f64) -> Forecast {
+    fn forecast(each: f64) -> Forecast {
         let step = |i: usize| NextImage {
             setting: vec![1.0],
-            seconds: if i == 0 { fixed + each } else { each },
+            seconds: each,
             stored: false,
             error: 0.5_f64.powi(i as i32 + 1),
         };
         Forecast {
             quality: 4,
             error: 1.0,
-            fixed,
             steps: (0..10).map(step).collect(),
             is_stated: false,
         }
@@ -283,46 +236,25 @@ mod tests {
     }
 
     #[test]
-    fn several_at_once_only_while_they_cost_no_more_than_what_is_spent_anyway() {
-        // Five are needed for 1/32; all of them together cost less than the preparation.
-        assert_eq!(batch(&forecast(2.0, 0.1), &until(0.04), 2, None).images, 5);
-        // Two beyond the first may be given what the preparation costs.
-        assert_eq!(batch(&forecast(2.0, 1.0), &until(0.04), 2, None).images, 3);
-        // No shared work, as with an outside renderer; or all of it done.
-        assert_eq!(batch(&forecast(0.0, 1.0), &until(0.04), 2, None).images, 1);
-        // A count is one by one, whatever it costs.
-        let three = Goal {
-            count: Some(3),
-            ..Goal::default()
+    fn an_error_needs_the_images_until_it_is_confirmed() {
+        let needed = |until_error, refined| {
+            needed(&forecast(0.1), &until(until_error), refined, None).images
         };
-        assert_eq!(batch(&forecast(2.0, 0.1), &three, 0, None).images, 1);
-        // An error that is not confirmed takes the pictures that confirm it.
-        assert_eq!(batch(&forecast(2.0, 0.1), &until(0.9), 0, None).images, 2);
-        // What is stored comes by itself, whatever those after it cost.
-        let mut stored = forecast(2.0, 0.1);
-        if let Some(first) = stored.steps.first_mut() {
-            (first.stored, first.seconds) = (true, 0.0);
-        }
-        let next = batch(&stored, &within(1.0), 2, Some(1.0));
-        assert_eq!((next.images, next.fits), (1, true));
+        assert_eq!(needed(0.04, 2), 5);
+        // An error that is not confirmed takes the images that confirm it.
+        assert_eq!(needed(0.9, 0), 2);
         let nothing = Forecast {
             steps: Vec::new(),
-            ..forecast(0.0, 0.0)
+            ..forecast(0.0)
         };
-        assert_eq!(batch(&nothing, &until(0.1), 2, None).images, 0);
+        assert_eq!(super::needed(&nothing, &until(0.1), 2, None).images, 0);
     }
 
     #[test]
     fn a_time_is_kept_by_prediction() {
-        let fits = |fixed, each, left| {
-            let next = batch(&forecast(fixed, each), &within(left), 0, Some(left));
-            (next.fits, next.images)
-        };
-        assert_eq!(fits(0.0, 2.0, 1.0), (false, 1));
-        assert_eq!(fits(0.0, 2.0, 2.0), (true, 1));
-        // Half of the time at most goes to a call of several.
-        assert_eq!(fits(2.0, 0.5, 7.0), (true, 3));
-        assert_eq!(fits(2.0, 0.5, 100.0), (true, 5));
+        let fits = |each, left| needed(&forecast(each), &within(left), 0, Some(left)).fits;
+        assert!(!fits(2.0, 1.0));
+        assert!(fits(2.0, 2.0));
     }
 
     #[test]

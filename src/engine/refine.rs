@@ -99,18 +99,9 @@ pub enum Ended {
     Stopped,
 }
 
-/// Why refinement rendered several images at once, or ended before its time did.
+/// Why refinement ended before its time did.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Warning {
-    /// Several images in one call.
-    Batch {
-        /// How many.
-        images: usize,
-        /// Predicted seconds before the first.
-        fixed: f64,
-        /// Predicted seconds of each.
-        each: f64,
-    },
     /// The next image is predicted to take longer than what is left.
     DoesNotFit {
         /// Its predicted seconds.
@@ -126,7 +117,7 @@ pub struct RefinementSummary {
     pub images: usize,
     /// Seconds of computing them.
     pub seconds: f64,
-    /// Why it rendered several images at once, or ended early.
+    /// Why it ended early.
     pub warnings: Vec<Warning>,
     /// Why it ended; `None` while it goes on.
     pub ended: Option<Ended>,
@@ -214,9 +205,8 @@ impl Engine {
     /// it leaves room; else an error counts as reached once two refined images were held against
     /// it.
     ///
-    /// A number of images is rendered one by one. An error or a time may take several in one call,
-    /// where their cost says that it pays; see [`Engine::forecast`]. The predicted seconds decide
-    /// whether another image still fits into a time; one is always rendered.
+    /// The predicted seconds decide whether another image still fits into a time; one is always
+    /// rendered.
     ///
     /// A cancel ends it at once: images that are finished are kept, those in hand are lost.
     ///

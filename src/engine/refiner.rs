@@ -152,27 +152,22 @@ impl Refiner {
             }
             return Ok(Next::Added);
         }
-        let mut batch = forecast::batch(&forecast, &self.goal, engine.refined(), left);
-        match self.calls {
-            Calls::Blocking => {}
-            Calls::Background => {
-                batch.images = batch.images.min(1);
-                batch.warning = None;
-            }
-            Calls::Farm => {
-                let count = goal.count.unwrap_or(batch.needed);
-                batch.images = batch.needed.min(count.saturating_sub(self.done.images));
-                batch.warning = None;
-            }
-        }
+        let needed = forecast::needed(&forecast, &self.goal, engine.refined(), left);
+        let images = if self.calls == Calls::Farm {
+            let count = goal.count.unwrap_or(needed.images);
+            needed.images.min(count.saturating_sub(self.done.images))
+        } else {
+            // What is known after an image is better than what is predicted before.
+            needed.images.min(1)
+        };
         // The first one is rendered whatever it takes: else nothing would ever be known.
-        if self.done.images > 0 && !batch.fits {
+        if self.done.images > 0 && !needed.fits {
             let seconds = forecast.steps.first().map_or(0.0, |s| s.seconds);
             let warning = (seconds > 0.0).then_some(Warning::DoesNotFit { seconds });
             self.done.warnings.extend(warning);
             return Ok(Next::Ended(Ended::Spent));
         }
-        if batch.images == 0 {
+        if images == 0 {
             let finest = engine.coarse_steps()[1] == engine.finest();
             let is_stated = engine.pool().is_some_and(Pool::is_stated);
             let is_off = is_stated && finest && forecast.error > 0.0;
@@ -183,9 +178,8 @@ impl Refiner {
                 Ended::Complete
             }));
         }
-        self.done.warnings.extend(batch.warning);
-        self.needed = self.done.images + batch.needed;
-        let steps = forecast.steps.into_iter().take(batch.images).collect();
+        self.needed = self.done.images + needed.images;
+        let steps = forecast.steps.into_iter().take(images).collect();
         self.next_refined(engine, steps, begin)
     }
 

@@ -99,9 +99,7 @@ fn why(left_out: &LeftOut, unit: ErrorUnit) -> String {
         LeftOut::HeldSegments(_) => "nothing changes in them: one key each, no blends",
         LeftOut::JoinedKnots(_) => "where nothing bends: the neighbouring segments are one",
         LeftOut::MergedKeys(_) => "control points equal another key: one image serves them all",
-        LeftOut::InsertedKnots(_) => {
-            "were added so that no key needs negative light; --signed-keys spares them"
-        }
+        LeftOut::InsertedKnots(_) => "were added so that no key needs negative light",
         LeftOut::FixedRaisesRank => {
             "is part of every key, which costs playback nothing; it raises the rank by one"
         }

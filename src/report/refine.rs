@@ -6,7 +6,6 @@ use super::words::{count, percent, seconds};
 use crate::engine::{
     Ended, Engine, Event, Forecast, JobStatus, RefinementSummary, Status, Warning,
 };
-use crate::renderer::Cost;
 
 /// Coordinates named for a step.
 const NAMED: usize = 4;
@@ -35,16 +34,6 @@ impl std::fmt::Display for Warning {
 /// A remark in a line.
 pub fn warning(warning: &Warning) -> String {
     match warning {
-        Warning::Batch {
-            images,
-            fixed,
-            each,
-        } => format!(
-            "{} in one call: what it takes before the first costs {}, each picture {} (predicted)",
-            count(*images, "picture"),
-            seconds(*fixed),
-            seconds(*each)
-        ),
         Warning::DoesNotFit { seconds: s } => {
             format!(
                 "the next picture would take {}, which does not fit",
@@ -193,7 +182,7 @@ pub fn so_far(engine: &Engine) -> Option<String> {
 }
 
 /// The next steps of a forecast of `all` steps, with what they cost.
-pub fn forecast(engine: &Engine, forecast: &Forecast, all: usize, cost: Cost) -> String {
+pub fn forecast(engine: &Engine, forecast: &Forecast, all: usize) -> String {
     let mut text = format!(
         "predicted error {} % of the light with {}; {} left to refine, at quality {}\n",
         percent(forecast.error),
@@ -228,38 +217,7 @@ pub fn forecast(engine: &Engine, forecast: &Forecast, all: usize, cost: Cost) ->
             words.join("  ")
         );
     }
-    text.push_str(&sharing(forecast, cost));
     text
-}
-
-fn sharing(forecast: &Forecast, cost: Cost) -> String {
-    match (cost.prepare + cost.per_source > 0.0, forecast.fixed > 0.0) {
-        (false, _) => "pictures share no work here: one at a time loses nothing".to_owned(),
-        (true, true) => format!(
-            "the first costs {} before any picture, which the others share: several in one call \
-             pay until they cost as much",
-            seconds(forecast.fixed)
-        ),
-        (true, false) => "what pictures share is done: one at a time loses nothing".to_owned(),
-    }
-}
-
-/// What to say in a plan where images share no work; `None` where they do, or where there is
-/// nothing to refine.
-pub fn unshared(engine: &Engine) -> Option<String> {
-    let cost = engine.refined_cost().ok().filter(|_| !engine.is_final())?;
-    let shares = cost.prepare > 0.0 || cost.per_source > 0.0;
-    let each = if cost.per_image > 0.0 {
-        format!("{:.2} s each, as measured", cost.per_image)
-    } else {
-        "not measured yet".to_owned()
-    };
-    (!shares).then(|| {
-        format!(
-            "pictures share no work here ({each}; with negative light two runs): refining several \
-             at once does not pay"
-        )
-    })
 }
 
 /// What to say where the show asks for steps of quality beyond the scale.

@@ -39,10 +39,6 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         repl.engine.calibrate_cost()?;
         text.push_str(&report::ways::describe(&repl.engine.ways(&goal)?, &goal));
     }
-    if let Some(unshared) = words::unshared(&repl.engine) {
-        text.push_str(&unshared);
-        text.push('\n');
-    }
     if repl.engine.pool().is_some() && !repl.engine.is_final() {
         let [cheap, fine] = repl.engine.coarse_steps().map(|q| q.0);
         text.push_str(&format!(
@@ -112,17 +108,11 @@ fn next(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     repl.engine.calibrate_cost()?;
     let mut forecast = repl.engine.forecast()?;
     let all = forecast.steps.len();
-    let cost = repl.engine.refined_cost()?;
     forecast.steps.truncate(listed);
     if call.has("json") {
         Reply::json(&forecast)
     } else {
-        Ok(Reply::text(words::forecast(
-            &repl.engine,
-            &forecast,
-            all,
-            cost,
-        )))
+        Ok(Reply::text(words::forecast(&repl.engine, &forecast, all)))
     }
 }
 
