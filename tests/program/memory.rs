@@ -163,7 +163,7 @@ fn cases() -> Vec<Case> {
         ),
         case("rig", rig(6, 20), 192, &["run", "--count", "1"], None),
         case("rig", rig(6, 20), 192, &["play", "-o", "a.html"], None),
-        case("rig", rig(6, 4), 192, &["chart", "plan"], None),
+        case("rig", rig(6, 4), 192, &["chart", "transport"], None),
         case("thrown", thrown(), 64, &["check"], Some("thrown")),
         case(
             "photometric",

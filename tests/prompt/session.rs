@@ -338,10 +338,11 @@ fn the_plan_is_the_same_bytes_in_every_run_and_with_any_threads() {
             ..host(&MemoryStore::default())
         };
         let mut show = prompt("s.lxq", SHOW.as_bytes(), host).unwrap();
+        let plain = show.execute("plan --json").unwrap().text;
+        show.engine_mut().coarse().unwrap();
         if refine {
             show.engine_mut().refine(Goal::default()).unwrap();
         }
-        let plain = show.execute("plan --json").unwrap().text;
         let error = show.execute("plan --json --tolerance 0").unwrap().text;
         (plain, error)
     };
