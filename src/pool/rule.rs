@@ -23,12 +23,15 @@ pub struct Evidence {
 /// much (`examples/studies`).
 const ROOM: [f64; 2] = [3.0, 4.0];
 
+/// An error that is beyond what is wanted by less than this part of it differs by rounding alone.
+const ROUNDING: f64 = 1e-9;
+
 /// Whether an error that was `predicted` with so many refined pictures counts as within `wanted`:
 /// without two that it was held against it must leave room, threefold and fourfold. An error that
 /// rests on what the operator states ([`crate::renderer::Transport::stated_error`]) counts as it is.
 pub fn is_within(wanted: f64, predicted: f64, refined: usize, is_stated: bool) -> bool {
     let room = ROOM.get(refined).filter(|_| !is_stated);
-    room.unwrap_or(&1.0) * predicted <= wanted
+    room.unwrap_or(&1.0) * predicted <= wanted * (1.0 + ROUNDING)
 }
 
 /// What known corrections make of the estimate.
