@@ -7,3 +7,7 @@ pub mod evaluation;
 pub mod projection;
 pub mod random_show;
 pub mod trial;
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
+mod refined_first;

@@ -1,16 +1,16 @@
 //! The paper's order and its "refined first" against what is done here, on two random shows with
 //! the real G.
 
+use crate::evaluation::{Rule, Verdict};
+use crate::projection::Projection;
+use crate::random_show::random_show;
+use crate::trial::{self, Trial};
 use footlight::engine::{Engine, Host};
 use footlight::picture::Image;
 use footlight::picture::combine::{combine, dot};
 use footlight::plan::{self, Metric};
 use footlight::pool::Pool;
 use footlight::work::Work;
-use footlight_studies::evaluation::{Rule, Verdict};
-use footlight_studies::projection::Projection;
-use footlight_studies::random_show::random_show;
-use footlight_studies::trial::{self, Trial};
 
 const SEEDS: [u64; 2] = [1, 7];
 const SIZE: [usize; 2] = [48, 27];
