@@ -122,7 +122,7 @@ fn every_line_that_a_message_offers_works_when_it_is_typed() {
         let transcript = fs::read_to_string(entry.unwrap().path()).unwrap();
         lines.extend(offered_at_the_prompt(&transcript));
     }
-    assert!(lines.len() > before + 5, "{lines:?}");
+    assert!(lines.len() > before + 2, "{lines:?}");
     let idle: Vec<_> = lines.iter().filter(|words| !works(words)).collect();
     assert!(idle.is_empty(), "these lines do not work:\n{idle:#?}");
 }

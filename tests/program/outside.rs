@@ -131,8 +131,6 @@ fn a_renderer_with_a_scale_goes_through_the_whole_loop() {
     let mut show = open(call("linear", 3));
     show.engine_mut().set_way(Way::Paper);
     let before = show.execute("plan").unwrap();
-    assert!(before.text.contains("not measured yet"), "{}", before.text);
-    assert!(before.text.contains("several at once does not pay"));
     // The show's default `refined 4` is beyond the scale: said once.
     assert!(
         before.notes.concat().contains("ends at 3"),
@@ -146,8 +144,6 @@ fn a_renderer_with_a_scale_goes_through_the_whole_loop() {
     assert!(ran.notes.is_empty(), "{:?}", ran.notes);
     let engine = show.engine_mut();
     assert!(engine.refined() > 0 && engine.predicted_error().unwrap() < 1e-3);
-    let measured = show.execute("plan").unwrap().text;
-    assert!(measured.contains("as measured"), "{measured}");
 
     // The pool's picture of the first cue is the renderer's own at its finest step.
     let engine = show.engine_mut();
