@@ -242,11 +242,12 @@ impl Engine {
             return Err(Error::NoSetup);
         }
         self.complete_pair(&goal);
-        // Only a time needs the seconds of this machine; an error compares costs alone.
-        if goal.budget.is_some() && self.pool().is_none() {
-            self.calibrate_cost()?;
+        if goal.budget.is_some() && !self.pace.is_known() {
+            // The first images tell the pace of this machine, by which finer ones are then chosen.
+            self.choose_visible_base()?;
+        } else {
+            self.choose_base(&goal)?;
         }
-        self.choose_base(&goal)?;
         self.background = Some(BackgroundRefinement {
             refiner: Refiner::new(goal, Calls::Background, self.now()),
             job: None,

@@ -177,6 +177,12 @@ impl Engine {
     /// # Errors
     /// As [`Engine::coarse`].
     pub fn visible(&mut self) -> Result<(), Error> {
+        self.choose_visible_base()?;
+        self.coarse()
+    }
+
+    /// Chooses the step of [`Engine::visible`], unless there are images.
+    pub(super) fn choose_visible_base(&mut self) -> Result<(), Error> {
         if self.pool().is_none() && !self.is_busy() && self.stored_base()?.is_none() {
             let [_, fine] = self.coarse_pair();
             let is_stated = self.stated(fine, ErrorUnit::Light).is_some();
@@ -184,7 +190,7 @@ impl Engine {
                 rendering.base.get_or_insert([fine; 2]);
             }
         }
-        self.coarse()
+        Ok(())
     }
 
     /// Takes up the images that earlier sessions stored, where every source has one; renders nothing.
