@@ -89,7 +89,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// What replaces the argument that an error refuses, where an earlier version had it.
+/// Names the replacement of the argument that an error refuses, where an earlier version had it.
 fn removed_argument(error: &clap::Error) -> Option<String> {
     let kinds = [ContextKind::InvalidSubcommand, ContextKind::InvalidArg];
     let mut values = kinds.into_iter().filter_map(|kind| error.get(kind));

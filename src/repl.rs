@@ -334,7 +334,7 @@ impl Repl {
     /// Refuses to write a result over what the show or this call is read from.
     fn spare(&self, path: &Path, call: &Call) -> Result<(), Error> {
         let files = self.engine.host().files.as_ref();
-        let mut inputs = call.words.iter().chain(call.options.get("commands"));
+        let mut inputs = call.words.iter();
         let read = self.engine.document().reads(path, files)
             || inputs.any(|input| is_same(Path::new(input), path));
         if read {

@@ -15,8 +15,6 @@ pub enum Marker {
     Triangle,
     /// A square on its corner.
     Diamond,
-    /// Two crossed lines.
-    Cross,
     /// The line alone.
     None,
 }
@@ -37,7 +35,6 @@ impl Marker {
             Marker::Triangle => &[(0.0, -4.8), (4.5, 3.2), (-4.5, 3.2)],
             Marker::Diamond => &[(0.0, -5.0), (5.0, 0.0), (0.0, 5.0), (-5.0, 0.0)],
             Marker::Circle => &[],
-            Marker::Cross => return cross(drawing, at, 3.5 * size, colour),
             Marker::None => return,
         };
         let steps = match corners {
@@ -50,12 +47,6 @@ impl Marker {
         drawing.path(steps.clone(), Stroke::solid(ground, 2.0 * size));
         drawing.area(steps, colour);
     }
-}
-
-fn cross(drawing: &mut Drawing, (x, y): Point, arm: f32, colour: Colour) {
-    let stroke = Stroke::solid(colour, 2.0);
-    drawing.line((x - arm, y - arm), (x + arm, y + arm), stroke);
-    drawing.line((x - arm, y + arm), (x + arm, y - arm), stroke);
 }
 
 /// A circle of four cubics; 0.5523 keeps them within 0.03 % of the radius.

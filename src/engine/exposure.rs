@@ -133,16 +133,21 @@ fn brightest<'k>(
     thin: &Pool,
     work: Work<'_>,
 ) -> Result<Vec<&'k Vec<f64>>, Error> {
-    let mut found: Vec<&Vec<f64>> = keys.keys().iter().collect();
-    if found.len() > MOST_KEYS {
-        let coordinates = keys.coordinates();
-        let unit = |c: usize| -> Vec<f64> { (0..coordinates).map(|i| f64::from(i == c)).collect() };
-        let light: Vec<f64> = (0..coordinates)
-            .map(|c| Ok(tone::bright_light(&thin.preview(&unit(c), work)?)))
-            .collect::<Result<_, Error>>()?;
-        let total = |key: &[f64]| -> f64 { key.iter().zip(&light).map(|(x, y)| x * y).sum() };
-        found.sort_by(|a, b| total(b).total_cmp(&total(a)));
-        found.truncate(MOST_KEYS);
+    let all = keys.keys().iter();
+    if all.len() <= MOST_KEYS {
+        return Ok(all.collect());
     }
-    Ok(found)
+    let coordinates = keys.coordinates();
+    let unit = |c: usize| -> Vec<f64> { (0..coordinates).map(|i| f64::from(i == c)).collect() };
+    let light: Vec<f64> = (0..coordinates)
+        .map(|c| Ok(tone::bright_light(&thin.preview(&unit(c), work)?)))
+        .collect::<Result<_, Error>>()?;
+    let total = |key: &Vec<f64>| -> f64 { key.iter().zip(&light).map(|(x, y)| x * y).sum() };
+    let mut found: Vec<(f64, &Vec<f64>)> = all.map(|key| (total(key), key)).collect();
+    found.sort_by(|(a, _), (b, _)| b.total_cmp(a));
+    Ok(found
+        .into_iter()
+        .take(MOST_KEYS)
+        .map(|(_, key)| key)
+        .collect())
 }

@@ -64,7 +64,7 @@ impl CostScale {
     }
 }
 
-/// What a goal still asks for.
+/// Images that a goal still asks for.
 #[derive(Debug, PartialEq)]
 pub(super) struct Needed {
     /// How many images it is predicted to need; 0 when nothing is left.
@@ -73,8 +73,8 @@ pub(super) struct Needed {
     pub fits: bool,
 }
 
-/// What `goal` still needs of a forecast when `refined` images are there and `left` seconds remain, if
-/// those are limited.
+/// Counts the images that `goal` still needs of a forecast, with `refined` images there and `left`
+/// seconds, if those are limited.
 pub(super) fn needed(
     forecast: &Forecast,
     goal: &Goal,

@@ -48,7 +48,7 @@ impl Engine {
         Ok(pool.weighting().clone().at(self.moments(pool, unit)?))
     }
 
-    /// What is left to refine, the most useful first.
+    /// Directions that are left to refine, the most useful first.
     pub(super) fn directions(&self, pool: &Pool, unit: ErrorUnit) -> Result<Vec<Direction>, Error> {
         let keys = self.document.keys();
         let weighting = self.weighting(pool, unit)?;

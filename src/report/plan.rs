@@ -133,22 +133,18 @@ pub fn describe(plan: &PlanReport) -> String {
         count(plan.keys.len(), "key"),
         plan.rank
     );
+    let pictures = count(plan.used, "refined picture");
     let mut predicted = plan.predicted.iter();
     let is_reached =
         predicted.any(|step| step.refined == plan.used && step.error <= plan.tolerance);
+    let pictures = if is_reached {
+        format!("{pictures} of {} for an error of", plan.rank)
+    } else {
+        format!("all {pictures} leave more than")
+    };
     let _ = writeln!(
         text,
-        "{} {} {}{}; predicted after each",
-        if is_reached {
-            format!("{} of {}", count(plan.used, "refined picture"), plan.rank)
-        } else {
-            format!("all {}", count(plan.used, "refined picture"))
-        },
-        if is_reached {
-            "for an error of"
-        } else {
-            "leave more than"
-        },
+        "{pictures} {}{}; predicted after each",
         words::error(plan.tolerance, plan.unit),
         if plan.unit == ErrorUnit::Light {
             " of the light"

@@ -23,12 +23,8 @@ pub enum Kind {
     Transport,
     /// Time and memory against the size of the task.
     Scale,
-    /// A design session: error against computing time, edits in between.
-    Session,
     /// Metrics, previews and predictions against the truth.
     Trial,
-    /// Refinement: the sequence's error against images and time, by order.
-    Plan,
     /// Where methods fail: one against another on hard inputs.
     Stability,
 }

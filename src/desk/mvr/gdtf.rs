@@ -48,7 +48,7 @@ pub struct Fixture {
     pub is_without_beam: bool,
     /// The type of a beam that GDTF does not have.
     pub unknown_type: Option<String>,
-    /// Whether the mode was found; `None` of a type that is not read.
+    /// True where the mode was found; `None` of a type that is not read.
     pub mode: Option<bool>,
 }
 

@@ -99,7 +99,7 @@ fn sets<'w>(
     mut work: Work<'w>,
 ) -> Result<Work<'w>, ReadError> {
     let mut written = BTreeSet::new();
-    // Whether the file at each path is a stage.
+    // By path, true where the file is a stage.
     let mut tried: BTreeMap<String, bool> = BTreeMap::new();
     for set in &plan.sets {
         work.check()?;

@@ -1,46 +1,34 @@
 //! Verbs and options of earlier versions, each with its replacement. The next version drops the table.
 
 /// Names as they were typed, and what to type now.
-const REMOVED: &[(&str, &str)] = &[
+const REMOVED: &[(&[&str], &str)] = &[
     (
-        "watch",
+        &["watch"],
         "`footlight serve show.lxq` shows every save in a browser, an editor with `footlight lsp` its errors",
     ),
     (
-        "session",
+        &["session", "--truth", "--commands"],
         "the study `figure7` of the sources replays a session",
     ),
+    (&["--measure"], "`quality --measure` measures every step"),
     (
-        "--truth",
-        "the study `figure7` of the sources replays a session",
-    ),
-    (
-        "--commands",
-        "the study `figure7` of the sources replays a session",
-    ),
-    ("--measure", "`quality --measure` measures every step"),
-    (
-        "--metric",
+        &["--metric"],
         "pictures are refined in the order of what they improve most",
     ),
-    ("--signed-keys", "keys are never negative"),
+    (&["--signed-keys"], "keys are never negative"),
     (
-        "--keys",
+        &["--keys"],
         "key images are half floats where that shows no difference",
     ),
     (
-        "--live",
-        "`footlight serve show.lxq` shows the page while you edit the file",
-    ),
-    (
-        "--wasm",
+        &["--live", "--wasm"],
         "`footlight serve show.lxq` shows the page while you edit the file",
     ),
 ];
 
 /// What replaces a verb or option that is no longer there, as a clause for a message.
 pub fn removed(name: &str) -> Option<String> {
-    let (_, instead) = REMOVED.iter().find(|(old, _)| *old == name)?;
+    let (_, instead) = REMOVED.iter().find(|(names, _)| names.contains(&name))?;
     Some(format!("`{name}` was removed: {instead}"))
 }
 
@@ -51,7 +39,7 @@ mod tests {
 
     #[test]
     fn a_removed_verb_names_its_replacement() {
-        for (name, _) in REMOVED {
+        for name in REMOVED.iter().flat_map(|(names, _)| *names) {
             if !name.starts_with("--") {
                 let error = find(name).err().map(|error| error.to_string());
                 assert!(error.is_some_and(|e| e.contains("was removed: ")), "{name}");

@@ -1,8 +1,11 @@
 //! What changed between two versions of a show, in a designer's words and in light.
 
+mod shift;
+
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
+use self::shift::Shifts;
 use super::level::{by_bank, clock, motion, number, time};
 use crate::engine::Version;
 use crate::lang;
@@ -151,21 +154,14 @@ fn cues(old: &Version, new: &Version, out: &mut Vec<Change>) {
         found.ok()
     };
     let alike = same_words(&old.show, &new.show);
-    let mut stated = Shifts {
-        word: "at",
-        ..Shifts::default()
-    };
+    let mut stated = Shifts::of("at", false);
     // With another default time each cue moves by another time.
     let default = |show: &Show| {
         let mut parts = show.cues.iter().flat_map(|cue| &cue.parts);
         let found = parts.find(|part| part.by_default == [true; 2]);
         found.map(|part| (part.up, part.down))
     };
-    let mut followed = Shifts {
-        word: "GO",
-        is_loose: default(&old.show) != default(&new.show),
-        ..Shifts::default()
-    };
+    let mut followed = Shifts::of("GO", default(&old.show) != default(&new.show));
     for (i, cue) in new.show.cues.iter().enumerate() {
         let what = format!("cue {}", cue.number);
         let Some(k) = find(&old.show, cue) else {
@@ -204,63 +200,6 @@ fn cues(old: &Version, new: &Version, out: &mut Vec<Change>) {
                 what: format!("cue {}", cue.number),
                 how: "removed".to_owned(),
             });
-        }
-    }
-}
-
-/// Cues in a row whose clock time, or whose GO, moved by the same time, which one line says.
-#[derive(Default)]
-struct Shifts {
-    /// What moved: `at` or `GO`.
-    word: &'static str,
-    /// One line says cues that moved in the same direction, though by different times.
-    is_loose: bool,
-    moved: Time,
-    /// The least and the largest move of the line, in seconds.
-    range: [f64; 2],
-    first: String,
-    /// Where the line stands.
-    line: usize,
-}
-
-impl Shifts {
-    /// Adds the line of a cue that moved, or lets the line before say it too.
-    fn add(&mut self, what: &str, (was, now): (Time, Time), out: &mut Vec<Change>) {
-        let moved = now - was;
-        let way_of = |moved: Time| shift(moved).1;
-        let is_alike = moved == self.moved || self.is_loose && way_of(moved) == way_of(self.moved);
-        let same = !self.first.is_empty() && is_alike;
-        self.moved = moved;
-        if moved == Time::ZERO {
-            self.first.clear();
-            return;
-        }
-        let word = self.word;
-        let number_of = |what: &str| what.strip_prefix("cue ").unwrap_or(what).to_owned();
-        let (seconds, way) = shift(moved);
-        match out.get_mut(self.line).filter(|_| same) {
-            Some(line) => {
-                let [least, most] = self.range;
-                self.range = [least.min(seconds), most.max(seconds)];
-                let [least, most] = self.range.map(number);
-                let by = if least == most {
-                    most
-                } else {
-                    format!("{least} to {most}")
-                };
-                line.what = format!("cues {} to {}", self.first, number_of(what));
-                line.how = format!("{word} {by} s {way}");
-            }
-            None => {
-                let by = number(seconds);
-                self.range = [seconds; 2];
-                self.first = number_of(what);
-                self.line = out.len();
-                out.push(Change {
-                    what: what.to_owned(),
-                    how: format!("{word} {} -> {} ({by} s {way})", clock(was), clock(now)),
-                });
-            }
         }
     }
 }
@@ -374,16 +313,6 @@ fn heads(was: &Cue, now: &Cue) -> Vec<String> {
         ));
     }
     out
-}
-
-/// Seconds of a move in time, and its direction.
-fn shift(moved: Time) -> (f64, &'static str) {
-    let way = if moved.micros() > 0 {
-        "later"
-    } else {
-        "earlier"
-    };
-    (moved.seconds().abs(), way)
 }
 
 fn parts((old, was): (&Show, &Cue), (new, now): (&Show, &Cue), go: Time) -> Vec<String> {
