@@ -41,7 +41,7 @@ use crate::pool::image_cache::{CacheStatistics, ImageCache};
 use crate::renderer::contract::check_memory;
 use crate::renderer::{self, Quality, Setup};
 use crate::show::Show;
-use crate::units::Time;
+use crate::units::{ErrorUnit, Time};
 use crate::work::Work;
 
 pub use self::background::{Ahead, Background, Event, JobStatus, Status};
@@ -336,7 +336,7 @@ impl Engine {
     /// # Errors
     /// As [`Engine::picture`]; [`Error::Plan`] for another number of coordinates.
     pub fn picture_of(&mut self, setting: &[f64]) -> Result<Image, Error> {
-        self.visible()?;
+        self.coarse()?;
         Ok(self.rendered()?.preview(setting, self.work())?)
     }
 
@@ -467,7 +467,18 @@ impl Engine {
 
     /// The two steps of quality that the show asks for.
     pub(crate) fn coarse_pair(&self) -> [Quality; 2] {
-        rendering::coarse_steps(self.show().preview.coarse, self.finest())
+        self.coarse_pair_at(self.show().preview.coarse)
+    }
+
+    /// The two steps of quality at which coarse images are rendered, ascending: `coarse`, clamped to
+    /// the scale, and, where the operator states no error of it, the next finer one. Previews use the
+    /// images of the second; the difference of the two estimates their error, but for what both share.
+    fn coarse_pair_at(&self, coarse: u8) -> [Quality; 2] {
+        let finest = self.finest().0;
+        let cheap = coarse.clamp(1, finest);
+        let is_stated = self.stated(Quality(cheap), ErrorUnit::Light).is_some();
+        let fine = cheap.saturating_add(u8::from(!is_stated));
+        [cheap, fine.min(finest)].map(Quality)
     }
 
     /// The finest step of the scale that the show's lights are rendered on.
@@ -479,7 +490,12 @@ impl Engine {
 
     /// The step of quality of refined images.
     pub fn refined_step(&self) -> Quality {
-        rendering::refined_step(self.show().preview.refined, self.finest())
+        self.refined_step_at(self.show().preview.refined)
+    }
+
+    /// The same for `refined`, or the nearest step on the scale.
+    fn refined_step_at(&self, refined: u8) -> Quality {
+        Quality(refined.clamp(1, self.finest().0))
     }
 
     /// The least step of quality of refined images that serve.

@@ -114,6 +114,24 @@ impl Stated {
         Stated { refined, ..self }
     }
 
+    /// Of operators that state errors: what estimates are multiplied by, and the errors of coarse and
+    /// of refined images.
+    pub fn of(calibration: f64, coarse: f64, refined: f64) -> Stated {
+        let share = if coarse > 0.0 { refined / coarse } else { 0.0 };
+        Stated {
+            calibration,
+            refined: share.min(1.0),
+            noise: None,
+        }
+    }
+
+    /// Where coarse images are left to show so much of what they showed `alone`, the error before
+    /// calibration, with that of the refined images that show the rest.
+    pub fn with_error_of_refined(self, left: f64, alone: f64) -> f64 {
+        let share = if alone > 0.0 { left / alone } else { 0.0 };
+        left.hypot(self.refined * alone * (1.0 - share * share).max(0.0).sqrt())
+    }
+
     /// What refined images count for beside coarse ones.
     fn refined_weight(self) -> f64 {
         match self.noise {
@@ -182,14 +200,21 @@ impl Pool {
         })
     }
 
-    /// The pool with what the operator states of its errors; no refined image is in it yet. Noise is
-    /// taken to be as large as its estimate allows: the picture's own and that of D both depart from
-    /// what is expected of them.
+    /// The pool with what the operator states of its errors, but of the sources that are `exact`; no
+    /// refined image is in it yet. Noise is taken to be as large as its estimate allows: the picture's
+    /// own and that of D both depart from what is expected of them.
     ///
     /// # Errors
     /// As [`Pool::new`].
-    pub fn stating(mut self, stated: Option<Stated>) -> Result<Pool, PlanError> {
+    pub fn stating(mut self, stated: Option<Stated>, exact: &[bool]) -> Result<Pool, PlanError> {
         self.stated = stated;
+        if self.is_relative() {
+            let norms = self.norms().into_iter().zip(exact);
+            let weights: Vec<f64> = norms
+                .map(|(n, exact)| if *exact { 0.0 } else { n })
+                .collect();
+            self.weighting = weighting(&[], &weights)?;
+        }
         if stated.is_some_and(|stated| stated.noise.is_some()) {
             for (error, spread) in self.errors.iter_mut().zip(&self.spreads) {
                 *error *= (1.0 + CONFIDENCE * SQRT_2 * spread).sqrt();
@@ -230,9 +255,8 @@ impl Pool {
     }
 
     fn left_with_refined(&self, left: f64, alone: f64) -> f64 {
-        let share = if alone > 0.0 { left / alone } else { 0.0 };
-        let refined = self.stated.map_or(0.0, |s| s.refined) * alone;
-        left.hypot(refined * (1.0 - share * share).max(0.0).sqrt())
+        self.stated
+            .map_or(left, |stated| stated.with_error_of_refined(left, alone))
     }
 
     /// What estimated errors are multiplied by before the first correction is known.
@@ -471,7 +495,7 @@ impl Pool {
         let n = setting.len().min(self.coarse.len());
         let of = |i: usize| -> f64 {
             if self.is_relative() {
-                (setting[i] * self.weighting.weights()[i]).powi(2)
+                setting[i] * setting[i] * self.gram[(i, i)]
             } else {
                 (0..n)
                     .map(|j| setting[i] * self.gram[(i, j)] * setting[j])

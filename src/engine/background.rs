@@ -13,13 +13,13 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use super::forecast;
 use super::refine::{Ended, Goal, RefinementSummary, Step};
-use super::refiner::{Calls, Next, Refiner, Ticket};
+use super::refiner::{Extent, Next, Refiner, Ticket};
 use super::rendering::{Job, Rendered, SetupImages};
-use super::ways::Way;
+use super::ways::{Mixtures, Way};
 use super::{Engine, Error};
 use crate::renderer::Quality;
+use crate::units::ErrorUnit;
 use crate::work::{Progress, Work};
 
 /// How long a wait goes on before it looks at progress and cancel again.
@@ -241,15 +241,8 @@ impl Engine {
         if self.rendering.is_none() {
             return Err(Error::NoSetup);
         }
-        self.complete_pair(&goal);
-        if goal.budget.is_some() && !self.pace.is_known() {
-            // The first images tell the pace of this machine, by which finer ones are then chosen.
-            self.choose_visible_base()?;
-        } else {
-            self.choose_base(&goal)?;
-        }
         self.background = Some(BackgroundRefinement {
-            refiner: Refiner::new(goal, Calls::Background, self.now()),
+            refiner: Refiner::new(goal, Extent::Goal, self.now()),
             job: None,
             way: self.way,
             view: self.document.view().map(str::to_owned),
@@ -535,48 +528,26 @@ impl Engine {
 
     /// What is predicted to follow.
     fn ahead(&self, refiner: &Refiner, job: Option<&JobStatus>) -> Option<Ahead> {
-        let forecast = self.forecast().ok()?;
-        let (goal, done) = (refiner.goal(), &refiner.done);
-        let left = goal.budget.map(|s| s - done.seconds);
-        let way = self
-            .ways_beyond(goal, Some(&forecast))
-            .ok()?
-            .into_iter()
-            .next();
-        let way = way.filter(|w| goal.asks_for_a_way() && w.way == Way::Alone && w.alone > 0);
-        if let Some(way) = way {
-            let spent = job.map_or(0.0, |j| j.spent);
+        let left = refiner.left();
+        let spent = job.map_or(0.0, |job| job.spent);
+        if self.is_pool_due() {
+            let ways = refiner.ways.iter().flatten();
+            let way = ways
+                .clone()
+                .find(|way| way.way == Way::Alone && way.alone > 0)?;
             return Some(Ahead {
                 images: way.alone,
                 seconds: (way.seconds - spent).max(0.0),
                 error: way.error,
             });
         }
-        let next = forecast::needed(&forecast, goal, self.refined(), left);
-        let counted = goal.count.map(|n| n.saturating_sub(done.images));
-        let needed = counted.map_or(next.images, |n| n.min(next.images));
-        let fits = |sum: f64| left.is_none_or(|left| sum <= left);
-        let job = job.filter(|j| j.refined);
-        let mut out = Ahead {
-            images: 0,
-            seconds: 0.0,
-            error: forecast.error,
-        };
-        for (i, step) in forecast.steps.iter().take(needed).enumerate() {
-            // The first is being rendered already, with what it takes beyond the others.
-            let seconds = match job {
-                Some(job) if i == 0 => (job.predicted - job.spent).max(0.0),
-                _ => step.seconds,
-            };
-            if i > 0 && !fits(out.seconds + seconds) {
-                break;
-            }
-            out = Ahead {
-                images: out.images + 1,
-                seconds: out.seconds + seconds,
-                error: step.error,
-            };
-        }
-        (out.images > 0).then_some(out)
+        let forecast = self.forecast_by(ErrorUnit::Light).ok()??;
+        let ahead = Mixtures::of(&forecast, &left, self.refined());
+        // The first is being rendered already.
+        (ahead.images > 0).then(|| Ahead {
+            images: ahead.images,
+            seconds: (ahead.seconds - spent).max(0.0),
+            error: ahead.error,
+        })
     }
 }

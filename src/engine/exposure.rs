@@ -104,7 +104,7 @@ impl Engine {
 
     /// The exposure, in stops, of the whole sequence as the pool shows it.
     fn auto_exposure(&mut self) -> Result<f64, Error> {
-        self.visible()?;
+        self.coarse()?;
         let old = self.exposure.brightness.take();
         let pool = self.rendered()?;
         let kept = old.filter(|b| b.is_of(pool));

@@ -5,9 +5,9 @@
 
 use serde::Serialize;
 
-use super::refine::Goal;
 use super::{Engine, Error};
-use crate::pool::is_within;
+use crate::plan::{self, Moment, Weighting};
+use crate::pool::{Pool, Stated};
 use crate::renderer::Transport as _;
 use crate::renderer::{Cost, Quality};
 use crate::units::ErrorUnit;
@@ -64,39 +64,6 @@ impl CostScale {
     }
 }
 
-/// Images that a goal still asks for.
-#[derive(Debug, PartialEq)]
-pub(super) struct Needed {
-    /// How many images it is predicted to need; 0 when nothing is left.
-    pub images: usize,
-    /// Whether the first of them is predicted to end in time.
-    pub fits: bool,
-}
-
-/// Counts the images that `goal` still needs of a forecast, with `refined` images there and `left`
-/// seconds, if those are limited.
-pub(super) fn needed(
-    forecast: &Forecast,
-    goal: &Goal,
-    refined: usize,
-    left: Option<f64>,
-) -> Needed {
-    let steps = &forecast.steps;
-    let images = match goal.until {
-        None => steps.len(),
-        Some(until) => {
-            let ahead = steps.iter().zip(refined + 1..);
-            let over = ahead.take_while(|(s, refined)| {
-                !is_within(until.error, s.error, *refined, forecast.is_stated)
-            });
-            (over.count() + 1).min(steps.len())
-        }
-    };
-    let first = steps.first().map_or(0.0, |s| s.seconds);
-    let fits = left.is_none_or(|left| first <= left);
-    Needed { images, fits }
-}
-
 impl Engine {
     /// What refinement has before it: for each next image its setting, the seconds that it is
     /// predicted to take and the error that it is predicted to leave.
@@ -104,62 +71,94 @@ impl Engine {
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered ([`Engine::coarse`]).
     pub fn forecast(&self) -> Result<Forecast, Error> {
-        self.forecast_by(ErrorUnit::Light)
+        self.rendered()?;
+        let forecast = self.forecast_by(ErrorUnit::Light)?;
+        forecast.ok_or(Error::NotRendered)
     }
 
-    /// Like [`Engine::forecast`], with errors in a unit.
-    pub(super) fn forecast_by(&self, unit: ErrorUnit) -> Result<Forecast, Error> {
-        let quality = self.refined_step();
-        let mut out = Forecast {
-            quality: quality.0,
-            error: self.predicted_in(unit)?,
-            steps: Vec::new(),
-            is_stated: self.rendered()?.is_known(),
-        };
-        let pool = self.rendered()?;
-        if self.is_final() {
-            return Ok(out);
-        }
-        let is_as_fine = pool.is_stated() && self.coarse_steps()[1] >= quality;
-        if pool.has_no_estimated_error() || is_as_fine {
-            return Ok(out);
-        }
-        let next = self.directions(pool, unit)?;
+    /// The same with errors in a unit. Before there are images it follows from the levels and what the
+    /// operator states; `None` where it states nothing.
+    pub(super) fn forecast_by(&self, unit: ErrorUnit) -> Result<Option<Forecast>, Error> {
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let cost = self.refined_cost()?;
-        let ready = rendering.is_prepared(quality);
+        let quality = self.refined_step();
+        let (error, next) = match self.pool() {
+            Some(pool) => (self.predicted_in(unit)?, self.next_images(pool, unit)?),
+            None => match self.next_unseen(unit)? {
+                Some(next) => next,
+                None => return Ok(None),
+            },
+        };
+        let (settings, errors): (Vec<Vec<f64>>, Vec<f64>) = next.into_iter().unzip();
+        let (cost, is_ready) = (self.cost(quality)?, rendering.is_prepared(quality));
         let mut lit = vec![false; rendering.sources()];
-        for refined in pool
-            .refined()
-            .iter()
-            .filter(|r| ready && r.quality == quality)
-        {
+        let refined = self.pool().map_or(&[][..], Pool::refined).iter();
+        for refined in refined.filter(|r| is_ready && r.quality == quality) {
             newly_lit(&mut lit, &refined.setting);
         }
-        let settings: Vec<Vec<f64>> = next.iter().map(|d| d.setting.clone()).collect();
-        let left = self.errors_left(pool, &settings, unit)?;
-        let alone = left.first().copied().unwrap_or(0.0);
-        let mut left = left.into_iter().skip(2);
-        let store = self.host.store.as_ref();
-        let stored = rendering.at_hand(&self.image_cache, quality, &settings, store);
-        let mut first = true;
-        for (direction, stored) in next.into_iter().zip(stored) {
+        let stored = rendering.at_hand(&self.image_cache, quality, &settings, self.store());
+        let (mut prepare, mut steps) = (if is_ready { 0.0 } else { cost.prepare }, Vec::new());
+        for ((setting, error), stored) in settings.into_iter().zip(errors).zip(stored) {
             let mut seconds = 0.0;
             if !stored {
-                let fresh = newly_lit(&mut lit, &direction.setting) as f64;
-                let prepare = if first && !ready { cost.prepare } else { 0.0 };
-                let fixed = (prepare + fresh * cost.per_source) * self.pace.seconds();
-                first = false;
-                seconds = fixed + cost.per_image * self.pace.seconds();
+                let fresh = newly_lit(&mut lit, &setting) as f64;
+                let work = std::mem::take(&mut prepare) + fresh * cost.per_source;
+                seconds = (work + cost.per_image) * self.pace.seconds();
             }
-            out.steps.push(NextImage {
-                setting: direction.setting,
+            steps.push(NextImage {
+                setting,
                 seconds,
                 stored,
-                error: pool.error(left.next().unwrap_or(0.0), alone),
+                error,
             });
         }
-        Ok(out)
+        Ok(Some(Forecast {
+            quality: quality.0,
+            error,
+            steps,
+            is_stated: self.pool().is_none_or(Pool::is_known),
+        }))
+    }
+
+    /// What is left to refine, with the error after each.
+    fn next_images(&self, pool: &Pool, unit: ErrorUnit) -> Result<Vec<(Vec<f64>, f64)>, Error> {
+        let is_as_fine = pool.is_stated() && self.coarse_steps()[1] >= self.refined_step();
+        if self.is_final() || pool.has_no_estimated_error() || is_as_fine {
+            return Ok(Vec::new());
+        }
+        let directions = self.directions(pool, unit)?.into_iter();
+        let settings: Vec<Vec<f64>> = directions.map(|d| d.setting).collect();
+        let left = self.errors_left(pool, &settings, unit)?;
+        let alone = left.first().copied().unwrap_or(0.0);
+        let errors = left.into_iter().skip(2).map(|left| pool.error(left, alone));
+        Ok(settings.into_iter().zip(errors).collect())
+    }
+
+    /// The same before there is any image: the error of the coarse images as stated, and what levels
+    /// alone say of the plan.
+    #[allow(
+        clippy::type_complexity,
+        reason = "an error and the pairs of `next_images`"
+    )]
+    fn next_unseen(&self, unit: ErrorUnit) -> Result<Option<(f64, Vec<(Vec<f64>, f64)>)>, Error> {
+        let ([_, fine], step) = (self.coarse_pair(), self.refined_step());
+        let (Some(coarse), Some(refined)) = (self.stated(fine, unit), self.stated(step, unit))
+        else {
+            return Ok(None);
+        };
+        if fine >= step {
+            return Ok(Some((coarse, Vec::new())));
+        }
+        let keys = self.document.keys();
+        let light = |levels: &[f64]| levels.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let moments = Moment::relative(self.settings_of_cues(), light);
+        let weighting = Weighting::settings(keys.coordinates()).at(moments.clone());
+        let directions = plan::next(keys, &[], &weighting, None)?.directions;
+        let settings: Vec<Vec<f64>> = directions.into_iter().map(|d| d.setting).collect();
+        let left = plan::worst_left(&moments, &[], &settings, &weighting);
+        let stated = Stated::of(coarse, coarse, refined);
+        let error = |left: f64| coarse * stated.with_error_of_refined(left, 1.0);
+        let errors = left.into_iter().skip(2).map(error);
+        Ok(Some((coarse, settings.into_iter().zip(errors).collect())))
     }
 
     /// Measures how fast the operator is here by its own small task, where nothing was rendered yet
@@ -168,11 +167,10 @@ impl Engine {
     /// # Errors
     /// [`Error::NoSetup`], else what rendering says.
     pub fn calibrate_cost(&mut self) -> Result<(), Error> {
-        if self.pace.is_known() {
-            return Ok(());
+        if !self.pace.is_known() {
+            let seconds = self.measure_pace()?;
+            self.pace.learn(self.pace.seconds(), seconds);
         }
-        let seconds = self.measure_pace()?;
-        self.pace.learn(self.pace.seconds(), seconds);
         Ok(())
     }
 
@@ -181,11 +179,6 @@ impl Engine {
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         let operator = rendering.layered(self.host.renderer.as_ref());
         Ok(operator.cost_scale(&|| self.now(), self.host.work())?)
-    }
-
-    /// Predicted cost of refined images, in the operator's units.
-    pub(crate) fn refined_cost(&self) -> Result<Cost, Error> {
-        self.cost(self.refined_step())
     }
 
     /// Predicted cost at a step of quality, in the operator's units.
@@ -205,6 +198,8 @@ fn newly_lit(lit: &mut [bool], setting: &[f64]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::engine::Goal;
+    use crate::engine::ways::Mixtures;
 
     fn forecast(each: f64) -> Forecast {
         let step = |i: usize| NextImage {
@@ -237,24 +232,24 @@ mod tests {
 
     #[test]
     fn an_error_needs_the_images_until_it_is_confirmed() {
-        let needed = |until_error, refined| {
-            needed(&forecast(0.1), &until(until_error), refined, None).images
-        };
-        assert_eq!(needed(0.04, 2), 5);
+        let images = |error, refined| Mixtures::of(&forecast(0.1), &until(error), refined).images;
+        assert_eq!(images(0.04, 2), 5);
         // An error that is not confirmed takes the images that confirm it.
-        assert_eq!(needed(0.9, 0), 2);
+        assert_eq!(images(0.9, 0), 2);
         let nothing = Forecast {
             steps: Vec::new(),
             ..forecast(0.0)
         };
-        assert_eq!(super::needed(&nothing, &until(0.1), 2, None).images, 0);
+        assert_eq!(Mixtures::of(&nothing, &until(0.1), 2).images, 0);
     }
 
     #[test]
     fn a_time_is_kept_by_prediction() {
-        let fits = |each, left| needed(&forecast(each), &within(left), 0, Some(left)).fits;
-        assert!(!fits(2.0, 1.0));
-        assert!(fits(2.0, 2.0));
+        let images = |each, left| Mixtures::of(&forecast(each), &within(left), 0).images;
+        assert_eq!(
+            [images(2.0, 1.0), images(2.0, 2.0), images(2.0, 9.0)],
+            [0, 1, 4]
+        );
     }
 
     #[test]

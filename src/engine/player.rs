@@ -30,7 +30,7 @@ impl Engine {
     /// # Errors
     /// [`Error::NoSetup`] when the show has no stage or view, else what rendering says.
     pub fn playback(&mut self) -> Result<Arc<Playback>, Error> {
-        self.visible()?;
+        self.coarse()?;
         let needed = Playback::bytes(self.document.keys(), self.rendered()?);
         if needed > self.work().memory
             && let Some(rendering) = &mut self.rendering

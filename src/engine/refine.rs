@@ -1,6 +1,6 @@
 //! Refinement: renders the settings that the plan puts first until a goal is met, here and now.
 
-use super::refiner::{Calls, Next, Refiner};
+use super::refiner::{Extent, Next, Refiner};
 use super::rendering::Reused;
 use super::{Engine, Error, WayForecast};
 use crate::plan::worst_left;
@@ -135,8 +135,7 @@ impl Engine {
     }
 
     /// The same where the images are to serve a goal: they are then those of the way to it that is
-    /// predicted to be the cheapest ([`Engine::ways`]). The ways that it chose from are returned;
-    /// none where there was nothing to choose.
+    /// predicted to be the cheapest. The ways that it chose from are returned ([`Engine::ways`]).
     ///
     /// # Errors
     /// As [`Engine::coarse`].
@@ -152,45 +151,19 @@ impl Engine {
                     return Ok(Vec::new());
                 }
             }
-            engine.complete_pair(&goal);
-            if engine.pool().is_some() && !engine.is_pool_due() {
-                return Ok(Vec::new());
-            }
-            engine.rendering.as_ref().ok_or(Error::NoSetup)?;
-            if goal.asks_for_a_way() && engine.pool().is_none() && !engine.is_final() {
-                engine.calibrate_cost()?;
-            }
-            let mut ways = engine.choose_base(&goal)?;
-            if engine.try_refined(&goal)? {
-                ways = engine.ways(&goal)?;
-            }
-            let mut refiner = Refiner::new(Goal::count(0), Calls::Blocking, engine.now());
+            let mut refiner = engine.refiner(goal, Extent::Coarse)?;
             engine.drive(&mut refiner, &mut |_| Ok(()))?;
-            Ok(ways)
+            Ok(refiner.ways.unwrap_or_default())
         })
     }
 
-    /// Renders what previews show unless it is there: each source alone at the one step that they use.
-    /// The coarser step, whose difference estimates errors, is rendered too only where the operator
-    /// states none; else the first refinement by number renders it.
-    ///
-    /// # Errors
-    /// As [`Engine::coarse`].
-    pub fn visible(&mut self) -> Result<(), Error> {
-        self.choose_visible_base()?;
-        self.coarse()
-    }
-
-    /// Chooses the step of [`Engine::visible`], unless there are images.
-    pub(super) fn choose_visible_base(&mut self) -> Result<(), Error> {
-        if self.pool().is_none() && !self.is_busy() && self.stored_base()?.is_none() {
-            let [_, fine] = self.coarse_pair();
-            let is_stated = self.stated(fine, ErrorUnit::Light).is_some();
-            if let Some(rendering) = self.rendering.as_mut().filter(|_| is_stated) {
-                rendering.base.get_or_insert([fine; 2]);
-            }
+    /// A refiner whose choice of a way knows how fast this machine is.
+    fn refiner(&mut self, goal: Goal, extent: Extent) -> Result<Refiner, Error> {
+        self.rendering.as_ref().ok_or(Error::NoSetup)?;
+        if goal.asks_for_a_way() && !self.is_final() {
+            self.calibrate_cost()?;
         }
-        Ok(())
+        Ok(Refiner::new(goal, extent, self.now()))
     }
 
     /// Takes up the images that earlier sessions stored, where every source has one; renders nothing.
@@ -232,14 +205,7 @@ impl Engine {
     ) -> Result<RefinementSummary, Error> {
         self.timed(|engine| {
             engine.idle()?;
-            let (begin, before) = (engine.now(), engine.statistics().rendered);
-            engine.coarse_for(goal)?;
-            let mut refiner = Refiner::new(goal, Calls::Blocking, engine.now());
-            if goal.asks_for_a_way() {
-                // Pictures of every bank alone may be all that the goal needs.
-                refiner.done.images = engine.statistics().rendered - before;
-                refiner.done.seconds = engine.now() - begin;
-            }
+            let mut refiner = engine.refiner(goal, Extent::Goal)?;
             let ended = engine.drive(&mut refiner, watch)?;
             let mut done = refiner.done;
             done.ended = Some(ended);
@@ -254,7 +220,8 @@ impl Engine {
         watch: &mut dyn FnMut(&mut Engine) -> Result<(), Error>,
     ) -> Result<Ended, Error> {
         loop {
-            if refiner.done.images > 0 && self.host.progress.cancelled() {
+            let has_done = refiner.done.images > 0 && self.pool().is_some();
+            if has_done && self.host.progress.cancelled() {
                 return Ok(Ended::Stopped);
             }
             match refiner.advance(self)? {
@@ -264,7 +231,7 @@ impl Engine {
                     let refined = ticket.refined;
                     let rendered = job.run(self.host.renderer.as_ref(), self.work());
                     match refiner.collect(self, *ticket, rendered) {
-                        Err(error) if error.is_cancel() && refiner.done.images > 0 => {
+                        Err(error) if error.is_cancel() && has_done => {
                             return Ok(Ended::Stopped);
                         }
                         collected => collected?,

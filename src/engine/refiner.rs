@@ -1,18 +1,20 @@
 //! The state machine of refinement: what to render next, and what its images are for.
 //!
-//! The blocking call, the background job and the session replay drive the same [`Refiner`]. It
-//! never renders by itself, so that its jobs can be run anywhere. Each job is planned from the show
-//! as it is then.
+//! The blocking call, the background job and the list for a farm drive the same [`Refiner`]. It
+//! never renders by itself, so that its jobs can be run anywhere. It chooses a way once; each job is
+//! planned from the show as it is then.
 
 use std::sync::Arc;
 
-use super::forecast::{self, NextImage};
+use super::forecast::NextImage;
 use super::refine::{Ended, Goal, RefinementSummary, Warning};
 use super::rendering::{self, Job, Rendered, Reused};
-use super::{Engine, Error};
+use super::ways::Mixtures;
+use super::{Engine, Error, WayForecast};
 use crate::picture::Image;
 use crate::pool::Pool;
 use crate::pool::image_cache::Wanted;
+use crate::renderer::layered::images_alone;
 use crate::renderer::{Quality, Setup};
 
 /// What is to be done next.
@@ -64,28 +66,26 @@ struct Coarse {
     setup: Option<Setup>,
     /// Those of a step of quality, one for each source.
     sets: Vec<(Quality, Vec<Arc<Image>>)>,
-    /// Predicted and measured seconds of those that were rendered.
-    seconds: [f64; 2],
-    /// Whether any of them was at hand.
-    found: bool,
 }
 
-/// How many images share a job.
+/// How far a refiner goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Calls {
-    /// One: each is shown as soon as it is there.
-    Background,
-    /// Several where that pays: the caller waits until the end, and none is needed by itself.
-    Blocking,
-    /// All that the goal is predicted to need: they are rendered at once, elsewhere.
-    Farm,
+pub(super) enum Extent {
+    /// To the images of sources alone.
+    Coarse,
+    /// To the goal, a mixture at a time: what is known after one is better than what is predicted.
+    Goal,
+    /// To the goal, with all mixtures that it is predicted to need in one job, for a farm.
+    AtOnce,
 }
 
 /// Refines step by step until a goal is met.
 pub(super) struct Refiner {
     goal: Goal,
-    /// What orders the images, as it was when the refinement began.
-    calls: Calls,
+    /// What it is to end with.
+    extent: Extent,
+    /// The ways that it chose from, once it has chosen.
+    pub ways: Option<Vec<WayForecast>>,
     coarse: Coarse,
     pub done: RefinementSummary,
     stopping: bool,
@@ -95,20 +95,17 @@ pub(super) struct Refiner {
 }
 
 impl Refiner {
-    pub fn new(goal: Goal, calls: Calls, now: f64) -> Refiner {
+    pub fn new(goal: Goal, extent: Extent, now: f64) -> Refiner {
         Refiner {
             goal: goal.or_one(),
-            calls,
+            extent,
+            ways: None,
             coarse: Coarse::default(),
             done: RefinementSummary::default(),
             stopping: false,
             begin: now,
             needed: 0,
         }
-    }
-
-    pub fn goal(&self) -> &Goal {
-        &self.goal
     }
 
     /// Images that the goal asks for, or is predicted to need.
@@ -127,60 +124,68 @@ impl Refiner {
         if self.stopping {
             return Ok(Next::Ended(Ended::Stopped));
         }
-        if engine.is_pool_due() {
+        loop {
+            if self.ways.is_none() {
+                self.ways = engine.choose(&self.goal)?;
+            }
+            if !engine.is_pool_due() {
+                break;
+            }
             if let Some((job, ticket)) = self.next_coarse(engine)? {
                 return Ok(Next::Render(job, Box::new(ticket)));
             }
+            // What these images show may choose finer ones.
             self.make_pool(engine)?;
+        }
+        if self.extent == Extent::Coarse {
+            return Ok(Next::Ended(Ended::Counted));
         }
         if let Some(ended) = engine.ended(&self.goal, &self.done)? {
             return Ok(Next::Ended(ended));
         }
-        if self.calls != Calls::Background {
-            engine.calibrate_cost()?;
-        }
         let begin = engine.now();
         let forecast = engine.forecast_by(self.goal.unit())?;
-        let left = self.goal.budget.map(|s| s - self.done.seconds);
-        let goal = Goal {
-            budget: left,
-            ..self.goal
-        };
-        if let Some(base) = engine.finer_base(&goal, &forecast)? {
-            if let Some(rendering) = &mut engine.rendering {
-                rendering.base = Some(base);
-            }
-            return Ok(Next::Added);
-        }
-        let needed = forecast::needed(&forecast, &self.goal, engine.refined(), left);
-        let images = if self.calls == Calls::Farm {
-            let count = goal.count.unwrap_or(needed.images);
-            needed.images.min(count.saturating_sub(self.done.images))
-        } else {
-            // What is known after an image is better than what is predicted before.
-            needed.images.min(1)
-        };
-        // The first one is rendered whatever it takes: else nothing would ever be known.
-        if self.done.images > 0 && !needed.fits {
-            let seconds = forecast.steps.first().map_or(0.0, |s| s.seconds);
-            let warning = (seconds > 0.0).then_some(Warning::DoesNotFit { seconds });
-            self.done.warnings.extend(warning);
-            return Ok(Next::Ended(Ended::Spent));
-        }
-        if images == 0 {
-            let finest = engine.coarse_steps()[1] == engine.finest();
+        let forecast = forecast.ok_or(Error::NotRendered)?;
+        let left = self.left();
+        let Some(seconds) = forecast.steps.first().map(|s| s.seconds) else {
+            let is_finest = engine.coarse_steps()[1] == engine.finest();
             let is_stated = engine.pool().is_some_and(Pool::is_stated);
-            let is_off = is_stated && finest && forecast.error > 0.0;
-            let short = goal.asks_for_a_way() && goal.until.is_some() && is_off;
-            return Ok(Next::Ended(if short {
+            let is_off = is_stated && is_finest && forecast.error > 0.0;
+            let is_short = self.goal.asks_for_a_way() && self.goal.until.is_some() && is_off;
+            return Ok(Next::Ended(if is_short {
                 Ended::Finest
             } else {
                 Ended::Complete
             }));
+        };
+        // The first one is rendered whatever it takes: else nothing would ever be known.
+        if self.done.images > 0 && left.budget.is_some_and(|budget| seconds > budget) {
+            let warning = Warning::DoesNotFit { seconds };
+            self.done.warnings.push(warning);
+            return Ok(Next::Ended(Ended::Spent));
         }
-        self.needed = self.done.images + needed.images;
+        let needed = Mixtures::of(&forecast, &left, engine.refined()).images;
+        self.needed = self.done.images + needed.max(1);
+        let images = match self.extent {
+            Extent::AtOnce => needed.max(1),
+            Extent::Coarse | Extent::Goal => 1,
+        };
         let steps = forecast.steps.into_iter().take(images).collect();
         self.next_refined(engine, steps, begin)
+    }
+
+    /// What is left of the goal.
+    pub fn left(&self) -> Goal {
+        let Goal {
+            until,
+            count,
+            budget,
+        } = self.goal;
+        Goal {
+            until,
+            count: count.map(|count| count.saturating_sub(self.done.images)),
+            budget: budget.map(|seconds| seconds - self.done.seconds),
+        }
     }
 
     /// A job for refined images, or those that are at hand.
@@ -241,7 +246,6 @@ impl Refiner {
             }
             let image_cache = &mut engine.image_cache;
             let (found, missing) = rendering.find(image_cache, quality, &units, None, store);
-            self.coarse.found |= found.iter().any(Option::is_some);
             if missing.settings.is_empty() {
                 let images = rendering::in_order(found, Vec::new());
                 self.coarse.sets.push((quality, images));
@@ -279,7 +283,6 @@ impl Refiner {
     /// The pool of the coarse images that are there, with the refined images that this session and
     /// earlier ones left.
     fn make_pool(&mut self, engine: &mut Engine) -> Result<(), Error> {
-        let begin = engine.now();
         let mut coarse = std::mem::take(&mut self.coarse);
         coarse.sets.sort_by_key(|(quality, _)| *quality);
         let mut finest_first = coarse.sets.into_iter().rev().map(|(_, images)| images);
@@ -290,21 +293,13 @@ impl Refiner {
         let stated = engine.stated_of_pool();
         let steps = engine.coarse_steps();
         let rendering = engine.rendering.as_mut().ok_or(Error::NoSetup)?;
-        rendering.pool = Some(pool.stating(stated)?);
+        let exact = images_alone(&rendering.setup.rig);
+        rendering.pool = Some(pool.stating(stated, &exact)?);
         rendering.pool_base = Some(steps);
         rendering::trim(&mut engine.image_cache, engine.host.memory);
         engine.steps.clear();
-        // What was found says nothing of what rendering takes; the background learns job by job.
-        if self.calls == Calls::Blocking && !coarse.found {
-            let [predicted, measured] = coarse.seconds;
-            let measured = measured + engine.now() - begin;
-            engine.pace.learn(predicted, measured);
-        }
         engine.record(self.begin)?;
-        engine.reuse_refined()?;
-        let sample = engine.rendering.as_mut().and_then(|r| r.sample.take());
-        let sample = sample.filter(|sample| sample.quality > steps[1]);
-        engine.add_refined(sample.into_iter().collect(), begin)
+        engine.reuse_refined()
     }
 
     /// Takes in what a job rendered: its operator, if the setup is still that of the job, and its
@@ -331,26 +326,21 @@ impl Refiner {
         let kept = rendering::take_in(image_cache, ticket.wanted.as_deref(), images, store);
         rendering::trim(image_cache, engine.host.memory);
         let seconds = engine.now() - ticket.started;
+        // What was found says nothing of what rendering takes.
+        if ticket.found.iter().all(Option::is_none) {
+            engine.pace.learn(ticket.predicted, seconds);
+        }
         if !ticket.refined {
-            // Every bank again at a finer step is a way to a goal; the other step of a pair is none of
-            // the pictures of the plan that were asked for by their number.
-            if engine.pool().is_some() && self.goal.asks_for_a_way() {
+            // Of a number that is asked for, mixtures alone count.
+            if self.goal.count.is_none() {
                 self.done.images += kept.len();
                 self.done.seconds += seconds;
             }
-            if self.calls == Calls::Background && ticket.found.iter().all(Option::is_none) {
-                engine.pace.learn(ticket.predicted, seconds);
-            }
-            self.coarse.seconds[0] += ticket.predicted;
-            self.coarse.seconds[1] += seconds;
             if self.coarse.setup.as_ref() == Some(&ticket.setup) {
                 let images = rendering::in_order(ticket.found, kept);
                 self.coarse.sets.push((ticket.quality, images));
             }
             return Ok(());
-        }
-        if ticket.found.iter().all(Option::is_none) {
-            engine.pace.learn(ticket.predicted, seconds);
         }
         // Of another rig they serve as soon as a pool of that is made.
         if !same || engine.pool().is_none() {

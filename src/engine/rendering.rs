@@ -10,7 +10,6 @@ use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::Host;
 use crate::files::Store;
 use crate::picture::Image;
 use crate::pool::Pool;
@@ -54,8 +53,6 @@ pub(super) struct SetupImages {
     pub pool_base: Option<[Quality; 2]>,
     /// Coarse and refined images, once there are any.
     pub pool: Option<Pool>,
-    /// An image that was rendered to see what its step costs, until the pool is made.
-    pub sample: Option<Reused>,
 }
 
 /// Images to be rendered, with their addresses where they are to be kept.
@@ -106,7 +103,6 @@ impl SetupImages {
             base,
             pool_base: None,
             pool: None,
-            sample: None,
         }
     }
 
@@ -243,28 +239,6 @@ impl SetupImages {
         Ok(operator.as_mut())
     }
 
-    /// An image of each setting at a step of quality, found or rendered here.
-    pub fn images(
-        &mut self,
-        image_cache: &mut ImageCache,
-        host: &Host,
-        quality: Quality,
-        settings: &[Vec<f64>],
-    ) -> Result<Vec<Arc<Image>>, TransportError> {
-        let store = host.store.as_ref();
-        let (found, missing) = self.find(image_cache, quality, settings, None, store);
-        let mut rendered = Vec::new();
-        if !missing.settings.is_empty() {
-            let held = image_cache.bytes() + self.image_bytes() + self.working_bytes();
-            let work = host.work().holding(held);
-            let operator = self.operator(host.renderer.as_ref(), quality, work)?;
-            let images = operator.render(&missing.settings, work)?;
-            rendered = take_in(image_cache, missing.wanted.as_deref(), images, store);
-        }
-        trim(image_cache, host.memory);
-        Ok(in_order(found, rendered))
-    }
-
     /// Of the images of `settings` those that are at hand, in their order with gaps, and those that
     /// are not. Refined images are counted on from `refined`; coarse ones have none.
     pub fn find(
@@ -276,15 +250,11 @@ impl SetupImages {
         store: &dyn Store,
     ) -> (Vec<Option<Arc<Image>>>, Missing) {
         let Some(key) = self.scene_key else {
-            let sample = self.sample.as_ref().filter(|s| s.quality == quality);
-            let same = |setting: &Vec<f64>| sample.filter(|s| s.setting == *setting);
-            let found = settings.iter().map(|s| Some(Arc::clone(&same(s)?.image)));
-            let open = settings.iter().filter(|s| same(s).is_none());
             let missing = Missing {
-                settings: open.cloned().collect(),
+                settings: settings.to_vec(),
                 wanted: None,
             };
-            return (found.collect(), missing);
+            return (vec![None; settings.len()], missing);
         };
         let wanted = self.wanted(key, quality, settings, refined);
         let size = (self.setup.view.width, self.setup.view.height);
@@ -379,19 +349,6 @@ impl SetupImages {
             None => self.known(image_cache, least, None).len(),
         }
     }
-}
-
-/// The two steps of quality at which coarse images are rendered, ascending: `coarse`, clamped to the
-/// scale, and the next finer one; both are the finest where there is no finer one. Previews use the
-/// images of the second; the difference of the two estimates their error, but for what both share.
-pub(super) fn coarse_steps(coarse: u8, finest: Quality) -> [Quality; 2] {
-    let cheap = coarse.clamp(1, finest.0);
-    [cheap, cheap.saturating_add(1).min(finest.0)].map(Quality)
-}
-
-/// The step of quality for refined images: `refined`, or the nearest one on the scale.
-pub(super) fn refined_step(refined: u8, finest: Quality) -> Quality {
-    Quality(refined.clamp(1, finest.0))
 }
 
 /// Keeps images that were rendered, where they have addresses.

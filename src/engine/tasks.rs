@@ -13,7 +13,7 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::error::TaskFault;
-use super::refiner::{Calls, Next, Refiner};
+use super::refiner::{Extent, Next, Refiner};
 use super::{Engine, Error, Goal};
 use crate::files::claim::{self, Claim, Claimed, Holder};
 use crate::files::{FileError, Store};
@@ -230,11 +230,7 @@ impl Engine {
             engine.idle()?;
             let mut list = engine.empty_list()?;
             engine.calibrate_cost()?;
-            engine.choose_base(&goal)?;
-            list.tasks = engine.missing_units()?;
-            if list.tasks.is_empty() {
-                list.tasks = engine.missing_mixtures(goal)?;
-            }
+            list.tasks = engine.missing_images(goal)?;
             for (task, number) in list.tasks.iter_mut().zip(1..) {
                 task.task = number;
             }
@@ -272,9 +268,6 @@ impl Engine {
     fn missing_units(&self) -> Result<Vec<Task>, Error> {
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         let (mut out, mut seen) = (Vec::new(), BTreeSet::new());
-        if !self.is_pool_due() {
-            return Ok(out);
-        }
         let [cheap, fine] = self.coarse_steps();
         let units = rendering.units();
         for quality in Some(cheap).filter(|c| *c < fine).into_iter().chain([fine]) {
@@ -290,21 +283,19 @@ impl Engine {
         Ok(out)
     }
 
-    /// Mixtures that the goal is predicted to need. Those that have arrived are taken up first.
-    fn missing_mixtures(&mut self, goal: Goal) -> Result<Vec<Task>, Error> {
+    /// The images that a goal needs next. Those that have arrived are taken up first.
+    fn missing_images(&mut self, goal: Goal) -> Result<Vec<Task>, Error> {
         self.take_arrivals()?;
-        let mut refiner = Refiner::new(goal, Calls::Farm, self.now());
+        let mut refiner = Refiner::new(goal, Extent::AtOnce, self.now());
         loop {
             match refiner.advance(self)? {
                 Next::Ended(_) => return Ok(Vec::new()),
-                Next::Added => {
-                    let units = self.missing_units()?;
-                    if !units.is_empty() {
-                        return Ok(units);
-                    }
-                }
+                Next::Added => {}
                 Next::Render(job, ticket) => {
                     refiner.abandon(self, &ticket);
+                    if !ticket.refined {
+                        return self.missing_units();
+                    }
                     let pairs = ticket.wanted().iter().zip(&job.settings);
                     return pairs.map(|(wanted, s)| self.task(wanted, s)).collect();
                 }

@@ -3,12 +3,13 @@
 use std::collections::BTreeSet;
 
 use super::compile::{self, Source, Version};
-use super::rendering::{SetupImages, refined_step};
+use super::rendering::SetupImages;
 use super::setup::{self, Loaded};
 use super::{Engine, Error, Host, decode};
 use crate::files::Files;
 use crate::pool::address::Digest;
 use crate::pool::image_cache::ImageCache;
+use crate::renderer::Quality;
 
 impl Version {
     /// Reads a version by its name, its bytes and the files that it may include.
@@ -49,7 +50,7 @@ impl Version {
         let version = host.renderer.results_version();
         let rendering = SetupImages::renew(None, &loaded.setup, &show.preview, version.as_deref());
         let finest = rendering.finest(host.renderer.as_ref());
-        let least = refined_step(show.preview.refined, finest);
+        let least = Quality(show.preview.refined.clamp(1, finest.0));
         rendering.serving(image_cache, least, host.store.as_ref())
     }
 }

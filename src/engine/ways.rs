@@ -1,9 +1,10 @@
-//! Which way to an error costs least: every bank alone at one step of quality, or coarse images and
-//! mixtures at a finer one. Plan, run, refinement and status ask here.
+//! Which images a goal takes: every bank alone at one step of quality, or coarse images and the plan's
+//! mixtures on top of them. A refinement chooses once. Plan, run and status ask the same function.
 //!
-//! Seconds are the operator's prediction at this machine's pace, of what is not at hand; errors are
-//! what the operator states of a step, and for mixtures what the plan leaves of it. Where the
-//! operator states nothing, only mixtures can be judged, by the difference of two coarse steps.
+//! Seconds are the operator's prediction at this machine's pace, of what is not at hand. Errors are
+//! what the operator states of a step or what its noise shows, and for mixtures what the plan
+//! leaves of that. Where neither is known, only mixtures can be judged, by the difference of two
+//! coarse steps.
 
 use std::cmp::Ordering;
 
@@ -11,12 +12,10 @@ use serde::Serialize;
 
 use super::forecast::Forecast;
 use super::refine::Goal;
-use super::rendering::Reused;
 use super::{Engine, Error};
-use crate::plan::{self, Weighting};
 use crate::pool::{Stated, is_within};
-use crate::renderer::{Cost, Quality, Transport as _};
-use crate::units::{ErrorUnit, Tolerance};
+use crate::renderer::{Quality, Transport as _};
+use crate::units::ErrorUnit;
 
 /// How a sequence becomes good enough.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
@@ -64,8 +63,51 @@ pub struct WayForecast {
     pub reaches: bool,
 }
 
-/// How far a step of a plan reaches: seconds until then, and the error.
-type Reach = (f64, f64);
+/// The mixtures that a goal takes of a forecast.
+pub(super) struct Mixtures {
+    /// How many, those at hand included.
+    pub images: usize,
+    /// How many of them are at hand.
+    pub stored: usize,
+    /// Predicted seconds of rendering the others.
+    pub seconds: f64,
+    /// Predicted error of the worst moment then.
+    pub error: f64,
+    /// Whether that is within what is asked for.
+    pub reaches: bool,
+}
+
+impl Mixtures {
+    /// The fewest that reach the goal, or as many as its time and number allow, with `refined`
+    /// images there.
+    pub fn of(forecast: &Forecast, goal: &Goal, refined: usize) -> Mixtures {
+        let within = |error, images: usize| {
+            goal.until.is_some_and(|until| {
+                is_within(until.error, error, refined + images, forecast.is_stated)
+            })
+        };
+        let mut out = Mixtures {
+            images: 0,
+            stored: 0,
+            seconds: 0.0,
+            error: forecast.error,
+            reaches: within(forecast.error, 0),
+        };
+        for step in &forecast.steps {
+            let seconds = out.seconds + step.seconds;
+            let is_over = goal.budget.is_some_and(|budget| seconds > budget);
+            let is_counted = goal.count.is_some_and(|count| out.images >= count);
+            if out.reaches || is_over || is_counted {
+                break;
+            }
+            out.images += 1;
+            out.stored += usize::from(step.stored);
+            (out.seconds, out.error) = (seconds, step.error);
+            out.reaches = within(step.error, out.images);
+        }
+        out
+    }
+}
 
 impl Engine {
     /// How images are chosen.
@@ -84,19 +126,6 @@ impl Engine {
     /// # Errors
     /// [`Error::NoSetup`]; [`Error::Plan`].
     pub fn ways(&self, goal: &Goal) -> Result<Vec<WayForecast>, Error> {
-        let forecast = match self.pool() {
-            Some(_) => Some(self.forecast_by(goal.unit())?),
-            None => None,
-        };
-        self.ways_beyond(goal, forecast.as_ref())
-    }
-
-    /// The same where the mixtures that are left are known.
-    pub(super) fn ways_beyond(
-        &self,
-        goal: &Goal,
-        forecast: Option<&Forecast>,
-    ) -> Result<Vec<WayForecast>, Error> {
         let mut ways = Vec::new();
         if self.is_final() {
             return Ok(ways);
@@ -105,13 +134,53 @@ impl Engine {
             ways = self.alone_ways(goal)?;
         }
         if self.way != Way::Alone || ways.is_empty() {
-            ways.extend(match forecast {
-                Some(forecast) => Some(self.mixed_way(goal, forecast)),
-                None => self.mixed_way_unseen(goal)?,
-            });
+            ways.extend(self.mixed_way(goal)?);
         }
         ways.sort_by(|a, b| compare(a, b, goal.budget));
         Ok(ways)
+    }
+
+    /// Chooses the steps of the images of sources alone for a goal, from the ways that it returns;
+    /// `None` where only the first images tell errors, or the pace that a time is kept by.
+    pub(super) fn choose(&mut self, goal: &Goal) -> Result<Option<Vec<WayForecast>>, Error> {
+        let is_first = self.pool().is_none();
+        if self.is_final() || !is_first && !goal.asks_for_a_way() {
+            return Ok(Some(Vec::new()));
+        }
+        let [_, fine] = self.coarse_pair();
+        let is_stated = self.stated(fine, goal.unit()).is_some();
+        let is_known = is_stated && (goal.budget.is_none() || self.pace.is_known());
+        let (mut base, mut ways) = (None, Some(Vec::new()));
+        if !goal.asks_for_a_way() {
+            base = self.first_base(true)?;
+        } else if is_first && !is_known {
+            base = self.first_base(!is_stated && self.samples(fine).is_none())?;
+            ways = None;
+        } else {
+            let found = self.ways(goal)?;
+            let now = self.coarse_steps()[1].0;
+            match found.first() {
+                Some(way) if way.way == Way::Alone && (is_first || way.quality > now) => {
+                    base = Some(self.base_of(Quality(way.quality)));
+                }
+                Some(way) if way.way == Way::Paper && is_first => base = self.stored_base()?,
+                _ => {}
+            }
+            ways = Some(found);
+        }
+        if let (Some(rendering), Some(base)) = (&mut self.rendering, base) {
+            rendering.base = Some(base);
+        }
+        Ok(ways)
+    }
+
+    /// The steps of the first images where no error chooses them: what is at hand, else, where each
+    /// source alone is asked for and may be taken blindly, the refined step.
+    fn first_base(&self, may_refine: bool) -> Result<Option<[Quality; 2]>, Error> {
+        let refined = (may_refine && self.way == Way::Alone).then(|| self.refined_step());
+        Ok(self
+            .stored_base()?
+            .or(refined.map(|step| self.base_of(step))))
     }
 
     /// What the operator states of a step.
@@ -122,8 +191,6 @@ impl Engine {
 
     /// Each source alone, at the step of the images that are there and at each finer one.
     fn alone_ways(&self, goal: &Goal) -> Result<Vec<WayForecast>, Error> {
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let units = rendering.units();
         let now = self.pool().map_or(0, |_| self.coarse_steps()[1].0);
         let mut out = Vec::new();
         for quality in now.max(1)..=self.finest().0 {
@@ -131,53 +198,68 @@ impl Engine {
             let Some(stated) = self.error_alone(step, goal.unit()) else {
                 continue;
             };
-            let is_now = quality == now;
-            let error = if is_now {
-                self.predicted_in(goal.unit())?
+            let (error, (alone, seconds)) = if quality == now {
+                (self.predicted_in(goal.unit())?, (0, 0.0))
             } else {
-                stated
+                (stated, self.missing_of(self.base_of(step))?)
             };
-            let reaches = |until: Tolerance| {
-                if is_now {
+            let reaches = goal.until.is_some_and(|until| {
+                if quality == now {
                     self.is_reached(until, error)
                 } else {
                     error <= until.error
                 }
-            };
-            let (mut missing, mut cost) = (0, 0.0);
-            let mut base = self.base_of(step).to_vec();
-            base.dedup();
-            for step in base {
-                let images = self.missing(&units, step)?;
-                if images > 0 && !is_now {
-                    missing += images;
-                    cost += rendering.cost_of_units(self.host.renderer.as_ref(), step, images);
-                }
-            }
+            });
             out.push(WayForecast {
                 way: Way::Alone,
                 quality,
-                alone: missing,
+                alone,
                 mixed: 0,
-                seconds: cost * self.pace.seconds(),
+                seconds,
                 error,
-                reaches: goal.until.is_some_and(reaches),
+                reaches,
             });
         }
         Ok(out)
     }
 
-    /// The error of every source alone at a step. Where the operator states none and has no noise to tell
-    /// it, refined images stand for the truth where this way is asked for or taken.
+    /// Mixtures on top of the images that are there, or of the coarse ones; `None` where nothing is
+    /// known of these.
+    fn mixed_way(&self, goal: &Goal) -> Result<Option<WayForecast>, Error> {
+        let Some(forecast) = self.forecast_by(goal.unit())? else {
+            return Ok(None);
+        };
+        let (alone, begin) = match self.pool() {
+            Some(_) => (0, 0.0),
+            None => self.missing_of(self.coarse_pair())?,
+        };
+        let left = Goal {
+            budget: goal.budget.map(|budget| budget - begin),
+            ..*goal
+        };
+        let mixtures = Mixtures::of(&forecast, &left, self.refined());
+        let coarse = self.coarse_pair()[1].0;
+        let is_coarse = self.pool().is_none() && mixtures.images == 0;
+        Ok(Some(WayForecast {
+            way: Way::Paper,
+            quality: if is_coarse { coarse } else { forecast.quality },
+            alone,
+            mixed: mixtures.images - mixtures.stored,
+            seconds: begin + mixtures.seconds,
+            error: mixtures.error,
+            reaches: mixtures.reaches,
+        }))
+    }
+
+    /// The error of every source alone at a step. Where the operator states none and has no noise to
+    /// tell it, refined images stand for the truth where this way is asked for or taken.
     fn error_alone(&self, quality: Quality, unit: ErrorUnit) -> Option<f64> {
         let base = self.rendering.as_ref().and_then(|r| r.base);
         let is_taken = self.way == Way::Alone || base == Some([quality; 2]);
-        let is_asked_for = is_taken && quality == self.refined_step();
-        let own = is_asked_for && self.samples(quality).is_none();
-        let stated = self.stated(quality, unit);
-        stated
+        let is_truth = is_taken && quality == self.refined_step();
+        self.stated(quality, unit)
             .or_else(|| self.noise_alone(quality, unit))
-            .or(own.then_some(0.0))
+            .or((is_truth && self.samples(quality).is_none()).then_some(0.0))
     }
 
     /// The error of every source alone at a step, from the noise of the images that are there.
@@ -206,236 +288,43 @@ impl Engine {
         }
     }
 
-    /// How many images of `units` are not at hand at a step.
-    fn missing(&self, units: &[Vec<f64>], quality: Quality) -> Result<usize, Error> {
+    /// How many images of sources alone are not at hand at one or two steps, and the predicted
+    /// seconds of rendering them.
+    fn missing_of(&self, [cheap, fine]: [Quality; 2]) -> Result<(usize, f64), Error> {
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let at_hand = rendering.at_hand(&self.image_cache, quality, units, self.store());
-        Ok(at_hand.iter().filter(|there| !**there).count())
-    }
-
-    /// Mixtures on top of the images that are there.
-    fn mixed_way(&self, goal: &Goal, forecast: &Forecast) -> WayForecast {
-        let mut seconds = 0.0;
-        let reach = |step: &super::NextImage| -> Reach {
-            seconds += step.seconds;
-            (seconds, step.error)
-        };
-        let steps: Vec<Reach> = forecast.steps.iter().map(reach).collect();
-        let within = |error, mixed| {
-            let refined = self.refined() + mixed;
-            goal.until
-                .is_some_and(|until| is_within(until.error, error, refined, forecast.is_stated))
-        };
-        let (mixed, seconds, error) = taken(goal, (0.0, forecast.error), &steps, &within);
-        let stored = |step: &&super::NextImage| step.stored;
-        let found = forecast.steps.iter().take(mixed).filter(stored).count();
-        WayForecast {
-            way: Way::Paper,
-            quality: forecast.quality,
-            alone: 0,
-            mixed: mixed - found,
-            seconds,
-            error,
-            reaches: within(error, mixed),
-        }
-    }
-
-    /// The coarse pair and mixtures, before there is any image: what levels alone say of the plan.
-    fn mixed_way_unseen(&self, goal: &Goal) -> Result<Option<WayForecast>, Error> {
-        let ([cheap, fine], step) = (self.coarse_pair(), self.refined_step());
-        let stated = [fine, step].map(|step| self.stated(step, goal.unit()));
-        let [Some(coarse), Some(refined)] = stated else {
-            return Ok(None);
-        };
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let (units, pace) = (rendering.units(), self.pace.seconds());
-        let (mut alone, mut begin) = (0, 0.0);
-        for quality in [cheap, fine] {
-            let missing = self.missing(&units, quality)?;
-            if missing > 0 && (quality == fine || cheap < fine) {
-                let renderer = self.host.renderer.as_ref();
-                begin += pace * rendering.cost_of_units(renderer, quality, missing);
-                alone += missing;
+        let units = rendering.units();
+        let (mut images, mut cost) = (0, 0.0);
+        for quality in Some(cheap).filter(|c| *c < fine).into_iter().chain([fine]) {
+            let at_hand = rendering.at_hand(&self.image_cache, quality, &units, self.store());
+            let missing = at_hand.iter().filter(|there| !**there).count();
+            if missing > 0 {
+                images += missing;
+                cost += rendering.cost_of_units(self.host.renderer.as_ref(), quality, missing);
             }
         }
-        let Cost {
-            prepare,
-            per_source,
-            per_image,
-            ..
-        } = self.refined_cost()?;
-        let fixed = begin + pace * (prepare + units.len() as f64 * per_source);
-        let keys = self.document.keys();
-        let light = |levels: &[f64]| levels.iter().map(|x| x * x).sum::<f64>().sqrt();
-        let moments = plan::Moment::relative(self.settings_of_cues(), light);
-        let weighting = Weighting::settings(units.len()).at(moments.clone());
-        let next = plan::next(keys, &[], &weighting, None)?.directions;
-        let next: Vec<Vec<f64>> = next.into_iter().map(|d| d.setting).collect();
-        let left = plan::worst_left(&moments, &[], &next, &weighting);
-        let reach = |(i, left): (usize, &f64)| {
-            let seconds = fixed + (i + 1) as f64 * per_image * pace;
-            let shown = (1.0 - left * left).max(0.0).sqrt();
-            (seconds, (coarse * left).hypot(refined * shown))
-        };
-        let steps: Vec<Reach> = left.iter().skip(2).enumerate().map(reach).collect();
-        let within = |error, _| goal.until.is_some_and(|until| error <= until.error);
-        let (mixed, seconds, error) = taken(goal, (begin, coarse), &steps, &within);
-        Ok(Some(WayForecast {
-            way: Way::Paper,
-            quality: if mixed > 0 { step.0 } else { fine.0 },
-            alone,
-            mixed,
-            seconds,
-            error,
-            reaches: within(error, mixed),
-        }))
-    }
-
-    /// Asks for the coarser step beside images that were rendered to be seen alone, where mixtures are
-    /// to be rendered on top of them: the difference of the two orders these.
-    pub(super) fn complete_pair(&mut self, goal: &Goal) {
-        let mixes = match self.way {
-            Way::Paper => goal.or_one().count != Some(0),
-            Way::Auto => goal.count.is_some_and(|n| n > 0) && !goal.asks_for_a_way(),
-            Way::Alone => false,
-        };
-        let [_, fine] = self.coarse_pair();
-        if let Some(rendering) = self.rendering.as_mut().filter(|_| mixes)
-            && rendering.pool.is_some()
-            && rendering.base == Some([fine; 2])
-        {
-            rendering.base = None;
-        }
-    }
-
-    /// Chooses the steps of the images of sources alone for a goal, unless there are some, from the
-    /// ways that it returns.
-    pub(super) fn choose_base(&mut self, goal: &Goal) -> Result<Vec<WayForecast>, Error> {
-        if self.pool().is_some() || self.is_final() {
-            return Ok(Vec::new());
-        }
-        let asks = goal.asks_for_a_way();
-        let ways = if asks { self.ways(goal)? } else { Vec::new() };
-        let alone = ways.first().filter(|w| w.way == Way::Alone);
-        let chosen = alone.map(|w| Quality(w.quality));
-        let base = match chosen {
-            Some(quality) => Some(self.base_of(quality)),
-            None => self.stored_base()?,
-        };
-        let refined = self.refined_step();
-        // Which step is fine enough, the noise of coarse images tells.
-        let is_asked_for = self.way == Way::Alone && !(asks && self.samples(refined).is_some());
-        let base = base.or_else(|| is_asked_for.then(|| self.base_of(refined)));
-        if let (Some(rendering), Some(base)) = (&mut self.rendering, base) {
-            rendering.base = Some(base);
-        }
-        Ok(ways)
-    }
-
-    /// Where no error is stated, takes the refined step for every source if two coarse images of each,
-    /// which mixtures come on top of, would cost as much. If only a trial tells that, one source is
-    /// rendered at that step; its image serves either way. Whether the step was taken.
-    pub(super) fn try_refined(&mut self, goal: &Goal) -> Result<bool, Error> {
-        let ([cheap, fine], refined) = (self.coarse_pair(), self.refined_step());
-        let is_open = self.way == Way::Auto && goal.asks_for_a_way() && goal.until.is_some();
-        let is_told = self.stated(fine, ErrorUnit::Light).is_some() || self.samples(fine).is_some();
-        let is_chosen =
-            self.pool().is_some() || self.rendering.as_ref().is_none_or(|r| r.base.is_some());
-        if !is_open || is_told || is_chosen || self.is_final() || refined <= fine {
-            return Ok(false);
-        }
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let is_at_hand = self.missing(&rendering.units(), refined)? == 0;
-        if !is_at_hand && !self.is_affordable(cheap, refined)? {
-            return Ok(false);
-        }
-        if let Some(rendering) = &mut self.rendering {
-            rendering.base = Some([refined; 2]);
-        }
-        Ok(true)
-    }
-
-    /// Whether every source at the refined step takes no longer than twice at the coarse one. Where that
-    /// is not known, preparing the latter and an image of a source alone tell it.
-    fn is_affordable(&mut self, cheap: Quality, refined: Quality) -> Result<bool, Error> {
-        let setting = self.most_lit();
-        let rendering = self.rendering.as_mut().ok_or(Error::NoSetup)?;
-        let renderer = self.host.renderer.as_ref();
-        let sources = rendering.sources() as f64;
-        let is_known = rendering.cost(renderer, cheap) != Cost::default();
-        if !is_known && rendering.sample.is_none() {
-            rendering.operator(renderer, cheap, self.host.work())?;
-            let one = [setting];
-            let images = rendering.images(&mut self.image_cache, &self.host, refined, &one)?;
-            let [setting] = one;
-            rendering.sample = images.into_iter().next().map(|image| Reused {
-                setting,
-                image,
-                quality: refined,
-            });
-        }
-        let [coarse, fine] = [cheap, refined].map(|q| rendering.cost(renderer, q).alone(sources));
-        Ok(fine <= 2.0 * coarse)
-    }
-
-    /// The setting of the source alone that gives most light over all cues, as far as levels tell.
-    fn most_lit(&self) -> Vec<f64> {
-        let moments = self.settings_of_cues();
-        let units = self.rendering.as_ref().map_or(Vec::new(), |r| r.units());
-        let lit = |unit: &Vec<f64>| -> f64 {
-            let of = |moment: &Vec<f64>| moment.iter().zip(unit).map(|(s, u)| s * u).sum::<f64>();
-            moments.iter().map(of).sum()
-        };
-        let units = units.into_iter();
-        units
-            .max_by(|a, b| lit(a).total_cmp(&lit(b)))
-            .unwrap_or_default()
+        Ok((images, cost * self.pace.seconds()))
     }
 
     /// The finest steps at which an image of every source is at hand, if they are no coarser than what
-    /// the show asks for. Where the operator states no errors, both of these are needed for an
-    /// estimate, and no others serve.
+    /// the show asks for. Where nothing is known of errors but the difference of these two, no others
+    /// serve.
     pub(super) fn stored_base(&self) -> Result<Option<[Quality; 2]>, Error> {
-        let units = self.rendering.as_ref().ok_or(Error::NoSetup)?.units();
-        let [cheap, fine] = self.coarse_pair();
-        if self.samples(fine).is_some() {
-            for quality in (fine.0..=self.finest().0).rev().map(Quality) {
-                let pair = self.base_of(quality);
-                let missing = pair.map(|step| self.missing(&units, step));
-                if missing.into_iter().sum::<Result<usize, Error>>()? == 0 {
-                    return Ok(Some(pair));
-                }
-            }
-            return Ok(None);
-        }
-        if self.stated(fine, ErrorUnit::Light).is_none() {
-            let complete = self.missing(&units, cheap)? + self.missing(&units, fine)? == 0;
-            return Ok(complete.then_some([cheap, fine]));
-        }
-        for quality in (fine.0..=self.finest().0).rev().map(Quality) {
-            if self.missing(&units, quality)? == 0 {
-                let is_pair = quality == fine && self.missing(&units, cheap)? == 0;
-                return Ok(Some([if is_pair { cheap } else { quality }, quality]));
+        let pair = self.coarse_pair();
+        let [_, fine] = pair;
+        let is_known =
+            self.samples(fine).is_some() || self.stated(fine, ErrorUnit::Light).is_some();
+        let last = if is_known { self.finest() } else { fine };
+        for quality in (fine.0..=last.0).rev().map(Quality) {
+            let base = if is_known {
+                self.base_of(quality)
+            } else {
+                pair
+            };
+            if self.missing_of(base)?.0 == 0 {
+                return Ok(Some(base));
             }
         }
         Ok(None)
-    }
-
-    /// The steps to render sources alone at instead of going on with mixtures; `None` where these
-    /// are the better way, or nothing finer is.
-    pub(super) fn finer_base(
-        &self,
-        goal: &Goal,
-        forecast: &Forecast,
-    ) -> Result<Option<[Quality; 2]>, Error> {
-        if !goal.asks_for_a_way() || self.way == Way::Paper {
-            return Ok(None);
-        }
-        let ways = self.ways_beyond(goal, Some(forecast))?;
-        let [_, now] = self.coarse_steps();
-        let taken = ways.first().filter(|w| w.way == Way::Alone);
-        let finer = taken.map(|w| Quality(w.quality)).filter(|q| *q > now);
-        Ok(finer.map(|quality| self.base_of(quality)))
     }
 
     /// What the operator states of a new pool's errors. Two steps of coarse images estimate their
@@ -449,36 +338,9 @@ impl Engine {
         }
         let coarse = self.error_alone(fine, ErrorUnit::Light)?;
         let refined = self.stated(self.refined_step(), ErrorUnit::Light);
-        let refined = refined.unwrap_or(0.0);
-        Some(Stated {
-            calibration: if cheap < fine { 1.0 } else { coarse },
-            refined: if coarse > 0.0 {
-                (refined / coarse).min(1.0)
-            } else {
-                0.0
-            },
-            noise: None,
-        })
+        let calibration = if cheap < fine { 1.0 } else { coarse };
+        Some(Stated::of(calibration, coarse, refined.unwrap_or(0.0)))
     }
-}
-
-/// Mixtures taken for a goal from where one stands: how many, the seconds until then and the error.
-fn taken(
-    goal: &Goal,
-    start: Reach,
-    steps: &[Reach],
-    within: &dyn Fn(f64, usize) -> bool,
-) -> (usize, f64, f64) {
-    let (mut seconds, mut error) = start;
-    let mut count = 0;
-    for (ahead, left) in steps {
-        let over = goal.budget.is_some_and(|budget| *ahead > budget);
-        if within(error, count) || over {
-            break;
-        }
-        (count, seconds, error) = (count + 1, *ahead, *left);
-    }
-    (count, seconds, error)
 }
 
 /// The better of two ways first: what fits into the time, then what reaches the error and is quick,

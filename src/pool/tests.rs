@@ -96,7 +96,7 @@ fn stated_errors_hold_before_and_after_refining() {
         refined: 0.25,
         noise: None,
     };
-    let pool = pool.stating(Some(stated)).unwrap();
+    let pool = pool.stating(Some(stated), &[false; 2]).unwrap();
     assert!(pool.is_relative() && pool.is_stated());
     // Norms are over all channels, of which these pictures have three alike.
     let wanted = 3.0_f64.sqrt() * 15.0_f64.hypot(28.0);
@@ -105,13 +105,25 @@ fn stated_errors_hold_before_and_after_refining() {
     assert_eq!(pool.error(0.0, 1.0), 0.005);
     assert!(pool.error(0.5, 1.0) < 0.02 && pool.error(0.5, 1.0) > 0.01);
     // Sums of the coarse images themselves leave what was stated.
-    let same = pool.stating(Some(Stated {
+    let same = Stated {
         refined: 1.0,
         ..stated
-    }));
-    let mut same = same.unwrap();
+    };
+    let mut same = pool.stating(Some(same), &[false; 2]).unwrap();
     assert!(same.add(vec![1.0, 1.0], row(&[5.0, 7.0]), Quality(1), Work::silent()));
     assert_eq!(same.error(0.0, 1.0), 0.02);
+}
+
+/// A bank that is an image has no error.
+#[test]
+fn what_is_exact_has_no_weight() {
+    let coarse = vec![row(&[5.0, 0.0]), row(&[0.0, 7.0])];
+    let pool = Pool::new(coarse, Vec::new(), Work::silent()).unwrap();
+    let pool = pool
+        .stating(Some(Stated::of(0.02, 0.02, 0.005)), &[false, true])
+        .unwrap();
+    assert_eq!(pool.weighting().weights()[1], 0.0);
+    assert!(pool.weighting().weights()[0] > 0.0 && pool.light(&[0.0, 1.0]) > 0.0);
 }
 
 #[test]

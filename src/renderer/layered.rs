@@ -18,7 +18,7 @@ use crate::renderer::contract::{check_memory, check_quality, check_settings};
 use crate::renderer::{
     Cost, Prepared, Quality, QualityParameter, Setup, Transport, TransportError, Warning,
 };
-use crate::scene::{Light, Rig};
+use crate::scene::{Emitter, Light, Rig};
 use crate::units::{ErrorUnit, Rgb};
 use crate::work::Work;
 
@@ -44,11 +44,17 @@ impl<'t> Layered<'t> {
     }
 }
 
+/// Of each source whether it is made of images alone, which are as good as any.
+pub fn images_alone(rig: &Rig) -> Vec<bool> {
+    let is_image = |e: &Emitter| matches!(rig.lights.get(e.light), Some(Light::Image(_)));
+    let sources = rig.sources.iter();
+    sources.map(|s| s.emitters.iter().all(is_image)).collect()
+}
+
 /// True when every light that shines is an image, and there is one.
 pub fn only_images(rig: &Rig) -> bool {
-    let emitters = || rig.sources.iter().flat_map(|s| &s.emitters);
-    emitters().all(|e| matches!(rig.lights.get(e.light), Some(Light::Image(_))))
-        && emitters().next().is_some()
+    let has_emitters = rig.sources.iter().any(|s| !s.emitters.is_empty());
+    has_emitters && images_alone(rig).into_iter().all(|alone| alone)
 }
 
 impl Transport for Layered<'_> {

@@ -4,7 +4,6 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
-use crate::engine::rendering::{coarse_steps, refined_step};
 use crate::engine::{Engine, Error};
 use crate::renderer::{Cost, Quality};
 use crate::show::LightKind;
@@ -44,7 +43,8 @@ impl Engine {
         let sources = rendering.sources() as f64;
         let mut costs = BTreeMap::new();
         let mut units = |coarse, refined| -> Result<f64, Error> {
-            let steps = run_steps(coarse, refined, self.finest());
+            let [cheap, fine] = self.coarse_pair_at(coarse);
+            let steps = [cheap, fine, self.refined_step_at(refined)].map(|q| q.0);
             for step in steps {
                 if let Entry::Vacant(vacant) = costs.entry(step) {
                     vacant.insert(self.cost(Quality(step))?);
@@ -92,12 +92,6 @@ impl Engine {
     }
 }
 
-/// The two steps of coarse pictures and that of refined ones.
-fn run_steps(coarse: u8, refined: u8, finest: Quality) -> [u8; 3] {
-    let [cheap, fine] = coarse_steps(coarse, finest);
-    [cheap, fine, refined_step(refined, finest)].map(|q| q.0)
-}
-
 /// Units of all sources alone at both coarse steps and one picture of all at the refined one, from
 /// nothing prepared; a step that serves twice is prepared once.
 fn run_cost(costs: &BTreeMap<u8, Cost>, [cheap, fine, refined]: [u8; 3], sources: f64) -> f64 {
@@ -125,11 +119,9 @@ mod tests {
             per_lone: 0.25,
         };
         let costs = BTreeMap::from([(1, cost(10.0)), (2, cost(20.0)), (3, cost(40.0))]);
-        let all_steps = run_steps(1, 3, Quality(5));
-        assert_eq!(all_steps, [1, 2, 3]);
         let coarse = (10.0 + 3.0 * 2.25) + (20.0 + 3.0 * 2.25);
-        assert_eq!(run_cost(&costs, all_steps, 3.0), coarse + 40.0 + 6.5);
-        assert_eq!(run_cost(&costs, run_steps(1, 2, Quality(5)), 3.0), coarse);
-        assert_eq!(run_cost(&costs, run_steps(1, 1, Quality(1)), 3.0), 16.75);
+        assert_eq!(run_cost(&costs, [1, 2, 3], 3.0), coarse + 40.0 + 6.5);
+        assert_eq!(run_cost(&costs, [1, 2, 2], 3.0), coarse);
+        assert_eq!(run_cost(&costs, [1, 1, 1], 3.0), 16.75);
     }
 }
