@@ -470,15 +470,14 @@ impl Engine {
         self.coarse_pair_at(self.show().preview.coarse)
     }
 
-    /// The two steps of quality at which coarse images are rendered, ascending: `coarse`, clamped to
-    /// the scale, and, where the operator states no error of it, the next finer one. Previews use the
-    /// images of the second; the difference of the two estimates their error, but for what both share.
+    /// The step `coarse`, clamped to the scale, and the next finer one where only the difference of two
+    /// shows their error: the operator states none, or its images have noise.
     fn coarse_pair_at(&self, coarse: u8) -> [Quality; 2] {
         let finest = self.finest().0;
         let cheap = coarse.clamp(1, finest);
         let is_stated = self.stated(Quality(cheap), ErrorUnit::Light).is_some();
-        let fine = cheap.saturating_add(u8::from(!is_stated));
-        [cheap, fine.min(finest)].map(Quality)
+        let is_pair = !is_stated || self.samples(Quality(cheap)).is_some();
+        [cheap, (cheap + u8::from(is_pair)).min(finest)].map(Quality)
     }
 
     /// The finest step of the scale that the show's lights are rendered on.

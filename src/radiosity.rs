@@ -59,7 +59,6 @@ use final_gather::{FinalGather, GatherStep};
 use indirect::gather::{GatherPoints, GatherScene, RowTally, form_factors, record_visible_points};
 use lists::Lists;
 use memory::MemoryBudget;
-use mesh::stitching::Stitching;
 use rayon::ThreadPool;
 use rounding::Rounding;
 use std::sync::Arc;
@@ -67,7 +66,7 @@ use step::{STEPS, Step};
 use unit_lights::{Composed, UnitLights};
 use visibility::interior::seeds;
 
-/// Radiosity with hemicubes, five steps of quality.
+/// Radiosity with hemicubes or final gathering, three steps of quality.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Radiosity;
 
@@ -214,8 +213,7 @@ struct Operator {
     reflectance: Vec<[f32; 3]>,
     rows: Rows,
     bounces: Bounces,
-    /// Those of the second gather; without it the elements are the gather points.
-    gather_points: Option<GatherPoints>,
+    gather_points: GatherPoints,
     fragments: Fragments,
     /// Where the picture shows something round.
     rounding: Option<Rounding>,
@@ -286,29 +284,20 @@ impl Operator {
         work.check()?;
         let bounces = Bounces::new(&rows, &reflectance);
 
-        let gather_points = if step.gather_points > 0 {
-            let left = budget.share(1, work);
-            let found = GatherPoints::new(
-                gather_scene,
-                &seeds,
-                (&fragments, rounding.as_ref()),
-                step,
-                left,
-            )?;
-            budget.take("gather points", found.bytes())?;
-            Some(found)
-        } else {
-            None
-        };
-        let gathering = gather_points.as_ref().map_or(&mesh, |g| &g.mesh);
-        let reflected = size_of::<[f32; 3]>() * gathering.elements.len() * rig.lights.len();
+        let left = budget.share(1, work);
+        let gather_points = GatherPoints::new(
+            gather_scene,
+            &seeds,
+            (&fragments, rounding.as_ref()),
+            step,
+            left,
+        )?;
+        budget.take("gather points", gather_points.bytes())?;
+        let count = gather_points.mesh.elements.len();
+        let reflected = size_of::<[f32; 3]>() * count * rig.lights.len();
         budget.take("reflected light at every gather point", reflected)?;
         work.check()?;
-        let gather_weights = weights(
-            (&surfaces, &mesh),
-            gather_points.as_ref(),
-            (&fragments, rounding.as_ref()),
-        );
+        let gather_weights = weights(&gather_points.mesh, &fragments, rounding.as_ref());
         work.check()?;
         Ok(Operator {
             rig: Arc::clone(rig),
@@ -360,21 +349,13 @@ impl UnitLights for Operator {
 
 /// For each fragment its gather points with their interpolation weights.
 fn weights(
-    (surfaces, mesh): (&Surfaces, &Mesh),
-    gather_points: Option<&GatherPoints>,
-    (fragments, rounding): (&Fragments, Option<&Rounding>),
+    gather_points: &Mesh,
+    fragments: &Fragments,
+    rounding: Option<&Rounding>,
 ) -> Lists<(u32, f32)> {
-    let stitching = gather_points.is_none().then(|| Stitching::new(surfaces));
     let around = |facet: usize, point: Vec3, weights: &mut Vec<(u32, f32)>| {
-        match (gather_points, &stitching) {
-            (None, Some(stitching)) => stitching.stencil(mesh, facet, point, weights),
-            // The outermost stand on the facets' edges, so that no stitching is needed.
-            (found, _) => {
-                let mesh = found.map_or(mesh, |found| &found.mesh);
-                let around = mesh.stencil(facet, point).into_iter();
-                weights.extend(around.filter(|(_, w)| *w > 0.0));
-            }
-        }
+        let around = gather_points.stencil(facet, point).into_iter();
+        weights.extend(around.filter(|(_, w)| *w > 0.0));
     };
     let Some(rounding) = rounding else {
         return gather_weights(fragments.all(), |_, f, weights| {

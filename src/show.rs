@@ -94,7 +94,7 @@ impl Default for Preview {
             white: None,
             tone: ToneCurve::default(),
             coarse: 1,
-            refined: 4,
+            refined: 2,
         }
     }
 }

@@ -272,7 +272,7 @@ impl Engine {
     }
 
     /// Samples a pixel at a step of an operator with noise.
-    fn samples(&self, quality: Quality) -> Option<f64> {
+    pub(super) fn samples(&self, quality: Quality) -> Option<f64> {
         let rendering = self.rendering.as_ref()?;
         rendering
             .layered(self.host.renderer.as_ref())

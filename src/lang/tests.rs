@@ -6,7 +6,7 @@ use crate::units::{CueNumber, Time, percent};
 const SHEET: &str = r##"
 // Luther's Tavern, Les Contes d'Hoffmann
 show "Luther's Tavern"
-preview { tolerance 2%  gap 5  rate 25  exposure auto  coarse 1  refined 4 }   // defaults
+preview { tolerance 2%  gap 5  rate 25  exposure auto  coarse 1  refined 2 }   // defaults
 
 stage "tavern.obj"                          // geometry beside this file
 surface boards  reflectance #6b4a2f

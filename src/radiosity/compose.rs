@@ -72,8 +72,7 @@ impl Operator {
             .filter(|(_, s)| s.iter().any(|x| *x != 0.0))
             .filter_map(|(solution, s)| solution.as_ref().map(|x| (x, *s)))
             .collect();
-        let gathering = self.gather_points.as_ref().map_or(&self.mesh, |g| &g.mesh);
-        let mut indirect = vec![[0.0_f64; 3]; gathering.elements.len()];
+        let mut indirect = vec![[0.0_f64; 3]; self.gather_points.mesh.elements.len()];
         indirect
             .par_iter_mut()
             .with_min_len(1024)

@@ -96,13 +96,8 @@ impl Counts {
         let in_view = ViewCounts::of(&surfaces, view)?;
         let pieces = surfaces.pieces.len() as f64;
         let elements = Layout::of_elements(&surfaces, step.elements).cells();
-        let (gather_points, hemicubes) = match step.gather_points {
-            0 => (0, 0.0),
-            count => {
-                let layout = Layout::of_gather_points(&surfaces, count, &in_view.pixels);
-                in_view.gather_points(&layout, step.reach)
-            }
-        };
+        let layout = Layout::of_gather_points(&surfaces, step.gather_points, &in_view.pixels);
+        let (gather_points, hemicubes) = in_view.gather_points(&layout, step.reach);
         let cubes = [
             (elements as f64, step.resolution),
             (hemicubes, step.gather_resolution),
@@ -303,7 +298,7 @@ pub fn cost_scale(clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, Transp
     let mut best = f64::INFINITY;
     for _ in 0..REPEATS {
         let begin = clock();
-        let mut operator = Radiosity.prepare(&setup, Quality(3), work)?;
+        let mut operator = Radiosity.prepare(&setup, Quality(1), work)?;
         operator.render(&settings, work)?;
         let seconds = clock() - begin;
         let is_confirmed = (seconds - best).abs() < ALIKE * seconds;

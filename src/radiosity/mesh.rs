@@ -17,7 +17,6 @@ mod contact;
 pub mod element;
 pub mod grid;
 pub mod sample;
-pub mod stitching;
 
 use crate::geometry::Vec3;
 use crate::radiosity::direct::Setting;
@@ -395,16 +394,6 @@ impl Mesh {
             out[0] = (e, 1.0);
         }
         out
-    }
-
-    /// Does no contact edge separate two points of a facet that are at most a cell apart?
-    pub fn are_connected(&self, facet: usize, points: [Vec3; 2]) -> bool {
-        let Some(grid) = &self.grids[facet] else {
-            return false;
-        };
-        let [a, b] = points.map(|p| (grid.cell(p), grid.place(p)));
-        let are_uncut = self.is_uncut(a.0) && self.is_uncut(b.0);
-        are_uncut || a.0 == b.0 && self.own_element(a.0, a.1) == self.own_element(b.0, b.1)
     }
 
     /// The element of a cell (column and row); `None` if the cell is cut or has none.

@@ -10,25 +10,25 @@ use crate::scene::Light;
 use crate::units::ErrorUnit;
 
 /// Of up to [`FEW`] polygons, with hemicubes.
-const OF_FEW: [f64; 5] = [0.033, 0.0199, 0.0155, 0.0095, 0.003];
+const OF_FEW: [f64; 3] = [0.0155, 0.0095, 0.003];
 /// Of [`MANY`] polygons and more.
-const OF_MANY: [f64; 5] = [0.042, 0.039, 0.0199, 0.0095, 0.003];
+const OF_MANY: [f64; 3] = [0.0199, 0.0095, 0.003];
 /// Between these two the error grows with the logarithm of the polygons.
 const FEW: f64 = 100.0;
 const MANY: f64 = 900.0;
 
 /// At least, where images are thrown: these may be as fine as a pixel, and all steps but the finest
 /// average them over a pixel alike.
-const THROWN: [f64; 5] = [0.033, 0.026, 0.024, 0.0135, 0.003];
-const THROWN_SHOWN: [f64; 5] = [11.0, 10.0, 9.5, 7.0, 1.2];
+const THROWN: [f64; 3] = [0.024, 0.0135, 0.003];
+const THROWN_SHOWN: [f64; 3] = [9.5, 7.0, 1.2];
 
 /// By final gathering.
-const GATHERED: [f64; 5] = [0.05, 0.034, 0.016, 0.01, 0.006];
+const GATHERED: [f64; 3] = [0.05, 0.016, 0.006];
 
 /// The same as displayed, in steps of 255.
-const OF_FEW_SHOWN: [f64; 5] = [13.0, 7.0, 4.2, 1.7, 1.2];
-const OF_MANY_SHOWN: [f64; 5] = [24.6, 23.8, 9.3, 8.5, 3.0];
-const GATHERED_SHOWN: [f64; 5] = [25.0, 17.0, 8.0, 5.0, 3.0];
+const OF_FEW_SHOWN: [f64; 3] = [4.2, 1.7, 1.2];
+const OF_MANY_SHOWN: [f64; 3] = [9.3, 8.5, 3.0];
+const GATHERED_SHOWN: [f64; 3] = [25.0, 8.0, 3.0];
 
 /// What the stated errors of a scene depend on.
 #[derive(Clone, Copy)]
@@ -83,16 +83,16 @@ mod tests {
             let error = |kind: Kind, q| kind.error(Quality(q), unit).unwrap();
             for polygons in [1, 100, 300, 900, 2000] {
                 for thrown in [false, true] {
-                    let steps = (1..=5).map(|q| error(of(polygons, thrown), q));
+                    let steps = (1..=3).map(|q| error(of(polygons, thrown), q));
                     assert!(steps.collect::<Vec<_>>().is_sorted_by(|a, b| a > b));
                 }
-                assert!(error(of(polygons, true), 4) >= error(of(polygons, false), 4));
+                assert!(error(of(polygons, true), 2) >= error(of(polygons, false), 2));
             }
-            let second = |polygons| error(of(polygons, false), 2);
-            assert!(second(100) < second(300) && second(300) < second(900));
-            assert_eq!(second(900), second(2000));
+            let first = |polygons| error(of(polygons, false), 1);
+            assert!(first(100) < first(300) && first(300) < first(900));
+            assert_eq!(first(900), first(2000));
             assert_eq!(of(1, false).error(Quality(0), unit), None);
-            assert_eq!(of(1, true).error(Quality(6), unit), None);
+            assert_eq!(of(1, true).error(Quality(4), unit), None);
         }
     }
 }

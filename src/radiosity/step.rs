@@ -1,41 +1,18 @@
-//! The scale of quality: the parameters of each step.
+//! The scale of quality with hemicubes: the parameters of each step.
 //!
-//! All steps but the finest have the same fragments on edges, so that the difference between two of
-//! them is of their light alone and estimates the error. This module does not depend on a scene.
+//! This module does not depend on a scene.
 
 use crate::radiosity::camera::fragment::{Sampling, Split};
 use crate::renderer::{Quality, TransportError};
 
-/// The five steps, each slower and more exact than the one before on the reference scenes.
+/// The three steps, each slower and more exact than the one before on the reference scenes.
 ///
-/// The first two have no gather points: patches are stitched across shared edges instead. Gather
-/// points would make the second more exact, but its difference from the first would then no longer
-/// predict the error of either. From the third on a facet has a gather point for each 5 x 5 of its
-/// pixels; more of them gain little against more elements and finer hemicubes. The third and fourth
-/// interpolate between gather points (`indirect::interpolation`); the fourth also splits pixels that
-/// are stretched on a surface. The finest interpolates no direct light and draws a hemicube for
-/// each gather point, so that its errors are those of the mesh and the hemicubes.
-pub const STEPS: [Step; 5] = [
-    Step {
-        elements: 300,
-        resolution: 16,
-        gather_points: 0,
-        gather_resolution: 0,
-        reach: 0.0,
-        tolerance: 0.04,
-        near: 0.25,
-        sampling: Sampling::new(Split::Whole, Split::Whole, Split::Halves),
-    },
-    Step {
-        elements: 1000,
-        resolution: 16,
-        gather_points: 0,
-        gather_resolution: 0,
-        reach: 0.0,
-        tolerance: 0.02,
-        near: 0.25,
-        sampling: Sampling::new(Split::Whole, Split::Whole, Split::Halves),
-    },
+/// A facet has a gather point for each 5 x 5 of its pixels; more of them gain little against more
+/// elements and finer hemicubes. The first two steps interpolate between gather points
+/// (`indirect::interpolation`); the second also splits pixels that are stretched on a surface. The
+/// finest interpolates no direct light and draws a hemicube for each gather point, so that its errors
+/// are those of the mesh and the hemicubes.
+pub const STEPS: [Step; 3] = [
     Step {
         elements: 2000,
         resolution: 16,
@@ -75,7 +52,7 @@ pub struct Step {
     pub elements: usize,
     /// Pixels along the edge of their hemicubes.
     pub resolution: usize,
-    /// Cells of the finer grid of a second gather; 0 for none.
+    /// Cells of the finer grid of the final gather.
     pub gather_points: usize,
     /// Pixels along the edge of its hemicubes.
     pub gather_resolution: usize,

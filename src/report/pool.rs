@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::document::headline;
-use super::words::{count, megabytes};
+use super::words::{count, megabytes, qualities};
 use crate::engine::{self, Engine, Freed, PoolSummary, StoreSummary};
 use crate::pool::Pool;
 use crate::renderer::Quality;
@@ -38,13 +38,13 @@ pub fn describe(engine: &Engine) -> Result<String, engine::Error> {
 }
 
 fn describe_images(text: &mut String, engine: &Engine, pool: &Pool, summary: &PoolSummary) {
-    let [cheap, fine] = engine.coarse_steps().map(|q| q.0);
     let (width, height) = pool.size();
     let bytes = summary.held * width * height * 12;
     let _ = writeln!(
         text,
-        "in memory: {} at quality {cheap} and {fine}, {}, {width}x{height}, {}",
+        "in memory: {} {}, {}, {width}x{height}, {}",
         count(pool.coarse().len(), "coarse picture"),
+        qualities(engine),
         count(pool.refined().len(), "refined picture"),
         megabytes(bytes as u64)
     );

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::document::headline;
 use super::manifest::Results;
-use super::words::{count, error, exposure, percent};
+use super::words::{count, error, exposure, percent, qualities};
 use super::{Error, results, sheet, ways};
 use crate::engine::{self, Ended, Engine, Goal, WayForecast, WorstMoment};
 use crate::plan::PlanReport;
@@ -157,13 +157,7 @@ pub fn describe(engine: &Engine, done: &Summary, images: &ImageSources) -> Strin
     let [coarse, plan, refine, keys, write] = done.seconds;
     let mut text = headline(engine.document()) + "\n";
     let sources = engine.show().coordinates().len();
-    let [cheap, fine] = engine.coarse_steps().map(|q| q.0);
-    let at = if cheap == fine {
-        format!("at quality {cheap}")
-    } else {
-        format!("at quality {cheap} and {fine}")
-    };
-    let coarse_words = format!("{} {at}", count(sources, "picture"));
+    let coarse_words = format!("{} {}", count(sources, "picture"), qualities(engine));
     text += &line("coarse", &coarse_words, coarse);
     let plan_words = format!(
         "{}, {}, rank {} (pictures that make all keys)",

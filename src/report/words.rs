@@ -1,5 +1,6 @@
 //! Numbers and small things in words, the same in every report.
 
+use crate::engine::Engine;
 use crate::engine::measure::Machine;
 use crate::lang;
 use crate::show::{Cue, Preview, Show};
@@ -9,6 +10,14 @@ use crate::units::{ErrorUnit, Time};
 pub fn count(n: usize, what: &str) -> String {
     let plural = if n == 1 { "" } else { "s" };
     format!("{n} {what}{plural}")
+}
+
+/// The steps of quality of the coarse pictures: `at quality 1`, `at quality 1 and 2`.
+pub fn qualities(engine: &Engine) -> String {
+    match engine.coarse_steps() {
+        [cheap, fine] if cheap == fine => format!("at quality {}", fine.0),
+        [cheap, fine] => format!("at quality {} and {}", cheap.0, fine.0),
+    }
 }
 
 /// A relative number in percent: three digits, at most three of them after the point.

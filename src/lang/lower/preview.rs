@@ -200,7 +200,7 @@ impl<'a> Lower<'a, '_> {
             codes::RANGE,
             message,
             (value.span, "not whole"),
-            "write `coarse 1  refined 4`",
+            "write `coarse 1  refined 2`",
         )
     }
 

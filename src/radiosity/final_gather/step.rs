@@ -30,8 +30,8 @@ pub struct GatherStep {
     pub filter: f64,
 }
 
-/// The five steps.
-pub const STEPS: [GatherStep; 5] = [
+/// The three steps.
+pub const STEPS: [GatherStep; 3] = [
     GatherStep {
         first: 4,
         most: 64,
@@ -42,15 +42,6 @@ pub const STEPS: [GatherStep; 5] = [
         filter: 0.2,
     },
     GatherStep {
-        first: 4,
-        most: 128,
-        noise: 0.029,
-        rays: 36,
-        cells: [0.053, 0.106],
-        points: 0.12,
-        filter: 0.15,
-    },
-    GatherStep {
         first: 8,
         most: 1024,
         noise: 0.011,
@@ -58,15 +49,6 @@ pub const STEPS: [GatherStep; 5] = [
         cells: [0.024, 0.096],
         points: 0.24,
         filter: 0.12,
-    },
-    GatherStep {
-        first: 8,
-        most: 1024,
-        noise: 0.007,
-        rays: 160,
-        cells: [0.017, 0.068],
-        points: 0.34,
-        filter: 0.1,
     },
     GatherStep {
         first: 16,

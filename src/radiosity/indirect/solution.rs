@@ -28,10 +28,7 @@ impl Operator {
             .filter(|&l| self.solutions[l].is_none())
             .collect();
         // Five blocks of three channels over the elements, and three over the gather points.
-        let gather_points = self
-            .gather_points
-            .as_ref()
-            .map_or(0, |n| n.mesh.elements.len());
+        let gather_points = self.gather_points.mesh.elements.len();
         let each = 12 * (5 * self.mesh.elements.len() + 3 * gather_points);
         let together = (work.memory / 4 / each.max(1)).max(1);
         let begun = (work.memory / 8 / self.bytes_of_begun(&missing).max(1)).max(1);
@@ -167,17 +164,14 @@ impl Operator {
             self.bounces
                 .interreflect(&self.rows, &first, &self.reflectance, width, work)?;
         drop(first);
-        let gathered = match &self.gather_points {
-            Some(gather_points) => {
-                let gather_scene = GatherScene {
-                    setting: self.setting(),
-                    vertices: &self.vertices,
-                    to: &self.mesh,
-                };
-                gather_points.gather(gather_scene, &radiosity, width, work)?
-            }
-            None => self.rows.times(&radiosity, width),
+        let gather_scene = GatherScene {
+            setting: self.setting(),
+            vertices: &self.vertices,
+            to: &self.mesh,
         };
+        let gathered = self
+            .gather_points
+            .gather(gather_scene, &radiosity, width, work)?;
         let of = |l: usize| {
             gathered
                 .chunks_exact(width)

@@ -54,7 +54,7 @@ impl<'a> Contacts<'a> {
     }
 
     /// Pieces of other facets whose bounds touch a facet's.
-    pub fn around(&self, facet: usize) -> impl Iterator<Item = &Piece> {
+    fn around(&self, facet: usize) -> impl Iterator<Item = &Piece> {
         let own = &self.surfaces.facets[facet];
         let touching = self.surfaces.touching();
         let margin = vec3(1.0, 1.0, 1.0) * touching;

@@ -7,7 +7,7 @@ use super::usage;
 use crate::engine::{Ended, Goal};
 use crate::repl::argument::{duration, error, goal, tolerance, whole};
 use crate::repl::{Call, Error, Repl, Reply};
-use crate::report::words::{count, exposure};
+use crate::report::words::{count, exposure, qualities};
 use crate::report::{self, refine as words, run as whole_loop};
 
 /// Steps that `plan --next` lists unless another number is given.
@@ -40,10 +40,8 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         text.push_str(&report::ways::describe(&repl.engine.ways(&goal)?, &goal));
     }
     if repl.engine.pool().is_some() && !repl.engine.is_final() {
-        let [cheap, fine] = repl.engine.coarse_steps().map(|q| q.0);
-        text.push_str(&format!(
-            "measured by coarse pictures at quality {cheap} and {fine}, rendered first\n"
-        ));
+        let at = qualities(&repl.engine);
+        text.push_str(&format!("measured by coarse pictures {at}, rendered first\n"));
     }
     Ok(Reply::text(text))
 }

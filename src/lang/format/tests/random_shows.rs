@@ -176,7 +176,7 @@ impl Choices<'_> {
         self.words(&[word, text]);
         self.end();
         if self.chance(40) {
-            self.say("preview { tolerance 2% gap 5 rate 25 exposure auto tone plain coarse 1 refined 4 }");
+            self.say("preview { tolerance 2% gap 5 rate 25 exposure auto tone plain coarse 1 refined 2 }");
             self.end();
         }
         if self.chance(40) {
