@@ -487,14 +487,18 @@ impl Engine {
         rendering.map_or_else(|| renderer.finest(), |r| r.finest(renderer))
     }
 
-    /// The step of quality of refined images.
+    /// The step of quality of refined images: what the show asks for, or a finer one where the
+    /// difference of two coarse steps estimates errors. An image at one of these two would say nothing
+    /// of their error.
     pub fn refined_step(&self) -> Quality {
-        self.refined_step_at(self.show().preview.refined)
+        let preview = &self.show().preview;
+        self.refined_step_at(preview.coarse, preview.refined)
     }
 
-    /// The same for `refined`, or the nearest step on the scale.
-    fn refined_step_at(&self, refined: u8) -> Quality {
-        Quality(refined.clamp(1, self.finest().0))
+    fn refined_step_at(&self, coarse: u8, refined: u8) -> Quality {
+        let [cheap, fine] = self.coarse_pair_at(coarse);
+        let least = if cheap < fine { fine.0 + 1 } else { 1 };
+        Quality(refined.max(least).min(self.finest().0))
     }
 
     /// The least step of quality of refined images that serve.

@@ -88,7 +88,7 @@ pub fn quality(engine: &Engine, text: &str) -> Result<Quality, Error> {
     let number = text.parse().ok().filter(|q| (1..=finest).contains(q));
     number.map(Quality).ok_or_else(|| {
         Error::Usage(format!(
-            "`{text}` is not a quality; the scale is 1 to {finest}"
+            "`{text}` is not a quality; the scale is 1 to {finest}, {finest} is the finest"
         ))
     })
 }

@@ -230,8 +230,8 @@ pub fn clamped(engine: &Engine) -> Option<String> {
         let name = engine.host().renderer.name();
         let (coarse, refined) = (preview.coarse, preview.refined);
         format!(
-            "the show asks for quality `coarse {coarse}  refined {refined}`, the scale of the \
-             {name} ends at {finest}: that is taken instead"
+            "the show asks for quality `coarse {coarse}  refined {refined}`, the scale of the {name} is \
+             1 to {finest}: {finest} is taken instead; the default, `coarse 1  refined 2`, is faster"
         )
     })
 }

@@ -47,14 +47,14 @@ fn main() {
     let step = |quality: &u8| steps.is_none_or(|s| s.contains(&quality.to_string()));
     for case in [cornell(), stage()].into_iter().filter(wanted) {
         let halves = ["mix_A.exr", "mix_B.exr"].map(|f| picture(case.name, f));
-        for quality in (1..=5).filter(step) {
+        for quality in (1..=3).filter(step) {
             measure(&case, quality, Some([&halves[0], &halves[1]]), folder);
         }
     }
     let uplit = rooms::uplit(1000, (320, 180));
     if wanted(&uplit) {
         let truth = Truth::of(&uplit);
-        for quality in (1..=5).filter(step) {
+        for quality in (1..=3).filter(step) {
             truth.against(&uplit, &measure(&uplit, quality, None, folder));
         }
     }
@@ -64,11 +64,11 @@ fn main() {
     }
     let names: Vec<String> = tavern.rig.sources.iter().map(|s| s.name.clone()).collect();
     let finest = kept(&names, truth).unwrap_or_else(|| {
-        let finest = measure(&tavern, 5, None, folder);
+        let finest = measure(&tavern, 3, None, folder);
         keep(&names, truth, &finest);
         finest
     });
-    for quality in (1..=5).filter(step) {
+    for quality in (1..=3).filter(step) {
         let banks = measure(&tavern, quality, None, folder);
         against(&names, &banks, &finest);
     }

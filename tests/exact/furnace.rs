@@ -34,19 +34,19 @@ fn off_in_a_furnace(rho: f64, quality: u8) -> f64 {
 /// solver and what is lost at edges, here of walls of different sides.
 #[test]
 fn every_wall_emits_and_reflects() {
-    for quality in [2, 4] {
+    for quality in [1, 2] {
         let off = off_in_a_furnace(0.999, quality);
         assert!(off < 1e-3, "quality {quality}: {off}");
     }
 }
 
 /// Steps that interpolate direct light, where it is much of all the light and every wall shines on
-/// its neighbours from their common edge: the worst pixel is off by 0.7, 1.3, 1.2 and 0.2 % for a
-/// reflectance of 0.5.
+/// its neighbours from their common edge: the worst pixel is off by 1.2 and 0.2 % for a reflectance
+/// of 0.5.
 #[test]
 fn cheap_steps_are_off_by_what_they_interpolate() {
     let off: Vec<f64> = qualities().map(|q| off_in_a_furnace(0.5, q)).collect();
-    let bounds = [1e-2, 1.5e-2, 1.5e-2, 5e-3, 1e-3];
+    let bounds = [1.5e-2, 5e-3, 1e-3];
     let within = off.iter().zip(bounds).all(|(off, bound)| *off < bound);
     assert!(within && off.len() == bounds.len(), "{off:?}");
 }
@@ -118,7 +118,7 @@ fn integrating_sphere() {
         .sum();
     let exact = flux / area * rho / (1.0 - rho);
     // Finer steps show no more: the triangles are the limit.
-    for quality in [1, 3] {
+    for quality in [1, 2] {
         let lit = room(rho).radiances(&view, quality);
         let direct = room(GREY).radiances(&view, quality);
         let all = lit
@@ -149,7 +149,7 @@ fn a_white_surface_reflects_all() {
         room.wall(&aside(0.0, [0.0, 1.0], [0.0, 1.0], true), rho);
         room.sun(vec3(0.0, 0.5, 0.5), vec3(-1.0, 0.0, 0.01), 1.0);
         let meter = Meter::new(vec3(0.5, 0.5, 0.0), INWARD[4], 0.125, [8, 8], 0.5);
-        room.mean(&meter, GREY, 2) / rho
+        room.mean(&meter, GREY, 1) / rho
     });
     lit.sort_by(f64::total_cmp);
     assert!(lit[1] / lit[0] - 1.0 < 1e-3, "{lit:?}");

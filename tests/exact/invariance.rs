@@ -52,7 +52,7 @@ fn assert_stays(make: fn() -> Case, qualities: &[u8]) {
         ("far away", &|p| p + far, &[2e-3]),
         // Hemicubes are turned by chance, and a turned scene draws other chances: equal within
         // the noise of the step.
-        ("turned", &turn, &[0.02, 0.02, 0.01, 0.01, 2e-3]),
+        ("turned", &turn, &[0.01, 0.01, 2e-3]),
     ];
     let case = small(make());
     for &quality in qualities {
@@ -74,12 +74,12 @@ fn assert_stays(make: fn() -> Case, qualities: &[u8]) {
 
 #[test]
 fn cornell_is_the_same_elsewhere() {
-    assert_stays(cornell, &[1, 3]);
+    assert_stays(cornell, &[1]);
 }
 
 #[test]
 fn stage_is_the_same_elsewhere() {
-    assert_stays(stage, &[2, 4]);
+    assert_stays(stage, &[2]);
 }
 
 /// A table under a lamp in a room, with its floor in one, two or four pieces.

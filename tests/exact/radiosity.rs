@@ -19,7 +19,7 @@ use footlight::units::Rgb;
 /// all is. The finest step is tried by `cheap_steps_are_off_by_what_they_interpolate`.
 #[test]
 fn the_furnace_is_even_at_every_step_and_reflectance() {
-    for (rho, quality) in [(0.5, 2), (0.9, 1), (0.99, 4), (0.999, 3)] {
+    for (rho, quality) in [(0.5, 1), (0.9, 1), (0.99, 2), (0.999, 1)] {
         let mut case = furnace();
         (case.view.width, case.view.height) = (64, 64);
         for material in &mut case.scene.materials {
@@ -155,8 +155,8 @@ fn a_spot_on_a_plain_floor_follows_square_and_cosine() {
 #[test]
 fn cornell_and_stage_meet_their_references_better_with_quality() {
     for (case, most) in [
-        (cornell(), [0.05, 0.03, 0.016, 0.014, 0.012]),
-        (stage(), [0.03, 0.02, 0.015, 0.012, 0.008]),
+        (cornell(), [0.016, 0.014, 0.012]),
+        (stage(), [0.015, 0.012, 0.008]),
     ] {
         let halves = ["mix_A.exr", "mix_B.exr"].map(|f| picture(case.name, f));
         let counted = counted(&case, &halves[0]);

@@ -142,12 +142,12 @@ fn assert_linear(case: &Case, steps: &[u8]) {
 
 #[test]
 fn cornell_is_linear() {
-    assert_linear(&small(cornell(), [24, 24]), &[1, 3]);
+    assert_linear(&small(cornell(), [24, 24]), &[1]);
 }
 
 #[test]
 fn stage_is_linear() {
-    assert_linear(&stage_with_slide([32, 18]), &[2, 4, 5]);
+    assert_linear(&stage_with_slide([32, 18]), &[2, 3]);
 }
 
 /// How exact a plane of a slide is must not hang on which others are wanted with it.
@@ -161,26 +161,22 @@ fn a_slides_plane_is_the_same_in_any_company() {
             .collect::<Vec<_>>()
     };
     let planes: Vec<Vec<f64>> = (n - 3..n).map(unit).collect();
-    for quality in [1, 3] {
-        let together = render(&case, quality, &planes, 2);
-        assert!(together.iter().all(|image| peak(image) > 0.0));
-        for (plane, image) in planes.iter().zip(&together) {
-            let alone = &render(&case, quality, std::slice::from_ref(plane), 2)[0];
-            assert!(bits(alone) == bits(image), "quality {quality}");
-        }
+    let together = render(&case, 1, &planes, 2);
+    assert!(together.iter().all(|image| peak(image) > 0.0));
+    for (plane, image) in planes.iter().zip(&together) {
+        let alone = &render(&case, 1, std::slice::from_ref(plane), 2)[0];
+        assert!(bits(alone) == bits(image));
     }
 }
 
 #[test]
 fn furnace_is_linear() {
-    assert_linear(&small(furnace(), [16, 16]), &[2, 4]);
+    assert_linear(&small(furnace(), [16, 16]), &[2]);
 }
-
-// Each step in two of the scenes.
 
 #[test]
 fn tavern_is_linear() {
-    assert_linear(&small(tavern(), [32, 18]), &[1, 3]);
+    assert_linear(&small(tavern(), [32, 18]), &[1]);
 }
 
 /// Sources in another order give the same bits; lights in another order are summed in another
@@ -199,7 +195,7 @@ fn order_does_not_matter() {
     for emitter in relit.rig.sources.iter_mut().flat_map(|s| &mut s.emitters) {
         emitter.light = last - emitter.light;
     }
-    for quality in [1, 2, 4] {
+    for quality in [1, 2] {
         let one = &render(&case, quality, std::slice::from_ref(&setting), 2)[0];
         let other = &render(&turned, quality, std::slice::from_ref(&back), 2)[0];
         assert!(bits(one) == bits(other), "quality {quality}");

@@ -29,7 +29,7 @@ cue 2 "🎭" at 0:05 { time 4  lamps out  sky 80 }  // 🎭
 cue 3 { lamps full }
 """
 # A picture that takes far longer than a message.
-LONG = SHOW.replace("size 16x12", "size 1280x960").replace('include "rig.lxq"', RIG + "preview { coarse 5 }")
+LONG = SHOW.replace("size 16x12", "size 1280x960").replace('include "rig.lxq"', RIG + "preview { coarse 3 }")
 
 
 def width(text, encoding):

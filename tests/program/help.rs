@@ -13,7 +13,7 @@ use footlight::repl::{Console, Repl, VERBS};
 
 /// With all that the examples name.
 const SHOW: &str = r#"show "Examples"
-preview { tolerance 2%  coarse 1  refined 3  rate 2 }
+preview { tolerance 2%  coarse 1  refined 2  rate 2 }
 view house   from 0, -5, 1.6  to 0, 0, 1.2  fov 45  size 64x36
 view stalls  from 2, -4, 1.2  to 0, 0, 1.2  fov 45  size 64x36
 
@@ -56,7 +56,7 @@ impl Place {
         assert!(place.shell("footlight fmt old.lxq").status.success());
         for bank in ["lamps", "sky"] {
             let line =
-                format!("footlight picture show.lxq --bank {bank} --quality 2 -o refs/{bank}.exr");
+                format!("footlight picture show.lxq --bank {bank} --quality 1 -o refs/{bank}.exr");
             assert_eq!(place.shell(&line).status.code(), Some(0), "{line}");
         }
         place

@@ -130,10 +130,11 @@ fn open_within(host: Host) -> Repl {
 fn a_renderer_with_a_scale_goes_through_the_whole_loop() {
     let mut show = open(call("linear", 3));
     show.engine_mut().set_way(Way::Paper);
+    show.execute("preview { refined 4 }").unwrap();
     let before = show.execute("plan").unwrap();
-    // The show's default `refined 4` is beyond the scale: said once.
+    // Beyond the scale: said once.
     assert!(
-        before.notes.concat().contains("ends at 3"),
+        before.notes.concat().contains("is 1 to 3"),
         "{:?}",
         before.notes
     );

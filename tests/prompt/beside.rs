@@ -310,7 +310,7 @@ fn stop_ends_it_among_coarse_pictures_too() {
 #[test]
 fn an_edit_of_the_coarse_step_meanwhile_makes_the_pool_of_that_step() {
     for (before, after) in [(1, 2), (2, 1)] {
-        let preview = |coarse| format!("preview {{ tolerance 1%  coarse {coarse}  refined 4 }}");
+        let preview = |coarse| format!("preview {{ tolerance 1%  coarse {coarse}  refined 3 }}");
         let (mut show, queue) = open();
         say(&mut show, &preview(before));
         say(&mut show, "refine 1 &");

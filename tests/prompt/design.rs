@@ -24,8 +24,8 @@ const UNSHARED: Cost = Cost {
     per_lone: 3.0,
 };
 
-/// The smallest show there is, smaller.
-fn first(cost: Cost) -> (Repl, MemoryStore) {
+/// The smallest show there is, smaller, with an operator that states these errors of its steps.
+fn first(cost: Cost, stated: &[f64]) -> (Repl, MemoryStore) {
     let examples = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
     let text = std::fs::read_to_string(examples.join("first.lxq")).unwrap();
     let text = text.replace("size 480x270", "size 32x18");
@@ -36,6 +36,7 @@ fn first(cost: Cost) -> (Repl, MemoryStore) {
         clock: Box::new(Stopped),
         renderer: Arc::new(Altered {
             cost: Some(cost),
+            stated: stated.to_vec(),
             ..Altered::default()
         }),
         ..Host::default()
@@ -51,20 +52,21 @@ fn check_warns_of_a_run_of_minutes() {
             prepare,
             ..Cost::default()
         };
-        first(cost).0.execute("check").unwrap().text
+        let (mut show, _) = first(cost, &[0.03, 0.02, 0.01]);
+        show.execute("check").unwrap().text
     };
-    // Two coarse steps and the refined one, of a unit that takes a second.
+    // The coarse step and the refined one, of a unit that takes a second.
     let long = warned(100.0);
     assert!(long.contains("[W030]"), "{long}");
     assert!(
-        long.contains("`run` takes about 5:00 on this machine"),
+        long.contains("`run` takes about 3:20 on this machine"),
         "{long}"
     );
     assert!(long.contains("every step of quality takes long"), "{long}");
-    let less = warned(25.0);
-    assert!(less.contains("takes about 1:15"), "{less}");
+    let less = warned(40.0);
+    assert!(less.contains("takes about 1:20"), "{less}");
     assert!(
-        less.contains("`preview { coarse 1  refined 2 }` takes about 50.00 s"),
+        less.contains("`preview { coarse 1  refined 1 }` takes about 40.00 s"),
         "{less}"
     );
     assert!(!warned(15.0).contains("warning"));
@@ -72,7 +74,7 @@ fn check_warns_of_a_run_of_minutes() {
 
 #[test]
 fn the_next_steps_have_their_price() {
-    let (mut show, _) = first(SHARED);
+    let (mut show, _) = first(SHARED, &[]);
     show.execute("plan --next").unwrap();
     let outlook = show.engine().forecast().unwrap();
     let seconds: Vec<f64> = outlook.steps.iter().map(|s| s.seconds).collect();
@@ -99,7 +101,7 @@ fn the_next_steps_have_their_price() {
 
 #[test]
 fn one_picture_is_always_rendered_and_another_where_it_fits() {
-    let (mut show, _) = first(UNSHARED);
+    let (mut show, _) = first(UNSHARED, &[]);
     let text = show.execute("refine for 2s").unwrap().text;
     assert_eq!(show.engine().refined(), 1);
     assert!(

@@ -130,7 +130,12 @@ fn open(show: &str, salt: u64) -> Repl {
     let text = std::fs::read_to_string(&path).unwrap();
     let text = text
         .replace("size 480x270", "size 32x18")
-        .replace("size 640x360", "size 32x18");
+        .replace("size 640x360", "size 32x18")
+        .replace("refined 2", "refined 4");
+    let text = match text.contains("preview") {
+        true => text,
+        false => text + "preview { refined 4 }\n",
+    };
     let host = Host {
         files: Box::new(Folder::new(path.parent().unwrap(), 1 << 20)),
         store: Box::new(MemoryStore::default()),

@@ -21,7 +21,7 @@ light s spot at -4.8, 2, 2.5  aim 4, 4, 2.5  beam 60  field 90  900 cd
 view v from 0, -8, 2.5  to 0, 4, 2.5  fov 30  size 32x18
 bank front = f
 bank side = s
-preview { exposure 0 }
+preview { exposure 0  refined 4 }
 cue 1 at 0:00 { time 0  front 100 }
 cue 2 at 5:00 { time 0  front out  side 60 }
 cue 3 at 5:01 { time 0  side out  front 100 }

@@ -54,7 +54,7 @@ fn no_light_creeps_under_a_partition() {
             .count();
         println!("{thick} m: the naive mesh lights {reached} of 270 strips beyond the partition");
         assert!(reached > 3, "{reached}");
-        for quality in 1..=4 {
+        for quality in 1..=2 {
             let dark = room.radiances(&beyond(), quality);
             let near = View {
                 from: vec3(2.0, 0.1, 1.5),
@@ -80,7 +80,7 @@ fn of_two_faces_back_to_back_each_is_seen_from_its_side() {
         to: vec3(2.0, 2.3, 0.8),
         ..beyond()
     };
-    for quality in [1, 3] {
+    for quality in [1, 2] {
         let [thin, thick] = [0.0, 0.1].map(|t| mean(&chambers(t).radiances(&view, quality)));
         println!("quality {quality}: {thin:.4} with a thin wall, {thick:.4} with a thick one");
         assert!(
@@ -167,7 +167,7 @@ fn floor_beneath_a_crate_does_not_darken_what_is_beside_it() {
         width: 32,
         height: 24,
     };
-    for (quality, most) in [(1, 0.01), (2, 0.008), (4, 0.004)] {
+    for (quality, most) in [(1, 0.008), (2, 0.004)] {
         let [whole, parts] = [false, true].map(|a| storeroom(a).radiances(&view, quality));
         let square: f64 = whole.iter().zip(&parts).map(|(a, b)| (a - b).powi(2)).sum();
         let off = (square / parts.iter().map(|b| b * b).sum::<f64>()).sqrt();
@@ -206,8 +206,8 @@ fn what_shows_of_a_nearly_hidden_board_is_not_black() {
         let seen = room.radiances(&view, quality);
         seen.into_iter().fold(f64::INFINITY, f64::min)
     };
-    let exact = darkest(5);
-    for quality in 1..=4 {
+    let exact = darkest(3);
+    for quality in 1..=2 {
         let found = darkest(quality);
         println!("quality {quality}: {found:.4}, at the finest {exact:.4}");
         assert!(found > 0.5 * exact, "quality {quality}: {found}, {exact}");

@@ -176,10 +176,10 @@ fn aliasing_of_aligned_cubes_adds_up_and_that_of_turned_ones_cancels() {
 fn little_memory_changes_the_way_and_not_the_picture() {
     let mut case = stage();
     (case.view.width, case.view.height) = (160, 90);
-    let step = Step::of(Quality(3)).unwrap();
+    let step = Step::of(Quality(1)).unwrap();
     let counts = Counts::of(&case.setup(), step).unwrap();
     assert!(counts.gather_points > counts.elements);
-    let plenty = render(&case, 3, std::slice::from_ref(&case.mix), 1);
+    let plenty = render(&case, 1, std::slice::from_ref(&case.mix), 1);
     let (least, lean) = leanest(&case);
     assert!(least > 4, "{least}");
     assert_eq!(plenty[0].data(), lean[0].data());
@@ -194,7 +194,7 @@ fn leanest(case: &Case) -> (usize, Vec<Image>) {
             ..Work::silent()
         };
         let done = Radiosity
-            .prepare(&case.setup(), Quality(3), work)
+            .prepare(&case.setup(), Quality(1), work)
             .and_then(|mut g| g.render(std::slice::from_ref(&case.mix), work));
         match done {
             Err(TransportError::Memory { .. }) => {}
@@ -233,7 +233,7 @@ fn a_cancel_is_heard_all_the_way() {
                 memory: megabytes << 20,
             };
             let done = Radiosity
-                .prepare(&case.setup(), Quality(3), work)
+                .prepare(&case.setup(), Quality(1), work)
                 .and_then(|mut g| g.render(std::slice::from_ref(&case.mix), work));
             (done, progress.asked.into_inner())
         };

@@ -44,7 +44,7 @@ impl Engine {
         let mut costs = BTreeMap::new();
         let mut units = |coarse, refined| -> Result<f64, Error> {
             let [cheap, fine] = self.coarse_pair_at(coarse);
-            let steps = [cheap, fine, self.refined_step_at(refined)].map(|q| q.0);
+            let steps = [cheap, fine, self.refined_step_at(coarse, refined)].map(|q| q.0);
             for step in steps {
                 if let Entry::Vacant(vacant) = costs.entry(step) {
                     vacant.insert(self.cost(Quality(step))?);

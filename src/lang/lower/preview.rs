@@ -91,7 +91,7 @@ impl<'a> Lower<'a, '_> {
 
     fn preview_entry(&mut self, key: Word<'a>, value: Word<'a>) -> Option<()> {
         let is_quantity = !matches!(value.text, "filmic" | "plain" | "on" | "off" | "auto");
-        let quality = "qualities are 1 to 5";
+        let quality = "qualities are 1 to 3, with another renderer up to 5";
         match (key.text, value.text) {
             ("tone", "filmic") => self.show.preview.tone = ToneCurve::Filmic,
             ("tone", "plain") => self.show.preview.tone = ToneCurve::Plain,

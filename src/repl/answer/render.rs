@@ -41,7 +41,9 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     }
     if repl.engine.pool().is_some() && !repl.engine.is_final() {
         let at = qualities(&repl.engine);
-        text.push_str(&format!("measured by coarse pictures {at}, rendered first\n"));
+        text.push_str(&format!(
+            "measured by coarse pictures {at}, rendered first\n"
+        ));
     }
     Ok(Reply::text(text))
 }

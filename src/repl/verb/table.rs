@@ -61,7 +61,7 @@ const CHARTS: &[&str] = &["transport"];
 const QUALITY: OptionSpec = value(
     "quality",
     "Q",
-    "the step of the scale, 1 to 5 (default: that of the show's coarse pictures)",
+    "the step of the scale, 1 to 3 (default: that of the show's coarse pictures)",
 );
 
 /// A verb of the prompt.
@@ -176,7 +176,7 @@ pub const VERBS: &[VerbSpec] = &[
         value(
             "quality",
             "Q",
-            "render again at this step of the scale, 1 to 5",
+            "render again at this step of the scale, 1 to 3",
         ),
         value(
             "exposure",
@@ -334,7 +334,7 @@ pub const VERBS: &[VerbSpec] = &[
         "compare",
         measure::compare,
         "render every bank alone and hold it against its reference picture",
-        "compare --reference refs --quality 4 -o differences.png",
+        "compare --reference refs --quality 2 -o differences.png",
     )
     .options(&[
         value(
