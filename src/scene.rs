@@ -228,12 +228,12 @@ impl Scene {
     }
 
     /// Adds a shape as polygons of a material of this name, behind all others, which reflects
-    /// `HOUSING`; its light is the rig's. The error that shapes are allowed is kept.
+    /// `HOUSING`; its light is the rig's.
     pub fn add_shape(&mut self, name: String, shape: &shape::Shape) {
         let material = self.materials.len();
         self.materials
             .push(Material::diffuse(name, Rgb([HOUSING; 3])));
-        let polygons = shape.polygons(shape::TOLERANCE).into_iter();
+        let polygons = shape.polygons().into_iter();
         self.polygons
             .extend(polygons.map(|vertices| Polygon::new(vertices, material)));
     }

@@ -43,99 +43,19 @@ pub(super) const UNSTATED: f64 = 0.8;
 /// The most triangles a file may draw, all instances counted.
 pub const TRIANGLE_LIMIT: usize = 2_000_000;
 
-/// What is wrong with a part of a glTF file.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PartError {
-    /// The container around the JSON.
-    #[error("{0}")]
-    Container(&'static str),
-    /// The JSON, or what glTF demands of it.
-    #[error("not glTF: {0}")]
-    Json(String),
-    /// Another version of the format.
-    #[error("glTF version `{0}`; this program reads 2")]
-    Version(String),
-    /// An extension without which the file cannot be read.
-    #[error("it needs the extension `{0}`, which this program does not know")]
-    Extension(String),
-    /// More than is read.
-    #[error("more than {1} {0}")]
-    Limit(&'static str, usize),
-    /// A reference to what is not there.
-    #[error("{what} {index} does not exist; there are {count}")]
-    Missing {
-        /// What was referred to.
-        what: &'static str,
-        /// By which index.
-        index: usize,
-        /// How many there are.
-        count: usize,
-    },
-    /// Something that must be said.
-    #[error("it has no {0}")]
-    Lacks(&'static str),
-    /// Too few bytes behind a claim.
-    #[error("{needed} bytes are needed and {found} are there")]
-    Short {
-        /// Bytes that the description asks for.
-        needed: u64,
-        /// Bytes that exist.
-        found: u64,
-    },
-    /// A buffer of neither kind.
-    #[error("`{0}` is neither a file next to the stage nor base64 data")]
-    Uri(String),
-    /// Base64 that is none.
-    #[error("its data is not base64")]
-    Base64,
-    /// The wrong kind of numbers.
-    #[error("it holds {found}, not {wanted}")]
-    Kind {
-        /// What is needed.
-        wanted: &'static str,
-        /// What is there.
-        found: String,
-    },
-    /// A number out of its range.
-    #[error("{what} {value} is outside {range}")]
-    Range {
-        /// Which number.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-        /// What is allowed.
-        range: &'static str,
-    },
-    /// Infinite, not a number, or beyond a million kilometres.
-    #[error("a coordinate is not finite, or beyond 1e9 metres")]
-    Far,
-    /// A node met twice.
-    #[error("it has two parents, or is its own ancestor")]
-    Twice,
-    /// A matrix that is more than turning, stretching and moving.
-    #[error("its matrix is not affine")]
-    Matrix,
-    /// A compressed buffer that does not decode.
-    #[error("what it holds is not compressed as it says")]
-    Packed,
-    /// A rotation that turns nowhere.
-    #[error("its rotation has no length")]
-    Rotation,
-}
-
 /// A part of a file and what is wrong with it.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{place}: {reason}")]
 struct Fault {
     place: String,
-    reason: PartError,
+    reason: String,
 }
 
 impl Fault {
-    fn new(place: impl Into<String>, reason: PartError) -> Fault {
+    fn new(place: impl Into<String>, reason: impl Into<String>) -> Fault {
         Fault {
             place: place.into(),
-            reason,
+            reason: reason.into(),
         }
     }
 
@@ -146,6 +66,34 @@ impl Fault {
             reason: self.reason,
         }
     }
+}
+
+// Reasons that several parts share.
+
+pub(super) const FAR_AWAY: &str = "a coordinate is not finite, or beyond 1e9 metres";
+
+pub(super) fn limit(what: &str, most: usize) -> String {
+    format!("more than {most} {what}")
+}
+
+fn missing(what: &str, index: usize, count: usize) -> String {
+    format!("{what} {index} does not exist; there are {count}")
+}
+
+fn lacks(what: &str) -> String {
+    format!("it has no {what}")
+}
+
+fn short(needed: u64, found: u64) -> String {
+    format!("{needed} bytes are needed and {found} are there")
+}
+
+fn outside(what: &str, value: f64, range: &str) -> String {
+    format!("{what} {value} is outside {range}")
+}
+
+fn not_gltf(error: impl std::fmt::Display) -> String {
+    format!("not glTF: {error}")
 }
 
 /// What a file holds, before triangles are merged and backs added.
@@ -273,9 +221,8 @@ fn entry<'r, T>(
     place: impl FnOnce() -> String,
 ) -> Result<&'r T, Fault> {
     let count = list.len();
-    let missing = || PartError::Missing { what, index, count };
     list.get(index)
-        .ok_or_else(|| Fault::new(place(), missing()))
+        .ok_or_else(|| Fault::new(place(), missing(what, index, count)))
 }
 
 /// `mesh 3 "Chair"`, or without the name where there is none.

@@ -6,7 +6,7 @@
 //! least one texel; every number finite and not negative. It depends on neither projectors nor
 //! surfaces.
 
-use crate::picture::shrink::overlaps;
+use crate::picture::shrink::shrink;
 use crate::picture::{Image, PictureError, decode, exr};
 
 /// The most pixels of a slide.
@@ -75,7 +75,11 @@ impl Gobo {
         let grey = image.data().chunks_exact(3).all(same);
         let mut levels = vec![image];
         while let Some(last) = levels.last().filter(|l| l.width() > 1 || l.height() > 1) {
-            levels.push(halved(last));
+            levels.push(shrink(
+                last,
+                last.width().div_ceil(2),
+                last.height().div_ceil(2),
+            ));
         }
         Ok(Gobo { levels, grey })
     }
@@ -132,30 +136,6 @@ fn bilinear(image: &Image, u: f64, v: f64, channel: usize) -> f64 {
     let top = texel(x0, y0) * (1.0 - s) + texel(x1, y0) * s;
     let bottom = texel(x0, y1) * (1.0 - s) + texel(x1, y1) * s;
     top * (1.0 - t) + bottom * t
-}
-
-/// The image at half the size, rounded up; every texel the mean of its area.
-fn halved(image: &Image) -> Image {
-    let (width, height) = (image.width().div_ceil(2), image.height().div_ceil(2));
-    let columns = overlaps(image.width(), width);
-    let mut out = Image::new(width, height);
-    let rows = out.data_mut().chunks_exact_mut(3 * width);
-    for (to, rows) in rows.zip(overlaps(image.height(), height)) {
-        let (texels, _) = to.as_chunks_mut::<3>();
-        for (to, columns) in texels.iter_mut().zip(&columns) {
-            let mut sum = [0.0; 3];
-            for (j, a) in &rows {
-                for (i, b) in columns {
-                    let texel = image.pixel(*i, *j).unwrap_or_default();
-                    for (s, t) in sum.iter_mut().zip(texel) {
-                        *s += a * b * f64::from(t);
-                    }
-                }
-            }
-            *to = sum.map(|s| s as f32);
-        }
-    }
-    out
 }
 
 #[cfg(test)]

@@ -9,8 +9,8 @@
 use std::ops::RangeInclusive;
 use std::sync::Arc;
 
-use super::gltf::{self, PartError};
-use super::obj::{self, LineError};
+use super::gltf;
+use super::obj;
 use super::{Camera, Lamp, Polygon, Scene, merge};
 use crate::files::{FileError, Files};
 use crate::geometry::{Vec3, diameter, vec3};
@@ -50,7 +50,7 @@ pub enum SceneError {
         /// Counted from 1.
         line: usize,
         /// What is wrong with it.
-        reason: LineError,
+        reason: String,
     },
     /// A part of a glTF file is wrong.
     #[error("`{path}` {place}: {reason}")]
@@ -60,7 +60,15 @@ pub enum SceneError {
         /// Which part, as `mesh 3 "Chair" primitive 0`; counted from 0, as the file does.
         place: String,
         /// What is wrong with it.
-        reason: PartError,
+        reason: String,
+    },
+    /// A glTF file needs an extension that is not known.
+    #[error("`{path}` JSON: it needs the extension `{name}`, which this program does not know")]
+    Extension {
+        /// The glTF file.
+        path: String,
+        /// The extension.
+        name: String,
     },
     /// The file has no polygon with an area.
     #[error("`{path}` has no polygons{left_out}")]
@@ -234,7 +242,7 @@ impl gltf::Imported {
             Err(SceneError::Part {
                 path: path.to_owned(),
                 place: "as placed".to_owned(),
-                reason: PartError::Far,
+                reason: gltf::FAR_AWAY.to_owned(),
             })
         } else {
             Ok(())
@@ -260,7 +268,7 @@ fn limited(path: &str, import: gltf::Imported) -> Result<Import, SceneError> {
         _ => Err(SceneError::Part {
             path,
             place: "in all".to_owned(),
-            reason: PartError::Limit("polygons", POLYGON_LIMIT),
+            reason: gltf::limit("polygons", POLYGON_LIMIT),
         }),
     }
 }

@@ -17,7 +17,7 @@ use std::path::Path;
 
 use self::material::{Materials, Moved};
 use self::read::{Group, Obj};
-use super::gltf::{Imported, UNSTATED};
+use super::gltf::{Imported, UNSTATED, limit};
 use super::import::{Options, SceneError};
 use super::polygon::{self, ShapeError};
 use super::shading::{Corner, Shading};
@@ -31,61 +31,6 @@ pub use super::import::{POLYGON_LIMIT, VERTEX_LIMIT};
 
 /// The most corners of one face.
 pub const CORNER_LIMIT: usize = 256;
-
-/// What is wrong with a line of an OBJ or MTL file.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum LineError {
-    /// Not UTF-8.
-    #[error("not text; is this an OBJ or MTL file?")]
-    NotText,
-    /// Too few or too many numbers.
-    #[error("`{keyword}` needs {expected} numbers and has {found}")]
-    Count {
-        /// The line's first word.
-        keyword: &'static str,
-        /// How many are needed.
-        expected: usize,
-        /// How many are there.
-        found: usize,
-    },
-    /// Not a finite number.
-    #[error("`{0}` is not a finite number")]
-    Number(String),
-    /// A coordinate beyond a million kilometres.
-    #[error("coordinate {0} is beyond 1e9 metres")]
-    Far(f64),
-    /// A reflectance outside 0..1.
-    #[error("reflectance {0} is outside 0 to 1")]
-    Reflectance(f64),
-    /// A negative emission.
-    #[error("emitted luminance {0} is negative")]
-    Emission(f64),
-    /// A face corner that is no index.
-    #[error("`{0}` is not a corner of a face")]
-    Corner(String),
-    /// An index without its vertex.
-    #[error("vertex {index} does not exist; {defined} are defined up to here")]
-    Index {
-        /// As the file has it: from 1, or negative from the last.
-        index: i64,
-        /// Vertices defined so far.
-        defined: usize,
-    },
-    /// A face that is no polygon.
-    #[error(transparent)]
-    Shape(#[from] ShapeError),
-    /// `mtllib` or `map_Kd` without a name, or a value before the first `newmtl`.
-    #[error("`{0}` needs a name")]
-    Name(&'static str),
-    /// More than is read.
-    #[error("more than {limit} {what}")]
-    Limit {
-        /// Of what.
-        what: &'static str,
-        /// The most that is read.
-        limit: usize,
-    },
-}
 
 /// Reads the OBJ file `path` and the MTL files and images that it names (relative to their own
 /// folders), through `files`. OBJ is Y up by custom and is turned; `z_up` takes coordinates as they
@@ -207,9 +152,9 @@ pub(super) fn parse(
             let corners: Vec<Corner> = face.corners.iter().map(corner).collect();
             let line = face.line;
             out.face(&corners, material)
-                .map_err(|e| refuse(line, e.into()))?;
+                .map_err(|e| refuse(line, e.to_string()))?;
             if out.scene.polygons.len() > POLYGON_LIMIT {
-                return Err(refuse(line, read::limit("polygons", POLYGON_LIMIT)));
+                return Err(refuse(line, limit("polygons", POLYGON_LIMIT)));
             }
         }
     }

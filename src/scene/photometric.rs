@@ -92,7 +92,8 @@ impl Distribution {
     /// [`PhotometricError`] with the line.
     pub fn noted(bytes: &[u8]) -> Result<(Distribution, Option<String>), PhotometricError> {
         if bytes.len() > read::MOST_BYTES {
-            let wrong = read::Wrong::Large { bytes: bytes.len() };
+            let (bytes, most) = (bytes.len(), read::MOST_BYTES);
+            let wrong = format!("the file has {bytes} bytes; {most} are read");
             return Err(PhotometricError { line: 1, wrong });
         }
         // Keywords may be in any code page; numbers are ASCII in all of them.

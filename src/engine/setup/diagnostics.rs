@@ -5,7 +5,6 @@ use crate::diagnostic::{Diagnostic, Label, Severity};
 use crate::files::FileError;
 use crate::lang::{SpanMap, codes, nearest};
 use crate::picture::PictureError;
-use crate::scene::gltf::PartError;
 use crate::scene::import::SceneError;
 use crate::scene::still::{ImageError, Refused};
 use crate::scene::{Camera, ImageFile, Scene};
@@ -50,10 +49,7 @@ pub(super) fn of_stage(cause: &SceneError, stage: &Stage, spans: &SpanMap) -> Di
     };
     let help = own.unwrap_or_else(|| {
         let export = match cause {
-            SceneError::Part {
-                reason: PartError::Extension(_),
-                ..
-            } => {
+            SceneError::Extension { .. } => {
                 "export the geometry again without it; where that makes no difference to the geometry, \
                  take its name out of `extensionsRequired` in the file"
             }

@@ -5,7 +5,7 @@ use gltf_json::accessor::{ComponentType, Type};
 use gltf_json::validation::Checked;
 
 use super::container::{Document, range};
-use super::{Fault, PartError, TRIANGLE_LIMIT, VERTEX_LIMIT, entry, place};
+use super::{Fault, TRIANGLE_LIMIT, VERTEX_LIMIT, entry, lacks, limit, missing, place};
 
 /// Vectors of `N` numbers, as floats or integers: positions, normals, places in textures, transforms.
 pub fn vectors<const N: usize>(
@@ -85,7 +85,7 @@ impl<'d> Source<'d> {
         let accessor = entry(&document.root.accessors, index, "accessor", at)?;
         let lacks = |what| {
             let at = place("accessor", index, accessor.name.as_ref());
-            Fault::new(at, PartError::Lacks(what))
+            Fault::new(at, lacks(what))
         };
         let Checked::Valid(shape) = accessor.type_ else {
             return Err(lacks("known type"));
@@ -105,27 +105,27 @@ impl<'d> Source<'d> {
         place("accessor", self.index, self.accessor.name.as_ref())
     }
 
-    fn fault(&self, reason: PartError) -> Fault {
+    fn fault(&self, reason: String) -> Fault {
         Fault::new(self.place(), reason)
     }
 
     fn kind_fault(&self, wanted: &'static str, found: (Type, ComponentType)) -> Fault {
-        let found = format!("{:?} of {:?}", found.0, found.1);
-        self.fault(PartError::Kind { wanted, found })
+        let (shape, kind) = found;
+        self.fault(format!("it holds {shape:?} of {kind:?}, not {wanted}"))
     }
 
     /// All elements: those of the buffer view (`zero` without one), then the sparse ones over them.
     fn elements<T: Copy>(
         &self,
-        limit: usize,
+        most: usize,
         what: &'static str,
         zero: T,
         read: impl Fn(&[u8]) -> T,
     ) -> Result<Vec<T>, Fault> {
         let size = self.kind.0.multiplicity() * self.kind.1.size();
         let count = usize::try_from(self.accessor.count.0).unwrap_or(usize::MAX);
-        if count > limit {
-            return Err(self.fault(PartError::Limit(what, limit)));
+        if count > most {
+            return Err(self.fault(limit(what, most)));
         }
         let mut out = match self.accessor.buffer_view {
             Some(view) => {
@@ -138,10 +138,10 @@ impl<'d> Source<'d> {
         if let Some(sparse) = &self.accessor.sparse {
             let changed = usize::try_from(sparse.count.0).unwrap_or(usize::MAX);
             if changed > count {
-                return Err(self.fault(PartError::Limit("sparse elements", count)));
+                return Err(self.fault(limit("sparse elements", count)));
             }
             let Checked::Valid(kind) = sparse.indices.component_type else {
-                return Err(self.fault(PartError::Lacks("known type of sparse indices")));
+                return Err(self.fault(lacks("known type of sparse indices")));
             };
             let (at, by) = (&sparse.indices, &sparse.values);
             let indices = self.view(
@@ -153,12 +153,8 @@ impl<'d> Source<'d> {
             let values = self.view(by.buffer_view.value(), by.byte_offset.0, changed, size)?;
             for (index, value) in indices.zip(values) {
                 let index = whole(index, kind.0) as usize;
-                let missing = PartError::Missing {
-                    what: "element",
-                    index,
-                    count,
-                };
-                *out.get_mut(index).ok_or_else(|| self.fault(missing))? = read(value);
+                let missing = || self.fault(missing("element", index, count));
+                *out.get_mut(index).ok_or_else(missing)? = read(value);
             }
         }
         Ok(out)
@@ -177,10 +173,7 @@ impl<'d> Source<'d> {
         let stride = stride.unwrap_or(size);
         let at = || place("bufferView", index, None);
         if stride < size {
-            return Err(Fault::new(
-                at(),
-                PartError::Lacks("stride that holds its elements"),
-            ));
+            return Err(Fault::new(at(), lacks("stride that holds its elements")));
         }
         let last = (count as u64).saturating_sub(1);
         let needed = match count {

@@ -3,7 +3,7 @@
 use super::Root;
 
 use super::node::Placed;
-use super::{Fault, PartError, entry, place};
+use super::{Fault, entry, outside, place};
 use crate::geometry::{Vec3, vec3};
 use crate::scene::Camera;
 
@@ -19,9 +19,10 @@ pub fn add(root: &Root, placed: &Placed<'_>, cameras: &mut Vec<Camera>) -> Resul
     let fov = f64::from(perspective.yfov).to_degrees();
     if !(fov > 0.0 && fov < 180.0) {
         let at = place("camera", index, camera.name.as_ref());
-        let (what, range) = ("vertical angle in degrees", "0 to 180");
-        let value = fov;
-        return Err(Fault::new(at, PartError::Range { what, value, range }));
+        return Err(Fault::new(
+            at,
+            outside("vertical angle in degrees", fov, "0 to 180"),
+        ));
     }
     // It looks along its own -Z, +Y up.
     let way = |v: Vec3| placed.transform.direction(v).y_up_to_z_up().normalized();

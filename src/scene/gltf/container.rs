@@ -13,7 +13,7 @@ use gltf_json::{
 };
 use serde::Deserialize;
 
-use super::{Fault, PartError, entry, meshopt, place};
+use super::{Fault, entry, lacks, limit, meshopt, not_gltf, place, short};
 use crate::files::Files;
 use crate::scene::import::SceneError;
 
@@ -127,6 +127,13 @@ impl<'b> Document<'b> {
         let fault = |f: Fault| f.of_file(path);
         let (json, binary) = chunks(bytes).map_err(fault)?;
         let root = parse(json).map_err(fault)?;
+        let unknown = |name: &&String| !KNOWN.contains(&name.as_str());
+        if let Some(name) = root.extensions_required.iter().find(unknown) {
+            return Err(SceneError::Extension {
+                path: path.to_owned(),
+                name: name.chars().take(60).collect(),
+            });
+        }
         let folder = Path::new(path).parent().unwrap_or(Path::new(""));
         let mut fetch = Fetch {
             files,
@@ -177,7 +184,7 @@ impl<'b> Document<'b> {
     /// The content of an image, and what it is called; what cannot be read is no image.
     pub fn image(&self, files: &dyn Files, image: &gltf_json::Image) -> Result<Vec<u8>, String> {
         match (&image.uri, image.buffer_view) {
-            (Some(uri), _) if uri.starts_with("data:") => data(uri).map_err(|e| e.to_string()),
+            (Some(uri), _) if uri.starts_with("data:") => data(uri),
             (Some(uri), _) => {
                 let name = decoded(uri).filter(|_| !uri.contains(':'));
                 let name = name.ok_or_else(|| "it is not next to the stage".to_owned())?;
@@ -190,7 +197,7 @@ impl<'b> Document<'b> {
                 let found = self.view(view.value(), || "an image".to_owned());
                 found
                     .map(|(bytes, _)| bytes.to_vec())
-                    .map_err(|fault| fault.reason.to_string())
+                    .map_err(|fault| fault.reason)
             }
             (None, None) => Err("it has no content".to_owned()),
         }
@@ -225,34 +232,29 @@ pub fn named_files(bytes: &[u8]) -> Vec<String> {
 }
 
 /// `length` bytes from `start`.
-pub fn range(bytes: &[u8], start: u64, length: u64) -> Result<&[u8], PartError> {
+pub fn range(bytes: &[u8], start: u64, length: u64) -> Result<&[u8], String> {
     let end = start.saturating_add(length);
-    let short = PartError::Short {
-        needed: end,
-        found: bytes.len() as u64,
-    };
     let range = usize::try_from(start).ok().zip(usize::try_from(end).ok());
-    range.and_then(|(s, e)| bytes.get(s..e)).ok_or(short)
+    range
+        .and_then(|(s, e)| bytes.get(s..e))
+        .ok_or_else(|| short(end, bytes.len() as u64))
 }
 
 /// The JSON of a file, and its binary chunk when it is a GLB.
 fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
-    let fault = |reason| Fault::new("header", PartError::Container(reason));
+    let fault = |reason| Fault::new("header", reason);
     let Some(rest) = bytes.strip_prefix(b"glTF") else {
         return Ok((bytes, None));
     };
     let (version, rest) = word(rest).ok_or_else(|| fault("the file ends within it"))?;
     if version != 2 {
-        return Err(Fault::new(
-            "header",
-            PartError::Version(version.to_string()),
-        ));
+        return Err(Fault::new("header", unread(&version.to_string())));
     }
     let (length, rest) = word(rest).ok_or_else(|| fault("the file ends within it"))?;
     let found = bytes.len() as u64;
     let needed = u64::from(length);
     if needed > found {
-        return Err(Fault::new("header", PartError::Short { needed, found }));
+        return Err(Fault::new("header", short(needed, found)));
     }
     // What follows the stated length is not part of the file.
     let rest = (length as usize)
@@ -261,10 +263,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
     let rest = rest.ok_or_else(|| fault("its length is less than its own"))?;
     let (json, rest) = chunk(rest, "chunk 0")?;
     let (b"JSON", json) = json else {
-        return Err(Fault::new(
-            "chunk 0",
-            PartError::Container("it is not JSON"),
-        ));
+        return Err(Fault::new("chunk 0", "it is not JSON"));
     };
     if rest.is_empty() {
         return Ok((json, None));
@@ -280,17 +279,12 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
     reason = "a pair and a rest, used twice above"
 )]
 fn chunk<'b>(bytes: &'b [u8], name: &str) -> Result<((&'b [u8; 4], &'b [u8]), &'b [u8]), Fault> {
-    let ends = || {
-        Fault::new(
-            name,
-            PartError::Container("the file ends within its header"),
-        )
-    };
+    let ends = || Fault::new(name, "the file ends within its header");
     let (length, rest) = word(bytes).ok_or_else(ends)?;
     let (kind, rest) = rest.split_first_chunk::<4>().ok_or_else(ends)?;
     let split = rest.split_at_checked(length as usize).ok_or_else(|| {
         let (needed, found) = (u64::from(length), rest.len() as u64);
-        Fault::new(name, PartError::Short { needed, found })
+        Fault::new(name, short(needed, found))
     });
     split.map(|(data, rest)| ((kind, data), rest))
 }
@@ -311,23 +305,19 @@ fn parse(json: &[u8]) -> Result<Root, Fault> {
         (count(b',') + count(b'['), VALUE_LIMIT, "values"),
     ] {
         if found > most {
-            return Err(fault(PartError::Limit(what, most)));
+            return Err(fault(limit(what, most)));
         }
     }
-    let root: Root = gltf_json::deserialize::from_slice(json)
-        .map_err(|e| fault(PartError::Json(e.to_string())))?;
+    let root: Root = gltf_json::deserialize::from_slice(json).map_err(|e| fault(not_gltf(e)))?;
     if root.asset.version.split('.').next() != Some("2") {
-        let version = root.asset.version.chars().take(20).collect();
-        return Err(fault(PartError::Version(version)));
+        let version: String = root.asset.version.chars().take(20).collect();
+        return Err(fault(unread(&version)));
     }
-    let unknown = |name: &&String| !KNOWN.contains(&name.as_str());
-    match root.extensions_required.iter().find(unknown) {
-        Some(name) => {
-            let name = name.chars().take(60).collect();
-            Err(fault(PartError::Extension(name)))
-        }
-        None => Ok(root),
-    }
+    Ok(root)
+}
+
+fn unread(version: &str) -> String {
+    format!("glTF version `{version}`; this program reads 2")
 }
 
 /// Fetches buffers, each file once, up to a limit in all.
@@ -367,12 +357,12 @@ impl Fetch<'_> {
                     buffers.push(Cow::Borrowed([].as_slice()));
                     continue;
                 }
-                (None, _) => return Err(fault(PartError::Lacks("content"))),
+                (None, _) => return Err(fault(lacks("content"))),
             };
             self.left = self
                 .left
                 .checked_sub(content.len())
-                .ok_or_else(|| fault(PartError::Limit("bytes of buffers", BUFFER_LIMIT)))?;
+                .ok_or_else(|| fault(limit("bytes of buffers", BUFFER_LIMIT)))?;
             buffers.push(content);
         }
         Ok(buffers)
@@ -381,14 +371,14 @@ impl Fetch<'_> {
     fn file(
         &mut self,
         uri: &str,
-        fault: impl Fn(PartError) -> SceneError,
+        fault: impl Fn(String) -> SceneError,
     ) -> Result<Vec<u8>, SceneError> {
         if let Some(known) = self.fetched.get(uri) {
             return Ok(known.clone());
         }
-        let strange = || fault(PartError::Uri(uri.chars().take(60).collect()));
+        let refused = || fault(strange(uri));
         let name = decoded(uri).filter(|_| !uri.contains(':'));
-        let path = self.folder.join(name.ok_or_else(strange)?);
+        let path = self.folder.join(name.ok_or_else(refused)?);
         let content = self.files.read(&path.to_string_lossy())?;
         self.fetched.insert(uri.to_owned(), content.clone());
         Ok(content)
@@ -412,16 +402,20 @@ fn decoded(uri: &str) -> Option<String> {
 }
 
 /// The bytes of a `data:…;base64,…`, of either alphabet of RFC 4648.
-fn data(uri: &str) -> Result<Vec<u8>, PartError> {
-    let strange = || PartError::Uri(uri.chars().take(40).collect());
-    let (head, text) = uri.split_once(',').ok_or_else(strange)?;
+fn data(uri: &str) -> Result<Vec<u8>, String> {
+    let (head, text) = uri.split_once(',').ok_or_else(|| strange(uri))?;
     if !head.ends_with(";base64") {
-        return Err(strange());
+        return Err(strange(uri));
     }
     let engines =
         [alphabet::STANDARD, alphabet::URL_SAFE].map(|a| GeneralPurpose::new(&a, LENIENT));
     let bytes = engines.iter().find_map(|engine| engine.decode(text).ok());
-    bytes.ok_or(PartError::Base64)
+    bytes.ok_or_else(|| "its data is not base64".to_owned())
+}
+
+fn strange(uri: &str) -> String {
+    let uri: String = uri.chars().take(60).collect();
+    format!("`{uri}` is neither a file next to the stage nor base64 data")
 }
 
 #[cfg(test)]
@@ -443,7 +437,7 @@ mod tests {
             assert_eq!(read(text).unwrap(), bytes);
         }
         for bad in ["Z", "Zm 9", "===="] {
-            assert_eq!(read(bad), Err(PartError::Base64));
+            assert_eq!(read(bad).unwrap_err(), "its data is not base64");
         }
     }
 

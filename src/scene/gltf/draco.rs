@@ -10,7 +10,7 @@ use serde::Deserialize;
 use super::container::{BUFFER_LIMIT, Document};
 use super::material::Places;
 use super::primitive::Vertices;
-use super::{Fault, PartError, TRIANGLE_LIMIT, VERTEX_LIMIT};
+use super::{FAR_AWAY, Fault, TRIANGLE_LIMIT, VERTEX_LIMIT, lacks, not_gltf};
 
 const NAME: &str = "KHR_draco_mesh_compression";
 
@@ -38,8 +38,8 @@ pub fn decode(
         return Ok(None);
     };
     let fault = |reason| Fault::new(at(), reason);
-    let how = Compressed::deserialize(described)
-        .map_err(|e| fault(PartError::Json(format!("{NAME}: {e}"))))?;
+    let how =
+        Compressed::deserialize(described).map_err(|e| fault(not_gltf(format!("{NAME}: {e}"))))?;
     let (bytes, _) = document.view(how.buffer_view, &at)?;
     let limits = DecodeLimits::default()
         .with_max_faces(TRIANGLE_LIMIT as u64)
@@ -49,16 +49,16 @@ pub fn decode(
     let mut buffer = DecoderBuffer::new(bytes).with_limits(limits);
     MeshDecoder::new()
         .decode(&mut buffer, &mut mesh)
-        .map_err(|e| fault(PartError::Json(format!("{NAME}: {e}"))))?;
+        .map_err(|e| fault(not_gltf(format!("{NAME}: {e}"))))?;
     let numbers = |name: &str, width: usize| {
         let id = *how.attributes.get(name)?;
         let attribute = mesh.attribute_by_unique_id(id)?;
         Some(attribute.read_f32s(mesh.num_points(), width))
     };
     let triples = |name: &str| numbers(name, 3).map(|all| Rc::new(grouped::<3>(&all)));
-    let points = triples("POSITION").ok_or_else(|| fault(PartError::Lacks("positions")))?;
+    let points = triples("POSITION").ok_or_else(|| fault(lacks("positions")))?;
     if !points.iter().flatten().all(|v| v.is_finite()) {
-        return Err(fault(PartError::Far));
+        return Err(fault(FAR_AWAY.to_owned()));
     }
     let places = places.and_then(|places| {
         let read = grouped::<2>(&numbers(&format!("TEXCOORD_{}", places.set), 2)?);

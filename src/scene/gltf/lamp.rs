@@ -10,7 +10,7 @@ use gltf_json::extensions::scene::khr_lights_punctual::{Light, Spot, Type};
 use gltf_json::validation::Checked;
 
 use super::node::Placed;
-use super::{Fault, PartError, entry, place};
+use super::{Fault, entry, lacks, outside, place};
 use crate::geometry::{Vec3, vec3};
 use crate::scene::{Lamp, LampShape};
 use crate::units::Rgb;
@@ -31,19 +31,19 @@ pub fn add(root: &Root, placed: &Placed<'_>, lamps: &mut Vec<Lamp>) -> Result<()
 }
 
 /// Lights shine along their own -Z.
-fn ahead(placed: &Placed<'_>) -> Result<Vec3, PartError> {
+fn ahead(placed: &Placed<'_>) -> Result<Vec3, String> {
     let ahead = placed.transform.direction(vec3(0.0, 0.0, -1.0));
     let ahead = ahead.y_up_to_z_up().normalized();
     if ahead.length() > 0.5 && ahead.is_finite() {
         Ok(ahead)
     } else {
-        Err(PartError::Lacks("direction: its scale is zero"))
+        Err(lacks("direction: its scale is zero"))
     }
 }
 
-fn lamp(light: &Light, placed: &Placed<'_>, count: usize) -> Result<Lamp, PartError> {
+fn lamp(light: &Light, placed: &Placed<'_>, count: usize) -> Result<Lamp, String> {
     let Checked::Valid(kind) = light.type_ else {
-        return Err(PartError::Lacks("known type"));
+        return Err(lacks("known type"));
     };
     let peak = f64::from(light.intensity);
     let colour = light.color.map(f64::from);
@@ -53,14 +53,13 @@ fn lamp(light: &Light, placed: &Placed<'_>, count: usize) -> Result<Lamp, PartEr
         .chain([("intensity", peak)])
     {
         if !(0.0..=1e15).contains(&value) {
-            let range = "0 to 1e15";
-            return Err(PartError::Range { what, value, range });
+            return Err(outside(what, value, "0 to 1e15"));
         }
     }
     let shape = match kind {
         Type::Point => LampShape::Point,
         Type::Directional => LampShape::Distant,
-        Type::Spot => spot(light.spot.as_ref().ok_or(PartError::Lacks("spot"))?)?,
+        Type::Spot => spot(light.spot.as_ref().ok_or_else(|| lacks("spot"))?)?,
     };
     let named = placed.node.name.clone().or_else(|| light.name.clone());
     Ok(Lamp {
@@ -74,7 +73,7 @@ fn lamp(light: &Light, placed: &Placed<'_>, count: usize) -> Result<Lamp, PartEr
 }
 
 /// Beam and field angle of a spot of glTF.
-fn spot(spot: &Spot) -> Result<LampShape, PartError> {
+fn spot(spot: &Spot) -> Result<LampShape, String> {
     let (inner, outer) = (
         f64::from(spot.inner_cone_angle),
         f64::from(spot.outer_cone_angle),
@@ -82,18 +81,14 @@ fn spot(spot: &Spot) -> Result<LampShape, PartError> {
     let right = std::f64::consts::FRAC_PI_2;
     // Single precision may round a right angle up.
     if !(outer > 0.0 && outer <= right + 1e-6) {
-        return Err(PartError::Range {
-            what: "outer cone angle",
-            value: outer,
-            range: "0 to a right angle (radians)",
-        });
+        return Err(outside(
+            "outer cone angle",
+            outer,
+            "0 to a right angle (radians)",
+        ));
     }
     if !(inner >= 0.0 && inner <= outer) {
-        return Err(PartError::Range {
-            what: "inner cone angle",
-            value: inner,
-            range: "0 to the outer one",
-        });
+        return Err(outside("inner cone angle", inner, "0 to the outer one"));
     }
     // Viewers take a thousandth where the two are nearly one.
     let width = (inner.cos() - outer.cos()).max(1e-3);

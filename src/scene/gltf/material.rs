@@ -9,7 +9,7 @@ use gltf_json::texture::{Info, WrappingMode};
 use gltf_json::validation::Checked;
 
 use super::container::Document;
-use super::{Fault, LeftOut, PartError, Root, UNSTATED, place};
+use super::{Fault, LeftOut, Root, UNSTATED, outside, place};
 use crate::files::Files;
 use crate::scene::Material;
 use crate::scene::import::reflectance;
@@ -145,7 +145,7 @@ struct Base<'d> {
 }
 
 impl Base<'_> {
-    fn of(described: &Described) -> Result<Base<'_>, PartError> {
+    fn of(described: &Described) -> Result<Base<'_>, String> {
         let extensions = described.extensions.as_ref();
         let glossy = extensions.and_then(|e| e.pbr_specular_glossiness.as_ref());
         let metallic = &described.pbr_metallic_roughness;
@@ -161,11 +161,8 @@ impl Base<'_> {
         let [.., stopped] = &mut factor;
         *stopped *= 1.0 - transmission(described);
         for channel in &mut factor {
-            *channel = reflectance(*channel).ok_or(PartError::Range {
-                what: "base colour",
-                value: *channel,
-                range: "0 to 1",
-            })?;
+            *channel =
+                reflectance(*channel).ok_or_else(|| outside("base colour", *channel, "0 to 1"))?;
         }
         Ok(Base {
             factor,
@@ -293,17 +290,13 @@ impl Names {
     }
 }
 
-fn emission(described: &Described) -> Result<Rgb, PartError> {
+fn emission(described: &Described) -> Result<Rgb, String> {
     let extensions = described.extensions.as_ref();
     let strength = extensions.and_then(|e| e.emissive_strength.as_ref());
     let strength = strength.map_or(1.0, |s| f64::from(s.emissive_strength.0));
     let radiance = described.emissive_factor.0.map(|c| f64::from(c) * strength);
     match radiance.iter().find(|c| !(0.0..=1e30).contains(*c)) {
-        Some(bad) => Err(PartError::Range {
-            what: "emitted luminance",
-            value: *bad,
-            range: "0 to 1e30",
-        }),
+        Some(bad) => Err(outside("emitted luminance", *bad, "0 to 1e30")),
         None => Ok(Rgb(radiance)),
     }
 }

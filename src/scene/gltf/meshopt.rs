@@ -11,7 +11,7 @@ use super::Root;
 use serde::Deserialize;
 
 use super::container::Document;
-use super::{Fault, PartError, place};
+use super::{Fault, limit, not_gltf, place};
 
 const NAME: &str = "EXT_meshopt_compression";
 
@@ -57,6 +57,8 @@ pub fn is_placeholder(root: &Root, buffer: &Buffer) -> bool {
     marked || root.extensions_required.iter().any(|name| name == NAME)
 }
 
+const PACKED: &str = "what it holds is not compressed as it says";
+
 /// Unpacks every compressed view, `most` bytes in all: its bytes and its stride.
 pub fn unpack(
     document: &Document<'_>,
@@ -72,14 +74,14 @@ pub fn unpack(
         let at = || place("bufferView", index, view.name.as_ref());
         let fault = |reason| Fault::new(at(), reason);
         let how = Compressed::deserialize(described)
-            .map_err(|e| fault(PartError::Json(format!("{NAME}: {e}"))))?;
+            .map_err(|e| fault(not_gltf(format!("{NAME}: {e}"))))?;
         let size = how.count.saturating_mul(how.byte_stride);
         left = left
             .checked_sub(size)
-            .ok_or_else(|| fault(PartError::Limit("bytes of buffers", most)))?;
+            .ok_or_else(|| fault(limit("bytes of buffers", most)))?;
         let bytes = document.part(how.buffer, (how.byte_offset, how.byte_length), at)?;
-        let mut unpacked = decode(bytes, &how).ok_or_else(|| fault(PartError::Packed))?;
-        filter(&mut unpacked, &how).ok_or_else(|| fault(PartError::Packed))?;
+        let mut unpacked = decode(bytes, &how).ok_or_else(|| fault(PACKED.to_owned()))?;
+        filter(&mut unpacked, &how).ok_or_else(|| fault(PACKED.to_owned()))?;
         out.insert(index, (unpacked, how.byte_stride));
     }
     Ok(out)

@@ -3,7 +3,7 @@
 use gltf_json::Node;
 
 use super::container::Document;
-use super::{Fault, LeftOut, PartError, Root, TRIANGLE_LIMIT, accessor, entry, place};
+use super::{FAR_AWAY, Fault, LeftOut, Root, TRIANGLE_LIMIT, accessor, entry, limit, place};
 use crate::geometry::{Vec3, vec3};
 
 /// Turning, stretching and moving.
@@ -58,7 +58,7 @@ impl Affine {
     }
 
     /// What a node says of itself.
-    fn of(node: &Node) -> Result<Affine, PartError> {
+    fn of(node: &Node) -> Result<Affine, String> {
         if let Some(m) = &node.matrix {
             return Affine::of_matrix(m.map(f64::from));
         }
@@ -75,11 +75,11 @@ impl Affine {
         [tx, ty, tz]: [f64; 3],
         [x, y, z, w]: [f64; 4],
         [sx, sy, sz]: [f64; 3],
-    ) -> Result<Affine, PartError> {
+    ) -> Result<Affine, String> {
         let length = (x * x + y * y + z * z + w * w).sqrt();
         let [x, y, z, w] = [x, y, z, w].map(|c| c / length);
         if !(x + y + z + w).is_finite() {
-            return Err(PartError::Rotation);
+            return Err("its rotation has no length".to_owned());
         }
         // Columns of the rotation that a unit quaternion stands for.
         let columns = [
@@ -107,7 +107,7 @@ impl Affine {
     }
 
     /// Column by column, as glTF has it.
-    fn of_matrix(m: [f64; 16]) -> Result<Affine, PartError> {
+    fn of_matrix(m: [f64; 16]) -> Result<Affine, String> {
         let [
             [a, b, c, last @ ..],
             [d, e, f, last2 @ ..],
@@ -120,7 +120,7 @@ impl Affine {
             .map(|(v, w)| (v - w).abs())
             .any(|d| d.is_nan() || d > 1e-6)
         {
-            return Err(PartError::Matrix);
+            return Err("its matrix is not affine".to_owned());
         }
         Ok(Affine {
             axes: [vec3(a, b, c), vec3(d, e, f), vec3(g, h, i)],
@@ -177,7 +177,12 @@ pub fn walk<'r>(root: &'r Root, left_out: &mut LeftOut) -> Result<Vec<Placed<'r>
         let at = || place("node", index, node.name.as_ref());
         match seen.get_mut(index) {
             Some(seen) if !*seen => *seen = true,
-            _ => return Err(Fault::new(at(), PartError::Twice)),
+            _ => {
+                return Err(Fault::new(
+                    at(),
+                    "it has two parents, or is its own ancestor",
+                ));
+            }
         }
         if is_hidden(node) {
             left_out.insert(format!("{}: it is hidden, with what it holds", at()));
@@ -186,7 +191,7 @@ pub fn walk<'r>(root: &'r Root, left_out: &mut LeftOut) -> Result<Vec<Placed<'r>
         let own = Affine::of(node).map_err(|e| Fault::new(at(), e))?;
         let transform = outer.after(&own);
         if !transform.is_finite() {
-            return Err(Fault::new(at(), PartError::Far));
+            return Err(Fault::new(at(), FAR_AWAY));
         }
         let children = node.children.iter().flatten().rev();
         open.extend(children.map(|c| (c.value(), transform, at())));
@@ -245,7 +250,7 @@ pub fn instances(document: &Document<'_>, placed: &Placed<'_>) -> Result<Vec<Aff
     ];
     let count = counts.into_iter().flatten().min().unwrap_or(0);
     if count > TRIANGLE_LIMIT {
-        let limit = PartError::Limit("instances", TRIANGLE_LIMIT);
+        let limit = limit("instances", TRIANGLE_LIMIT);
         return Err(Fault::new(placed.place(), limit));
     }
     let instance = |i: usize| {

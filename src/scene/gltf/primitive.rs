@@ -10,8 +10,8 @@ use super::container::Document;
 use super::material::Places;
 use super::node::{Affine, Placed};
 use super::{
-    FAR, Fault, Imported, LeftOut, PartError, TRIANGLE_LIMIT, VERTEX_LIMIT, accessor, draco, entry,
-    place,
+    FAR, FAR_AWAY, Fault, Imported, LeftOut, TRIANGLE_LIMIT, VERTEX_LIMIT, accessor, draco, entry,
+    lacks, limit, missing, place,
 };
 use crate::geometry::vec3;
 use crate::scene::shading::{Corner, Shading};
@@ -119,7 +119,7 @@ impl<'d> Meshes<'d> {
                 let vertices = corners.map(|c| c.point).to_vec();
                 let near = |v: f64| v.abs() <= FAR;
                 if !vertices.iter().all(|v| near(v.x) && near(v.y) && near(v.z)) {
-                    return Err(Fault::new(placed.place(), PartError::Far));
+                    return Err(Fault::new(placed.place(), FAR_AWAY));
                 }
                 if !polygon::has_area(&vertices) {
                     to.summary.dropped += 1;
@@ -140,7 +140,7 @@ impl<'d> Meshes<'d> {
     fn spend(&mut self, triangles: usize, placed: &Placed<'_>) -> Result<(), Fault> {
         self.triangles = self.triangles.saturating_add(triangles);
         if self.triangles > TRIANGLE_LIMIT {
-            let limit = PartError::Limit("triangles", TRIANGLE_LIMIT);
+            let limit = limit("triangles", TRIANGLE_LIMIT);
             return Err(Fault::new(placed.place(), limit));
         }
         Ok(())
@@ -163,7 +163,7 @@ impl<'d> Meshes<'d> {
             if let Some(drawn) = self.primitive(primitive, at, left_out)? {
                 decoded += drawn.triangles.len();
                 if decoded > TRIANGLE_LIMIT {
-                    let limit = PartError::Limit("triangles", TRIANGLE_LIMIT);
+                    let limit = limit("triangles", TRIANGLE_LIMIT);
                     return Err(Fault::new(at(), limit));
                 }
                 all.push(drawn);
@@ -189,7 +189,7 @@ impl<'d> Meshes<'d> {
                 left_out.insert("points and lines: they have no area".to_owned());
                 return Ok(None);
             }
-            Checked::Invalid => return Err(fault(PartError::Lacks("known mode"))),
+            Checked::Invalid => return Err(fault(lacks("known mode"))),
         };
         if primitive.targets.iter().flatten().next().is_some() {
             left_out.insert("morph targets: meshes stand as modelled".to_owned());
@@ -224,8 +224,7 @@ impl<'d> Meshes<'d> {
         let corners = match vertices.indices.take() {
             Some(indices) => {
                 if let Some(bad) = indices.iter().find(|i| **i as usize >= count) {
-                    let (what, index) = ("vertex", *bad as usize);
-                    return Err(fault(PartError::Missing { what, index, count }));
+                    return Err(fault(missing("vertex", *bad as usize, count)));
                 }
                 indices
             }
@@ -256,7 +255,7 @@ impl<'d> Meshes<'d> {
             .unwrap_or_default();
         if !points.iter().flatten().all(|v| v.is_finite()) {
             let index = attribute(Semantic::Positions).unwrap_or(0);
-            return Err(Fault::new(place("accessor", index, None), PartError::Far));
+            return Err(Fault::new(place("accessor", index, None), FAR_AWAY));
         }
         let normals = attribute(Semantic::Normals).filter(|index| {
             let is_there = *index < self.document.root.accessors.len();
@@ -286,7 +285,7 @@ impl<'d> Meshes<'d> {
     fn counted(&mut self, vertices: Vertices, at: impl Fn() -> String) -> Result<Vertices, Fault> {
         self.vertices += vertices.points.len();
         if self.vertices > VERTEX_LIMIT {
-            Err(Fault::new(at(), PartError::Limit("vertices", VERTEX_LIMIT)))
+            Err(Fault::new(at(), limit("vertices", VERTEX_LIMIT)))
         } else {
             Ok(vertices)
         }

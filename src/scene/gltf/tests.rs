@@ -73,7 +73,7 @@ fn with_nodes(nodes: &str) -> Result<Import, SceneError> {
     import(&described(&format!("{WALL},{nodes}")), &square())
 }
 
-fn refused(result: Result<Import, SceneError>) -> (String, PartError) {
+fn refused(result: Result<Import, SceneError>) -> (String, String) {
     match result.unwrap_err() {
         SceneError::Part { place, reason, .. } => (place, reason),
         other => unreachable!("{other}"),
@@ -151,8 +151,9 @@ fn buffers_come_from_anywhere() {
         read("c.gltf"),
         Err(SceneError::File(FileError::Outside(_)))
     ));
-    assert!(matches!(refused(read("d.gltf")).1, PartError::Uri(_)));
-    assert!(matches!(refused(read("e.gltf")).1, PartError::Uri(_)));
+    for strange in ["d.gltf", "e.gltf"] {
+        assert!(refused(read(strange)).1.contains("is neither a file"));
+    }
     assert!(matches!(
         read("f.gltf"),
         Err(SceneError::File(FileError::Missing(_)))
@@ -239,10 +240,10 @@ fn every_mode_is_read_or_said_to_be_left_out() {
             Err(SceneError::Empty { .. })
         ));
     }
-    assert!(matches!(
+    assert_eq!(
         refused(import(&json(7, 4), &strip)).1,
-        PartError::Lacks("known mode")
-    ));
+        "it has no known mode"
+    );
 }
 
 #[test]
@@ -262,14 +263,10 @@ fn sparse_accessors_change_what_is_under_them() {
         normal(&stage.scene.polygons[0]),
         vec3(0.0, -3.0, 0.0)
     ));
-    assert!(matches!(
+    assert_eq!(
         refused(import(&changed, &binary(4))).1,
-        PartError::Missing {
-            what: "element",
-            index: 4,
-            count: 4
-        }
-    ));
+        "element 4 does not exist; there are 4"
+    );
     let nothing = changed.replace(
         r#""bufferView":0,"componentType":5126,"#,
         r#""componentType":5126,"#,
@@ -296,10 +293,11 @@ fn integers_and_strides_are_read() {
         vec3(0.0, -1.0, 0.0)
     ));
     let narrow = json.replace("\"byteStride\":4", "\"byteStride\":2");
-    assert!(matches!(
-        refused(import(&narrow, &binary)).1,
-        PartError::Lacks(_)
-    ));
+    assert!(
+        refused(import(&narrow, &binary))
+            .1
+            .starts_with("it has no stride")
+    );
 }
 
 #[test]
@@ -340,13 +338,7 @@ fn materials_have_names_and_light() {
     let used = described(&bad).replace(r#""material":0"#, r#""material":3"#);
     let (place, reason) = refused(import(&used, &square()));
     assert_eq!(place, "material 3 \"cloth\"");
-    assert!(matches!(
-        reason,
-        PartError::Range {
-            what: "base colour",
-            ..
-        }
-    ));
+    assert!(reason.starts_with("base colour "), "{reason}");
 }
 
 /// An image of what shines is not read; the one that a black factor turns off is none.
@@ -560,8 +552,7 @@ fn draco_gives_the_same_square_and_damage_an_error() {
     }
     let cut = [&DRACO[..100], &[0; 88]].concat();
     assert!(
-        import(json, &cut[..]).is_ok()
-            || matches!(refused(import(json, &cut)).1, PartError::Json(_))
+        import(json, &cut[..]).is_ok() || refused(import(json, &cut)).1.starts_with("not glTF")
     );
 }
 

@@ -8,7 +8,7 @@ use super::super::texture::reader::{Channels, TextureReader};
 use super::super::texture::{Alpha, Texture, Wrap};
 use super::super::{Material, gltf};
 use super::read::{colour, each_line, named, numbers, split};
-use super::{LineError, SceneError, UNSTATED};
+use super::{SceneError, UNSTATED};
 use crate::files::Files;
 use crate::units::Rgb;
 
@@ -91,7 +91,7 @@ impl Materials {
         self.list.iter_mut().map(of).collect()
     }
 
-    fn line(&mut self, text: &str) -> Result<(), LineError> {
+    fn line(&mut self, text: &str) -> Result<(), String> {
         let (keyword, rest) = split(text);
         if keyword == "newmtl" {
             let name = if rest.is_empty() { "default" } else { rest };
@@ -119,7 +119,7 @@ impl Materials {
             return Ok(());
         }
         let open = self.open.and_then(|index| self.list.get_mut(index));
-        let material = open.ok_or(LineError::Name("newmtl"))?;
+        let material = open.ok_or("`newmtl` needs a name")?;
         match keyword {
             // A spectrum, or a colour in CIE XYZ.
             "Kd" if ["spectral", "xyz"].contains(&split(rest).0) => {}
@@ -127,14 +127,15 @@ impl Materials {
                 let kd = colour("Kd", rest)?;
                 let mut diffuse = [0.0; 3];
                 for (to, value) in diffuse.iter_mut().zip(kd) {
-                    *to = reflectance(value).ok_or(LineError::Reflectance(value))?;
+                    *to = reflectance(value)
+                        .ok_or_else(|| format!("reflectance {value} is outside 0 to 1"))?;
                 }
                 material.diffuse = Some(diffuse);
             }
             "Ke" => {
                 let ke = colour("Ke", rest)?;
                 if let Some(bad) = ke.iter().find(|v| **v < 0.0) {
-                    return Err(LineError::Emission(*bad));
+                    return Err(format!("emitted luminance {bad} is negative"));
                 }
                 material.emission = ke;
             }
@@ -323,7 +324,7 @@ impl Map {
 }
 
 /// A number from 0 to 1.
-fn share(keyword: &'static str, rest: &str) -> Result<f64, LineError> {
+fn share(keyword: &'static str, rest: &str) -> Result<f64, String> {
     let [value, ..] = numbers(keyword, rest, 1)?;
     Ok(value.clamp(0.0, 1.0))
 }

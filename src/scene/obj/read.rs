@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::super::import::FAR;
 use super::super::shading::Corner;
-use super::{CORNER_LIMIT, LineError, POLYGON_LIMIT, SceneError, VERTEX_LIMIT};
+use super::{CORNER_LIMIT, POLYGON_LIMIT, SceneError, VERTEX_LIMIT, limit};
 use crate::geometry::{Vec3, vec3};
 use crate::printable::of_bytes;
 
@@ -35,7 +35,7 @@ pub(super) struct Obj {
     /// Each `mtllib`.
     pub(super) libraries: Vec<String>,
     vertices: Vec<Vec3>,
-    /// Vertices that are nowhere, with the word that is no number: faces cannot have them.
+    /// Vertices that are nowhere, with the reason: faces cannot have them.
     nowhere: BTreeMap<u32, String>,
     /// What is left out, with the first line that has it.
     pub(super) unread: BTreeMap<&'static str, usize>,
@@ -68,19 +68,19 @@ impl Obj {
         }
     }
 
-    fn line(&mut self, text: &str, line: usize) -> Result<(), LineError> {
+    fn line(&mut self, text: &str, line: usize) -> Result<(), String> {
         let (keyword, rest) = split(text);
         match keyword {
             "v" => self.vertex(rest, line)?,
             "vt" => {
                 let count = rest.split_whitespace().count().clamp(1, 3);
-                let place = optional(numbers("vt", rest, count))?;
-                let place = place.map(|[u, v, _]| [u, 1.0 - v]);
+                let place = exact_numbers("vt", rest, count)?;
+                let place = finite(place, rest).ok().map(|[u, v, _]| [u, 1.0 - v]);
                 more(&mut self.places, place, "places in textures")?;
             }
             "vn" => {
-                let normal = optional(numbers("vn", rest, 3))?;
-                let normal = normal.map(|[x, y, z]| vec3(x, y, z));
+                let normal = exact_numbers("vn", rest, 3)?;
+                let normal = finite(normal, rest).ok().map(|[x, y, z]| vec3(x, y, z));
                 more(&mut self.normals, normal, "normals")?;
             }
             // `fo` is the old word for it.
@@ -117,29 +117,27 @@ impl Obj {
     }
 
     /// Three coordinates; a weight or a colour behind them is left out, as polygons have neither.
-    fn vertex(&mut self, rest: &str, line: usize) -> Result<(), LineError> {
+    fn vertex(&mut self, rest: &str, line: usize) -> Result<(), String> {
         let behind = rest.split_whitespace().count().saturating_sub(3);
         if behind >= 3 {
             self.leave_out("colours of vertices: their materials' count", line);
         }
         let read = match behind {
             1..=4 => first_numbers("v", rest, 3),
-            _ => numbers("v", rest, 3),
+            _ => exact_numbers("v", rest, 3),
         };
-        let [x, y, z] = match read {
-            Err(LineError::Number(word)) if word.parse::<f64>().is_ok() => {
-                self.nowhere.insert(self.vertices.len() as u32, word);
-                [0.0; 3]
-            }
-            read => read?,
-        };
+        let [mut x, mut y, mut z] = read?;
+        if let Err(reason) = finite([x, y, z], rest) {
+            self.nowhere.insert(self.vertices.len() as u32, reason);
+            [x, y, z] = [0.0; 3];
+        }
         if let Some(far) = [x, y, z].into_iter().find(|c| c.abs() > FAR) {
-            return Err(LineError::Far(far));
+            return Err(format!("coordinate {far} is beyond 1e9 metres"));
         }
         more(&mut self.vertices, vec3(x, y, z), "vertices")
     }
 
-    fn face(&mut self, rest: &str, line: usize) -> Result<(), LineError> {
+    fn face(&mut self, rest: &str, line: usize) -> Result<(), String> {
         let count = rest.split_whitespace().count();
         if count < 3 {
             self.leave_out("faces of fewer than 3 corners", line);
@@ -162,8 +160,8 @@ impl Obj {
         let nowhere = corners
             .iter()
             .find_map(|(vertex, ..)| self.nowhere.get(vertex));
-        if let Some(word) = nowhere {
-            return Err(LineError::Number(word.clone()));
+        if let Some(reason) = nowhere {
+            return Err(reason.clone());
         }
         if self.groups.is_empty() {
             self.group(None, None);
@@ -176,7 +174,7 @@ impl Obj {
 }
 
 /// Adds one more of what a file defines, if it may.
-fn more<T>(list: &mut Vec<T>, value: T, what: &'static str) -> Result<(), LineError> {
+fn more<T>(list: &mut Vec<T>, value: T, what: &'static str) -> Result<(), String> {
     if list.len() == VERTEX_LIMIT {
         return Err(limit(what, VERTEX_LIMIT));
     }
@@ -186,28 +184,29 @@ fn more<T>(list: &mut Vec<T>, value: T, what: &'static str) -> Result<(), LineEr
 
 /// The numbers of a corner: `7`, `7/1`, `7//2`, `7/1/2`; negative ones count from the last. A place
 /// in a texture or a normal that is not there is left out.
-fn corner(word: &str, [vertices, places, normals]: [usize; 3]) -> Result<Indices, LineError> {
+fn corner(word: &str, [vertices, places, normals]: [usize; 3]) -> Result<Indices, String> {
     let mut parts = word.split('/').map(|part| match part {
         "" => Ok(None),
         part => match part.parse::<i64>() {
             Ok(index) => Ok(Some(index)),
-            Err(_) => Err(LineError::Corner(cut(word))),
+            Err(_) => Err(no_corner(word)),
         },
     });
     let mut next = || parts.next().unwrap_or(Ok(None));
     let (vertex, place, normal) = (next()?, next()?, next()?);
     let Some(vertex) = vertex.filter(|_| parts.next().is_none()) else {
-        return Err(LineError::Corner(cut(word)));
+        return Err(no_corner(word));
     };
-    let missing = LineError::Index {
-        index: vertex,
-        defined: vertices,
-    };
+    let missing = || format!("vertex {vertex} does not exist; {vertices} are defined up to here");
     Ok((
-        position(vertex, vertices).ok_or(missing)?,
+        position(vertex, vertices).ok_or_else(missing)?,
         place.and_then(|i| position(i, places)),
         normal.and_then(|i| position(i, normals)),
     ))
+}
+
+fn no_corner(word: &str) -> String {
+    format!("`{}` is not a corner of a face", cut(word))
 }
 
 /// What an index of a file means, from 0.
@@ -227,7 +226,7 @@ fn position(index: i64, defined: usize) -> Option<u32> {
 pub(super) fn each_line(
     path: &str,
     bytes: &[u8],
-    mut read: impl FnMut(&str, usize) -> Result<(), LineError>,
+    mut read: impl FnMut(&str, usize) -> Result<(), String>,
 ) -> Result<(), SceneError> {
     let refuse = |line, reason| SceneError::Line {
         path: path.to_owned(),
@@ -245,7 +244,10 @@ pub(super) fn each_line(
     for (line, text) in (1..).zip(bytes.split(|b| *b == end)) {
         let text = of_bytes(text);
         if text.contains('\0') {
-            return Err(refuse(line, LineError::NotText));
+            return Err(refuse(
+                line,
+                "not text; is this an OBJ or MTL file?".to_owned(),
+            ));
         }
         if joined.is_empty() {
             first = line;
@@ -294,16 +296,16 @@ pub(super) fn names_of_libraries(rest: &str) -> Vec<&str> {
     names
 }
 
-pub(super) fn named<'t>(keyword: &'static str, rest: &'t str) -> Result<&'t str, LineError> {
+pub(super) fn named<'t>(keyword: &'static str, rest: &'t str) -> Result<&'t str, String> {
     if rest.is_empty() {
-        Err(LineError::Name(keyword))
+        Err(format!("`{keyword}` needs a name"))
     } else {
         Ok(rest)
     }
 }
 
 /// Three channels, or one number for all three, as MTL allows.
-pub(super) fn colour(keyword: &'static str, rest: &str) -> Result<[f64; 3], LineError> {
+pub(super) fn colour(keyword: &'static str, rest: &str) -> Result<[f64; 3], String> {
     if rest.split_whitespace().count() == 1 {
         let [grey, ..] = numbers(keyword, rest, 1)?;
         return Ok([grey; 3]);
@@ -311,61 +313,52 @@ pub(super) fn colour(keyword: &'static str, rest: &str) -> Result<[f64; 3], Line
     numbers(keyword, rest, 3)
 }
 
-/// Numbers that polygons do without: `None` where they are not finite.
-fn optional(numbers: Result<[f64; 3], LineError>) -> Result<Option<[f64; 3]>, LineError> {
-    match numbers {
-        Ok(numbers) => Ok(Some(numbers)),
-        Err(LineError::Number(word)) if word.parse::<f64>().is_ok() => Ok(None),
-        Err(error) => Err(error),
+/// The first three of `expected` finite numbers.
+pub(super) fn numbers(keyword: &str, rest: &str, expected: usize) -> Result<[f64; 3], String> {
+    finite(exact_numbers(keyword, rest, expected)?, rest)
+}
+
+/// The numbers read from `rest`, which must be finite.
+fn finite(numbers: [f64; 3], rest: &str) -> Result<[f64; 3], String> {
+    let mut words = rest.split_whitespace().zip(numbers);
+    match words.find(|(_, number)| !number.is_finite()) {
+        Some((word, _)) => Err(no_number(word)),
+        None => Ok(numbers),
     }
 }
 
-/// The first three of `expected` finite numbers.
-pub(super) fn numbers(
-    keyword: &'static str,
-    rest: &str,
-    expected: usize,
-) -> Result<[f64; 3], LineError> {
+/// The first three of `expected` numbers.
+fn exact_numbers(keyword: &str, rest: &str, expected: usize) -> Result<[f64; 3], String> {
     let values = first_numbers(keyword, rest, expected)?;
     match rest.split_whitespace().count() {
         found if found == expected => Ok(values),
-        found => Err(LineError::Count {
-            keyword,
-            expected: expected.min(3),
-            found,
-        }),
+        found => Err(count(keyword, expected, found)),
     }
 }
 
-/// The first three of at least `expected` finite numbers.
-fn first_numbers(
-    keyword: &'static str,
-    rest: &str,
-    expected: usize,
-) -> Result<[f64; 3], LineError> {
+/// The first three of at least `expected` numbers.
+fn first_numbers(keyword: &str, rest: &str, expected: usize) -> Result<[f64; 3], String> {
     let found = rest.split_whitespace().count();
     let mut values = [0.0; 3];
     for (at, word) in rest.split_whitespace().enumerate().take(expected) {
-        let value = word.parse().ok().filter(|v: &f64| v.is_finite());
-        let value = value.ok_or_else(|| LineError::Number(cut(word)))?;
+        let value = word.parse().map_err(|_| no_number(word))?;
         if let Some(to) = values.get_mut(at) {
             *to = value;
         }
     }
-    if found >= expected {
-        Ok(values)
-    } else {
-        Err(LineError::Count {
-            keyword,
-            expected: expected.min(3),
-            found,
-        })
+    if found < expected {
+        return Err(count(keyword, expected, found));
     }
+    Ok(values)
 }
 
-/// The error of too many of `what`.
-pub(super) fn limit(what: &'static str, limit: usize) -> LineError {
-    LineError::Limit { what, limit }
+fn no_number(word: &str) -> String {
+    format!("`{}` is not a finite number", cut(word))
+}
+
+fn count(keyword: &str, expected: usize, found: usize) -> String {
+    let expected = expected.min(3);
+    format!("`{keyword}` needs {expected} numbers and has {found}")
 }
 
 /// Enough of a word for a message.

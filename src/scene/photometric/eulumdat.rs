@@ -2,12 +2,11 @@
 //!
 //! Intensities are in candela per 1000 lumens of the lamps, in planes around the axis.
 
-use super::read::{MOST_ANGLES, PhotometricError, Wrong, push_increasing, shown};
+use super::read::{DARK, PhotometricError, Words, ends};
 use super::{Distribution, Symmetry};
 
 /// Where values stand, counted from 0.
 const SYMMETRY: usize = 2;
-const PLANES: usize = 3;
 const ANGLES: usize = 5;
 const CONVERSION: usize = 23;
 const LAMP_SETS: usize = 25;
@@ -25,102 +24,54 @@ pub(super) fn is(text: &str) -> bool {
     small(1) && small(SYMMETRY)
 }
 
-/// The lines of a file.
-struct Lines<'t>(Vec<&'t str>);
-
-impl Lines<'_> {
-    fn number(&self, at: usize, what: &'static str) -> Result<f64, PhotometricError> {
-        let fail = |wrong| PhotometricError {
-            line: at + 1,
-            wrong,
-        };
-        let text = self.0.get(at).ok_or_else(|| fail(Wrong::End(what)))?.trim();
-        // Some countries write decimals with a comma.
-        let value = text.replace(',', ".").parse::<f64>().ok();
-        let value = value.filter(|v| v.is_finite() && v.abs() <= 1e12);
-        value.ok_or_else(|| {
-            let text = shown(text);
-            fail(Wrong::Number { text, what })
-        })
-    }
-
-    fn within(
-        &self,
-        at: usize,
-        what: &'static str,
-        range: std::ops::RangeInclusive<f64>,
-        must: &'static str,
-    ) -> Result<f64, PhotometricError> {
-        let value = self.number(at, what)?;
-        if range.contains(&value) {
-            return Ok(value);
+impl Words<'_> {
+    /// Goes on to a line, counted from 0.
+    fn skip_to(&mut self, at: usize) {
+        while self.line < at
+            && let Some((line, _)) = self.all.next()
+        {
+            self.line = line;
         }
-        let wrong = Wrong::Range { what, value, must };
-        Err(PhotometricError {
-            line: at + 1,
-            wrong,
-        })
-    }
-
-    fn count(&self, at: usize, what: &'static str) -> Result<usize, PhotometricError> {
-        let most = MOST_ANGLES as f64;
-        let count = self.within(at, what, 1.0..=most, "a whole number from 1 to 3601")?;
-        Ok(count as usize)
-    }
-
-    /// Increasing angles within 0 to `most`.
-    fn angles(
-        &self,
-        lines: std::ops::Range<usize>,
-        what: &'static str,
-        most: f64,
-    ) -> Result<Vec<f64>, PhotometricError> {
-        let mut out: Vec<f64> = Vec::new();
-        for at in lines {
-            let next = self.within(at, what, 0.0..=most, "within 0 to 180, or to 360 around")?;
-            push_increasing(&mut out, next, what).map_err(|wrong| PhotometricError {
-                line: at + 1,
-                wrong,
-            })?;
-        }
-        Ok(out)
     }
 }
 
 /// Reads a file, with a note of the sets of lamps that were not taken.
 pub(super) fn distribution(text: &str) -> Result<(Distribution, Option<String>), PhotometricError> {
-    let lines = Lines(text.lines().collect());
-    let symmetry = lines.within(SYMMETRY, "the symmetry", 0.0..=4.0, "0 to 4")? as u8;
-    let count = lines.count(PLANES, "the number of planes")?;
-    let angles = lines.count(ANGLES, "the number of angles in a plane")?;
-    let conversion = lines.number(CONVERSION, "the conversion factor of intensities")?;
-    let sets = lines.within(
-        LAMP_SETS,
-        "the number of sets of lamps",
-        1.0..=20.0,
-        "1 to 20",
-    )? as usize;
+    let lines = (1..).zip(text.lines().map(str::trim));
+    let mut words = Words {
+        all: Box::new(lines),
+        line: 0,
+    };
+    words.skip_to(SYMMETRY);
+    let symmetry = words.within("the symmetry", 0.0..=4.0, "0 to 4")? as u8;
+    let count = words.count("the number of planes")?;
+    words.skip_to(ANGLES);
+    let angles = words.count("the number of angles in a plane")?;
+    words.skip_to(CONVERSION);
+    let conversion = words.number("the conversion factor of intensities")?;
+    words.skip_to(LAMP_SETS);
+    let sets = words.within("the number of sets of lamps", 1.0..=20.0, "1 to 20")? as usize;
     // Sets are alternatives: lamps or currents with which the luminaire is sold.
-    let lumens = lines.within(
-        LAMPS + 2,
-        "the lumens of the lamps",
-        f64::MIN_POSITIVE..=1e12,
-        "above 0",
-    )?;
+    words.skip_to(LAMPS + 2);
+    let lumens = words.positive("the lumens of the lamps")?;
     let note = (sets > 1).then(|| {
         format!("the first of {sets} sets of lamps, {lumens} lm: write `lm` behind it for another")
     });
-    let first = LAMPS + OF_LAMPS * sets + RATIOS;
-    let all = lines.angles(first..first + count, "the planes", 360.0)?;
-    let start = first + count;
-    let vertical = lines.angles(start..start + angles, "the angles in a plane", 180.0)?;
-    let planes =
-        Planes::of(all, symmetry).map_err(|wrong| PhotometricError { line: start, wrong })?;
+    words.skip_to(LAMPS + OF_LAMPS * sets + RATIOS);
+    let all = words.angles(count, "the planes")?;
+    let planes = Planes::of(all, symmetry).or_else(|wrong| words.fail(wrong))?;
+    let what = "the angles in a plane";
+    let vertical = words.angles(angles, what)?;
+    let (first, last) = ends(&vertical);
+    if first < 0.0 || last > 180.0 {
+        return words.fail(format!(
+            "{what} run from {first} to {last}; they must be within 0 to 180"
+        ));
+    }
     let mut candela = Vec::new();
     let scale = lumens / 1000.0 * if conversion > 0.0 { conversion } else { 1.0 };
-    for at in (start + angles..).take(planes.given.saturating_mul(angles)) {
-        let value = lines.within(at, "an intensity", 0.0..=1e12, "0 or more")?;
-        candela.push(value * scale);
+    for _ in 0..planes.given.saturating_mul(angles) {
+        candela.push(scale * words.within("an intensity", 0.0..=1e12, "0 or more")?);
     }
     if planes.is_reversed {
         candela = candela.chunks(angles).rev().flatten().copied().collect();
@@ -138,9 +89,7 @@ pub(super) fn distribution(text: &str) -> Result<(Distribution, Option<String>),
     if out.vertical.len() >= 2 && out.flux() > 0.0 {
         return Ok((out, note));
     }
-    let wrong = Wrong::Dark;
-    let line = lines.0.len();
-    Err(PhotometricError { line, wrong })
+    words.fail(DARK)
 }
 
 /// The planes around the axis, as a [`Distribution`] has them.
@@ -157,7 +106,7 @@ struct Planes {
 
 impl Planes {
     /// Of the angles of all planes, and how the format numbers symmetries.
-    fn of(all: Vec<f64>, symmetry: u8) -> Result<Planes, Wrong> {
+    fn of(all: Vec<f64>, symmetry: u8) -> Result<Planes, String> {
         let within = |most: f64| {
             all.iter()
                 .copied()
@@ -183,24 +132,19 @@ impl Planes {
             _ => (all, Symmetry::None, 0),
         };
         let given = horizontal.len();
-        let (first, last) = match horizontal.as_slice() {
-            [first, .., last] => (*first, *last),
-            _ => (0.0, 0.0),
-        };
+        let (first, last) = ends(&horizontal);
         let is_whole = match symmetry {
             Symmetry::Round => true,
-            Symmetry::None => last <= first + 360.0,
+            Symmetry::None => first >= 0.0 && last <= 360.0,
             Symmetry::Across => given == expected && (first, last) == (90.0, 270.0),
             Symmetry::Half => given == expected && (first, last) == (0.0, 180.0),
             Symmetry::Quadrant => given == expected && (first, last) == (0.0, 90.0),
         };
         if !is_whole {
-            return Err(Wrong::Span {
-                what: "the planes",
-                first,
-                last,
-                must: "they do not fit the symmetry that the file states",
-            });
+            return Err(format!(
+                "the planes run from {first} to {last}; they do not fit the symmetry that the file \
+                 states"
+            ));
         }
         let is_closed_here = symmetry == Symmetry::None && last < first + 360.0;
         let mut horizontal = horizontal;

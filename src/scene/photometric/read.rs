@@ -1,14 +1,17 @@
 //! The text of an LM-63 file: lines up to `TILT=`, then numbers in a row with blanks, commas and
 //! line ends between them.
 
+use std::ops::RangeInclusive;
+
 use super::{Distribution, Symmetry};
 
 /// The largest file that is read.
 pub const MOST_BYTES: usize = 8 << 20;
 /// The most angles in one direction.
-pub const MOST_ANGLES: usize = 3601;
+const MOST_ANGLES: f64 = 3601.0;
 /// The most intensities.
 const MOST_VALUES: usize = 500_000;
+pub(super) const DARK: &str = "all intensities are zero";
 /// The most lines before `TILT=`.
 const MOST_KEYWORDS: usize = 1000;
 
@@ -19,88 +22,17 @@ pub struct PhotometricError {
     /// Counted from 1.
     pub line: usize,
     /// What is wrong there.
-    pub wrong: Wrong,
+    pub wrong: String,
 }
 
-/// What is wrong with a line.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum Wrong {
-    /// Neither format.
-    #[error(
-        "this is neither IES LM-63 (no line has `TILT=`) nor EULUMDAT (lines 2 and 3 have no whole \
-         numbers from 0 to 4)"
-    )]
-    Format,
-    /// The file ends too early.
-    #[error("the file ends where {0} should stand")]
-    End(&'static str),
-    /// Not a finite number.
-    #[error("`{text}` is not a number; {what} should stand here")]
-    Number {
-        /// As written, cut short.
-        text: String,
-        /// What was wanted.
-        what: &'static str,
-    },
-    /// A number that this quantity cannot have.
-    #[error("{what} is {value}; it must be {must}")]
-    Range {
-        /// Which quantity.
-        what: &'static str,
-        /// As written.
-        value: f64,
-        /// What it may be.
-        must: &'static str,
-    },
-    /// Type A or B photometry.
-    #[error(
-        "the photometry is of type {0}; only type C is read (convert the file, or ask its maker for type C)"
-    )]
-    Type(char),
-    /// Angles that do not increase.
-    #[error("{what}: {next} follows {before}; they must increase strictly")]
-    Order {
-        /// Which angles.
-        what: &'static str,
-        /// The one before.
-        before: f64,
-        /// The one that does not come after it.
-        next: f64,
-    },
-    /// Angles outside 0 to 180, or 0 to 360.
-    #[error("{what} run from {first} to {last}; {must}")]
-    Span {
-        /// Which angles.
-        what: &'static str,
-        /// The first.
-        first: f64,
-        /// The last.
-        last: f64,
-        /// What they may run over.
-        must: &'static str,
-    },
-    /// More numbers than were announced.
-    #[error("`{0}` stands after the last of the announced intensities")]
-    More(String),
-    /// Every intensity is zero.
-    #[error("all intensities are zero")]
-    Dark,
-    /// Too large.
-    #[error("the file has {bytes} bytes; {MOST_BYTES} are read")]
-    Large {
-        /// Its size.
-        bytes: usize,
-    },
-}
-
-/// Words with their lines.
-struct Words<'a> {
-    all: Box<dyn Iterator<Item = (usize, &'a str)> + 'a>,
+/// Numbers in words, with their lines.
+pub(super) struct Words<'a> {
+    pub(super) all: Box<dyn Iterator<Item = (usize, &'a str)> + 'a>,
     /// The line of the last word.
-    line: usize,
+    pub(super) line: usize,
 }
 
-pub(super) fn shown(text: &str) -> String {
+fn shown(text: &str) -> String {
     text.chars().take(40).collect()
 }
 
@@ -109,74 +41,80 @@ fn separator(c: char) -> bool {
 }
 
 impl Words<'_> {
-    fn fail<T>(&self, wrong: Wrong) -> Result<T, PhotometricError> {
+    pub(super) fn fail<T>(&self, wrong: impl Into<String>) -> Result<T, PhotometricError> {
         Err(PhotometricError {
             line: self.line,
-            wrong,
+            wrong: wrong.into(),
         })
     }
 
-    fn number(&mut self, what: &'static str) -> Result<f64, PhotometricError> {
+    pub(super) fn number(&mut self, what: &str) -> Result<f64, PhotometricError> {
         let Some((line, text)) = self.all.next() else {
-            return self.fail(Wrong::End(what));
+            return self.fail(format!("the file ends where {what} should stand"));
         };
         self.line = line;
-        match text.parse::<f64>() {
+        // Some countries write decimals with a comma; in LM-63 it separates words.
+        match text.replace(',', ".").parse::<f64>() {
             Ok(value) if value.is_finite() && value.abs() <= 1e12 => Ok(value),
-            _ => self.fail(Wrong::Number {
-                text: shown(text),
-                what,
-            }),
+            _ => {
+                let text = shown(text);
+                self.fail(format!(
+                    "`{text}` is not a number; {what} should stand here"
+                ))
+            }
         }
     }
 
-    fn positive(&mut self, what: &'static str) -> Result<f64, PhotometricError> {
+    /// A number within a range, which `must` describes.
+    pub(super) fn within(
+        &mut self,
+        what: &str,
+        range: RangeInclusive<f64>,
+        must: &str,
+    ) -> Result<f64, PhotometricError> {
         let value = self.number(what)?;
-        if value > 0.0 {
+        if range.contains(&value) {
             return Ok(value);
         }
-        let must = "above 0";
-        self.fail(Wrong::Range { what, value, must })
+        self.fail(format!("{what} is {value}; it must be {must}"))
     }
 
-    fn count(&mut self, what: &'static str) -> Result<usize, PhotometricError> {
-        let value = self.number(what)?;
-        if value >= 1.0 && value <= MOST_ANGLES as f64 && value.fract() == 0.0 {
+    pub(super) fn positive(&mut self, what: &str) -> Result<f64, PhotometricError> {
+        self.within(what, f64::MIN_POSITIVE..=1e12, "above 0")
+    }
+
+    pub(super) fn count(&mut self, what: &str) -> Result<usize, PhotometricError> {
+        let must = "a whole number from 1 to 3601";
+        let value = self.within(what, 1.0..=MOST_ANGLES, must)?;
+        if value.fract() == 0.0 {
             return Ok(value as usize);
         }
-        let must = "a whole number from 1 to 3601";
-        self.fail(Wrong::Range { what, value, must })
+        self.fail(format!("{what} is {value}; it must be {must}"))
     }
 
     /// So many numbers; memory grows with what is there, not with what is announced.
-    fn row(&mut self, count: usize, what: &'static str) -> Result<Vec<f64>, PhotometricError> {
+    fn row(&mut self, count: usize, what: &str) -> Result<Vec<f64>, PhotometricError> {
         (0..count).map(|_| self.number(what)).collect()
     }
 
     /// Strictly increasing angles.
-    fn angles(&mut self, count: usize, what: &'static str) -> Result<Vec<f64>, PhotometricError> {
+    pub(super) fn angles(
+        &mut self,
+        count: usize,
+        what: &str,
+    ) -> Result<Vec<f64>, PhotometricError> {
         let mut out: Vec<f64> = Vec::new();
         for _ in 0..count {
             let next = self.number(what)?;
-            if let Err(wrong) = push_increasing(&mut out, next, what) {
-                return self.fail(wrong);
+            if let Some(before) = out.last().filter(|before| **before >= next) {
+                return self.fail(format!(
+                    "{what}: {next} follows {before}; they must increase strictly"
+                ));
             }
+            out.push(next);
         }
         Ok(out)
     }
-}
-
-/// Adds an angle that must be above the one before it.
-pub(super) fn push_increasing(
-    angles: &mut Vec<f64>,
-    next: f64,
-    what: &'static str,
-) -> Result<(), Wrong> {
-    if let Some(before) = angles.last().copied().filter(|before| *before >= next) {
-        return Err(Wrong::Order { what, before, next });
-    }
-    angles.push(next);
-    Ok(())
 }
 
 /// Reads a file, with a note of a lamp tilt that was not taken.
@@ -211,8 +149,12 @@ fn tilt(text: &str) -> Result<(usize, &str), PhotometricError> {
             return Ok((last, tilt.trim()));
         }
     }
-    let wrong = Wrong::Format;
-    Err(PhotometricError { line: last, wrong })
+    let wrong = "this is neither IES LM-63 (no line has `TILT=`) nor EULUMDAT (lines 2 and 3 have no \
+                 whole numbers from 0 to 4)";
+    Err(PhotometricError {
+        line: last,
+        wrong: wrong.to_owned(),
+    })
 }
 
 /// The tilt block: the lamp's posture, and factors by angle. Checked, not used.
@@ -231,18 +173,23 @@ fn numbers(words: &mut Words<'_>, is_2019: bool) -> Result<Distribution, Photome
     let vertical = words.count("the number of vertical angles")?;
     let horizontal = words.count("the number of horizontal angles")?;
     if vertical * horizontal > MOST_VALUES {
-        let what = "the number of intensities";
-        let (value, must) = ((vertical * horizontal) as f64, "500,000 at most");
-        return words.fail(Wrong::Range { what, value, must });
+        let count = vertical * horizontal;
+        return words.fail(format!(
+            "the number of intensities is {count}; it must be 500,000 at most"
+        ));
     }
-    match words.number("the type of photometry")? {
-        1.0 => {}
-        2.0 => return words.fail(Wrong::Type('B')),
-        3.0 => return words.fail(Wrong::Type('A')),
-        value => {
-            let (what, must) = ("the type of photometry", "1 (C), 2 (B) or 3 (A)");
-            return words.fail(Wrong::Range { what, value, must });
-        }
+    let kind = words.number("the type of photometry")?;
+    if kind == 2.0 || kind == 3.0 {
+        let letter = if kind == 2.0 { 'B' } else { 'A' };
+        return words.fail(format!(
+            "the photometry is of type {letter}; only type C is read (convert the file, or ask its \
+             maker for type C)"
+        ));
+    }
+    if kind != 1.0 {
+        return words.fail(format!(
+            "the type of photometry is {kind}; it must be 1 (C), 2 (B) or 3 (A)"
+        ));
     }
     words.number("the unit of lengths")?;
     words.row(3, "the size of the opening")?;
@@ -256,12 +203,7 @@ fn numbers(words: &mut Words<'_>, is_2019: bool) -> Result<Distribution, Photome
     let scale = multiplier * ballast * lamp_factor;
     let mut candela = Vec::new();
     for _ in 0..vertical.len() * horizontal.len() {
-        let what = "an intensity";
-        let value = words.number(what)?;
-        if value < 0.0 || !(value * scale).is_finite() {
-            let must = "0 or more, and finite with its factors";
-            return words.fail(Wrong::Range { what, value, must });
-        }
+        let value = words.within("an intensity", 0.0..=1e12, "0 or more")?;
         candela.push(value * scale);
     }
     if symmetry == Symmetry::None && horizontal.last().is_some_and(|last| *last < 360.0) {
@@ -269,8 +211,11 @@ fn numbers(words: &mut Words<'_>, is_2019: bool) -> Result<Distribution, Photome
         candela.extend_from_within(..vertical.len());
     }
     if let Some((line, text)) = words.all.next() {
-        let wrong = Wrong::More(shown(text));
-        return Err(PhotometricError { line, wrong });
+        words.line = line;
+        let text = shown(text);
+        return words.fail(format!(
+            "`{text}` stands after the last of the announced intensities"
+        ));
     }
     let out = Distribution {
         vertical,
@@ -283,35 +228,25 @@ fn numbers(words: &mut Words<'_>, is_2019: bool) -> Result<Distribution, Photome
     if out.flux() > 0.0 {
         return Ok(out);
     }
-    words.fail(Wrong::Dark)
+    words.fail(DARK)
 }
 
 fn verticals(words: &mut Words<'_>, count: usize) -> Result<Vec<f64>, PhotometricError> {
     let what = "the vertical angles";
     let angles = words.angles(count, what)?;
-    let (first, last) = ends(words, &angles, what)?;
+    let (first, last) = ends(&angles);
     if angles.len() >= 2 && first >= 0.0 && last <= 180.0 {
         return Ok(angles);
     }
-    words.fail(Wrong::Span {
-        what,
-        first,
-        last,
-        must: "two or more are needed, within 0 to 180",
-    })
+    words.fail(format!(
+        "{what} run from {first} to {last}; two or more are needed, within 0 to 180"
+    ))
 }
 
-/// The first and the last of the angles; the file ends without any.
-fn ends(
-    words: &Words<'_>,
-    angles: &[f64],
-    what: &'static str,
-) -> Result<(f64, f64), PhotometricError> {
-    match angles {
-        [] => words.fail(Wrong::End(what)),
-        [first] => Ok((*first, *first)),
-        [first, .., last] => Ok((*first, *last)),
-    }
+/// The first and the last of the angles, of which there is one at least.
+pub(super) fn ends(angles: &[f64]) -> (f64, f64) {
+    let end = |angle: Option<&f64>| angle.copied().unwrap_or_default();
+    (end(angles.first()), end(angles.last()))
 }
 
 /// Is the next angle 360, by the last step?
@@ -328,7 +263,7 @@ fn horizontals(
 ) -> Result<(Vec<f64>, Symmetry), PhotometricError> {
     let what = "the horizontal angles";
     let angles = words.angles(count, what)?;
-    let (first, last) = ends(words, &angles, what)?;
+    let (first, last) = ends(&angles);
     let symmetry = match (first, last) {
         (0.0, 0.0) => Symmetry::Round,
         (0.0, 90.0) => Symmetry::Quadrant,
@@ -338,12 +273,10 @@ fn horizontals(
         // Some stop one step short of where they began.
         (0.0, last) if last > 180.0 && is_one_short(&angles) => Symmetry::None,
         _ => {
-            return words.fail(Wrong::Span {
-                what,
-                first,
-                last,
-                must: "they must be 0 alone, or run from 0 to 90, 180 or 360, or from 90 to 270",
-            });
+            return words.fail(format!(
+                "{what} run from {first} to {last}; they must be 0 alone, or run from 0 to 90, 180 \
+                 or 360, or from 90 to 270"
+            ));
         }
     };
     Ok((angles, symmetry))
