@@ -16,7 +16,6 @@ mod lane;
 mod marker;
 mod paint;
 mod panels;
-mod resample;
 mod sheet;
 mod svg;
 #[cfg(test)]

@@ -4,7 +4,7 @@
 //! apart under the common colour vision deficiencies; hues too near the background are left out
 //! of that theme's list.
 
-use crate::units::{srgb_decode, srgb_encode};
+use crate::units::srgb_decode;
 
 /// A display-coded (sRGB) colour with its coverage.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,11 +70,6 @@ impl Colour {
 /// The linear value of a display code, to 0..1.
 pub(super) fn linear(code: u8) -> f32 {
     srgb_decode(f64::from(code) / 255.0) as f32
-}
-
-/// The display code of a linear value in 0..1.
-pub(super) fn coded(value: f32) -> u8 {
-    (255.0 * srgb_encode(f64::from(value))).round() as u8
 }
 
 /// What a chart lies on: a page, or a dark desk.
@@ -181,13 +176,6 @@ mod tests {
             assert!(hidden.contrast(palette.field) >= 2.4);
             let red = Colour::hex(0xe02020);
             assert_eq!(red.legible(palette.field, palette.ink), red);
-        }
-    }
-
-    #[test]
-    fn coding_undoes_decoding() {
-        for code in 0..=255 {
-            assert_eq!(coded(linear(code)), code);
         }
     }
 }

@@ -6,8 +6,8 @@ use tiny_skia::{
 
 use super::colour::Colour;
 use super::drawing::{Drawing, Frame, Mark, Picture, Step, Stroke};
-use super::resample::resampled;
 use super::{ChartError, font};
+use crate::picture::shrink::resampled;
 
 /// The most pixels a side: 256 MB at most for a square.
 const MOST_PIXELS: usize = 1 << 13;
@@ -124,7 +124,10 @@ fn copy(pixmap: &mut Pixmap, picture: &Picture, frame: &Frame, scale: f32) {
     if left >= right.min(columns) || top >= bottom.min(rows) {
         return;
     }
-    let shown = resampled(picture, right - left, bottom - top);
+    let shown = match (right - left, bottom - top) {
+        size if size == picture.size() => picture.rgb().to_vec(),
+        size => resampled(picture.size(), picture.rgb(), size),
+    };
     let lines = shown.chunks_exact((right - left) * 3);
     let target = pixmap.data_mut().chunks_exact_mut(columns * 4).skip(top);
     for (line, row) in lines.zip(target) {

@@ -1,6 +1,7 @@
 //! Smaller pictures, by averages of light.
 
 use super::Image;
+use crate::units::{srgb_decode, srgb_encode};
 
 /// `image` with `width` x `height` pixels, neither larger than it was: each the mean of the light
 /// on its part of the picture, pixels cut by its edges counted in part. The mean of the whole
@@ -33,6 +34,35 @@ fn add_row(row: &mut [f32], from: &[f32], columns: &[Vec<(usize, f64)>], share: 
             }
         }
     }
+}
+
+/// Interleaved sRGB bytes with `to` pixels across and down, each the mean, in linear light, of the
+/// area that it covers. Enlarged by whole numbers this repeats pixels. Missing bytes count as black.
+pub fn resampled(from: (usize, usize), rgb: &[u8], to: (usize, usize)) -> Vec<u8> {
+    let table: [f32; 256] = std::array::from_fn(|code| srgb_decode(code as f64 / 255.0) as f32);
+    let columns = overlaps(from.0, to.0);
+    let mut bytes = Vec::with_capacity(to.0 * to.1 * 3);
+    for span in overlaps(from.1, to.1) {
+        let mut row = vec![[0.0_f32; 3]; from.0];
+        for (y, share) in span {
+            let source = rgb.get(from.0 * y * 3..).unwrap_or_default();
+            for (sum, code) in row.as_flattened_mut().iter_mut().zip(source) {
+                *sum += share as f32 * table.get(usize::from(*code)).copied().unwrap_or_default();
+            }
+        }
+        for span in &columns {
+            let mut mean = [0.0_f32; 3];
+            add_row(
+                &mut mean,
+                row.as_flattened(),
+                std::slice::from_ref(span),
+                1.0,
+            );
+            let coded = |v: f32| (255.0 * srgb_encode(f64::from(v.clamp(0.0, 1.0)))).round() as u8;
+            bytes.extend(mean.map(coded));
+        }
+    }
+    bytes
 }
 
 /// For each of `to` equal parts of `from` pixels: the pixels in it and their shares, which add up
@@ -81,6 +111,16 @@ mod tests {
         let three = grey(&[0.0, 3.0, 9.0], 3, 1);
         assert_eq!(shrink(&three, 2, 1), grey(&[1.0, 7.0], 2, 1));
         assert_eq!(shrink(&four, 2, 2), four);
+    }
+
+    #[test]
+    fn coded_pixels_are_means_of_light_and_repeat_when_doubled() {
+        // Half the light of white is the code 188, not 128.
+        let (size, pair) = ((2, 1), [0, 0, 0, 255, 255, 255]);
+        assert_eq!(resampled(size, &pair, (1, 1)), [188, 188, 188]);
+        let row = [10, 20, 30, 10, 20, 30, 200, 100, 50, 200, 100, 50];
+        let twice = resampled(size, &[10, 20, 30, 200, 100, 50], (4, 2));
+        assert_eq!(twice, [row, row].concat());
     }
 
     proptest! {

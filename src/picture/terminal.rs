@@ -1,14 +1,14 @@
 //! Pictures for terminals: half blocks in 24-bit colour, or Kitty's graphics protocol.
 //!
 //! Invariants: every line resets its colours at its end, so that a cut or interleaved print leaves
-//! the terminal clean; a picture is made smaller, by averages of light over boxes, never larger.
+//! the terminal clean; a picture is made smaller, by averages of light, never larger.
 
 use std::fmt::Write;
 
 use base64::prelude::{BASE64_STANDARD, Engine as _};
 
+use super::shrink::resampled;
 use super::{PictureError, png};
-use crate::units::{srgb_decode, srgb_encode};
 
 /// The part of a terminal that a picture may take, in characters, which are taken to be twice as
 /// high as wide.
@@ -50,20 +50,17 @@ pub fn half_blocks(width: usize, height: usize, rgb: &[u8], room: Room) -> Strin
         return String::new();
     }
     let [wide, high] = room.fit(width, height);
-    let boxes = Boxes {
-        from: [width, height],
-        to: [wide, high],
-        rgb,
-        linear: std::array::from_fn(|code| srgb_decode(code as f64 / 255.0)),
-    };
+    let rgb = resampled((width, height), rgb, (wide, high));
+    let (pixels, _) = rgb.as_chunks::<3>();
+    let pixel = |x, y| pixels.get(y * wide + x).copied().unwrap_or_default();
     let mut text = String::new();
     for top in (0..high).step_by(2) {
         for x in 0..wide {
-            let [r, g, b] = boxes.mean(x, top);
+            let [r, g, b] = pixel(x, top);
             // Writing to a string cannot fail.
             let _ = write!(text, "\x1b[38;2;{r};{g};{b}m");
             if top + 1 < high {
-                let [r, g, b] = boxes.mean(x, top + 1);
+                let [r, g, b] = pixel(x, top + 1);
                 let _ = write!(text, "\x1b[48;2;{r};{g};{b}m");
             }
             text.push('\u{2580}');
@@ -109,35 +106,6 @@ pub fn kitty(
     }
     out.extend(std::iter::repeat_n('\n', lines));
     Ok(out)
-}
-
-/// A picture seen as a grid of boxes of whole pixels.
-struct Boxes<'p> {
-    from: [usize; 2],
-    to: [usize; 2],
-    rgb: &'p [u8],
-    /// The light of each code.
-    linear: [f64; 256],
-}
-
-impl Boxes<'_> {
-    /// The mean light of a box, coded.
-    fn mean(&self, x: usize, y: usize) -> [u8; 3] {
-        let ([width, height], [wide, high]) = (self.from, self.to);
-        let range = |at: usize, from: usize, to: usize| at * from / to..(at + 1) * from / to;
-        let mut sum = [0.0; 3];
-        let mut count = 0.0_f64;
-        for row in range(y, height, high) {
-            for column in range(x, width, wide) {
-                let at = (row * width + column) * 3;
-                for (sum, code) in sum.iter_mut().zip(self.rgb.iter().skip(at)) {
-                    *sum += self.linear.get(usize::from(*code)).copied().unwrap_or(0.0);
-                }
-                count += 1.0;
-            }
-        }
-        sum.map(|s: f64| (srgb_encode(s / count.max(1.0)) * 255.0).round() as u8)
-    }
 }
 
 #[cfg(test)]
