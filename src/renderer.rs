@@ -18,7 +18,9 @@ use crate::units::ErrorUnit;
 use crate::work::{Cancelled, Work};
 
 /// A step on an operator's one ordered scale of quality; 1 is the cheapest.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(
+    Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize,
+)]
 pub struct Quality(pub u8);
 
 /// Predicted cost: `prepare` once, `per_source` for each source that is lit for the first time,
@@ -114,7 +116,14 @@ pub enum TransportError {
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
     /// It would need more memory than the budget allows.
-    #[error("{what} needs {needed} bytes; the budget is {budget}")]
+    #[error(
+        "{what}: {} MB are needed and {} MB are left of the memory allowed; allow at least {} MB more \
+         with `--memory MB`, or make less of it: a smaller `size` of the view, a simpler stage, fewer \
+         lights, banks and cues",
+        needed.div_ceil(1 << 20),
+        budget >> 20,
+        needed.saturating_sub(*budget).div_ceil(1 << 20)
+    )]
     Memory {
         /// What is too large.
         what: &'static str,

@@ -27,7 +27,7 @@ use crate::printable::{self, Printable};
 use crate::report::farm::Farm;
 use crate::report::film::{Canvas, Outlets, Shown};
 use crate::report::sheet::{self, Difference};
-use crate::report::{self, document, notes, refine, versions};
+use crate::report::{self, document, refine, versions};
 
 pub use self::answer::help::{of as help_of, of_word as help_of_word};
 pub use self::call::Call;
@@ -309,7 +309,7 @@ impl Repl {
         let (remarks, store) = self.engine.warnings();
         let mut all: Vec<Printable> = Vec::new();
         all.extend(remarks.iter().map(ToString::to_string).map(Printable::from));
-        all.extend(store.iter().map(notes::of_store).map(Printable::from));
+        all.extend(store.iter().map(|note| Printable::from(note.to_string())));
         all.extend(refine::clamped(&self.engine).map(Printable::from));
         all.retain(|warning| self.reported.insert(warning.clone()));
         all

@@ -18,7 +18,6 @@ pub mod film;
 pub mod format;
 pub mod layers;
 pub mod manifest;
-pub mod notes;
 pub mod page;
 pub mod plan;
 pub mod plot;

@@ -105,8 +105,7 @@ impl std::fmt::Debug for Host {
 impl Host {
     /// Images in memory and in the host's folder, none of them read yet.
     pub(super) fn image_cache(&self) -> ImageCache {
-        let version = self.renderer.results_version().unwrap_or_default();
-        let disk_cache = |place: &PoolPlace| DiskCache::new(&place.folder, place.limit, &version);
+        let disk_cache = |place: &PoolPlace| DiskCache::new(&place.folder, place.limit);
         ImageCache::new(self.pool.as_ref().map(disk_cache))
     }
 

@@ -8,6 +8,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
+use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use crate::geometry::Vec3;
@@ -26,8 +27,23 @@ use crate::units::Rgb;
 const SCHEME: &str = "footlight address 2";
 
 /// The first half of a SHA-256, as 32 hexadecimal digits in names.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(into = "String", try_from = "String")]
 pub struct Digest([u8; 16]);
+
+impl From<Digest> for String {
+    fn from(digest: Digest) -> String {
+        digest.to_string()
+    }
+}
+
+impl TryFrom<String> for Digest {
+    type Error = &'static str;
+
+    fn try_from(text: String) -> Result<Digest, &'static str> {
+        Digest::parse(&text).ok_or("not 32 hexadecimal digits")
+    }
+}
 
 impl fmt::Display for Digest {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -113,7 +129,7 @@ impl Hasher {
 }
 
 /// Where pictures belong together: operator, scene and view.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct SceneKey(pub Digest);
 
 impl SceneKey {
@@ -311,7 +327,8 @@ fn apart(light: &Light) -> (Digest, Rgb) {
 }
 
 /// The lights that are lit, by shape, and how strongly in each channel.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(from = "Bits", into = "Bits")]
 pub struct Lighting {
     lit: BTreeMap<Digest, [f64; 3]>,
 }
@@ -334,8 +351,26 @@ impl Lighting {
     }
 }
 
+/// Shapes and the bits of their strengths, which JSON keeps exactly.
+type Bits = Vec<(Digest, [u64; 3])>;
+
+impl From<Lighting> for Bits {
+    fn from(lighting: Lighting) -> Bits {
+        let lit = lighting.lit.into_iter();
+        lit.map(|(shape, strength)| (shape, strength.map(f64::to_bits)))
+            .collect()
+    }
+}
+
+impl From<Bits> for Lighting {
+    fn from(bits: Bits) -> Lighting {
+        let lit = bits.into_iter();
+        Lighting::new(lit.map(|(shape, strength)| (shape, strength.map(f64::from_bits))))
+    }
+}
+
 /// What one picture shows.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Address {
     /// Operator, scene and view.
     pub scene_key: SceneKey,

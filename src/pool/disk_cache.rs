@@ -1,12 +1,14 @@
 //! The pool on disk: verified pictures by content address, in a folder of the pool's own.
 //!
 //! `FOLDER/pictures/SCENE/QUALITY-KEY.exr` holds one picture in single precision, uncompressed,
-//! with what it shows, the operator's version and a checksum of all of it in its header. A file
+//! with what it shows and a checksum of all of it in its header. A file
 //! that is truncated, changed, renamed, foreign or of another version is not used, and the picture
 //! is rendered again in its place. Checksums find faults, not forgery.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
 
 use crate::files::{Entry, FileError, Store};
 use crate::picture::exr::{self, Precision};
@@ -16,29 +18,27 @@ use crate::renderer::Quality;
 use super::address::{Address, Digest, Hasher, Lighting, Name, SceneKey};
 
 /// Version of the files' own form.
-const FORMAT: &str = "1";
+const FORMAT: u32 = 2;
 /// Bytes of a file beyond its pixels, at most: what is lit stands in the header.
 const HEADER_LIMIT: u64 = 8 << 20;
 /// Bytes in which most headers end.
 const HEADER_START: u64 = 32 << 10;
-/// A part left by a killed process is litter once the newest file is younger by this many
-/// microseconds; before, another process may still be writing it.
-const STALE: u64 = 3_600_000_000;
-
 /// What stands in the pool's folder: pictures, who is at work on which, and lists of them.
 const OWN_FOLDERS: [&str; 3] = ["claims", "pictures", "tasks"];
 
-const ATTRIBUTE_FORMAT: &str = "footlight.format";
-const ATTRIBUTE_GROUND: &str = "footlight.ground";
-const ATTRIBUTE_QUALITY: &str = "footlight.quality";
-const ATTRIBUTE_KEY: &str = "footlight.key";
-const ATTRIBUTE_LIT: &str = "footlight.lit";
-const ATTRIBUTE_SETTING: &str = "footlight.setting";
-const ATTRIBUTE_OPERATOR: &str = "footlight.operator";
-/// Which of its session's refined pictures it was, from 0, and after it the setting as numbers, in
-/// the order of that show's sources; empty for a coarse one.
-const ATTRIBUTE_REFINED: &str = "footlight.refined";
+const ATTRIBUTE_LABEL: &str = "footlight.picture";
 const ATTRIBUTE_CHECK: &str = "footlight.check";
+
+/// What the header of a picture says of it, as JSON.
+#[derive(Serialize, Deserialize)]
+struct Label {
+    format: u32,
+    address: Address,
+    /// What it shows, for people; ASCII.
+    setting: String,
+    /// Where a refined one stood: [`Place`], its numbers as bits, which JSON keeps exactly.
+    refined: Option<(usize, Vec<u64>)>,
+}
 
 /// A picture in the store, as its name says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,15 +59,6 @@ impl Stored {
     fn name(&self) -> Name {
         (self.scene_key, self.quality, self.key)
     }
-
-    fn address(self, lighting: Lighting) -> Address {
-        Address {
-            scene_key: self.scene_key,
-            quality: self.quality,
-            lighting,
-            key: self.key,
-        }
-    }
 }
 
 /// Where a refined picture stood in the pool that it was rendered for.
@@ -79,27 +70,14 @@ pub struct Place {
     pub setting: Vec<f64>,
 }
 
-impl Place {
-    fn written(&self) -> String {
-        let numbers = self.setting.iter().map(|x| format!(" {x:?}"));
-        format!("{}{}", self.order, numbers.collect::<String>())
-    }
-
-    fn read(text: &str) -> Option<Place> {
-        let mut words = text.split(' ');
-        let order = words.next()?.parse().ok()?;
-        let setting: Option<Vec<f64>> = words.map(|w| w.parse().ok()).collect();
-        Some(Place {
-            order,
-            setting: setting?,
-        })
-    }
-}
-
 /// Trouble with a store for a warning.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Note {
     /// Stored pictures were of no use and were dropped.
+    #[error(
+        "a stored picture is of no use and was dropped; what is needed is rendered again: {}: \
+         {reason}{}", path.display(), others(*pictures)
+    )]
     Damaged {
         /// The first of them.
         path: PathBuf,
@@ -108,18 +86,19 @@ pub enum Note {
         /// How many there were.
         pictures: usize,
     },
-    /// Stored pictures are of another version of the operator and are not used.
-    Outdated {
-        /// How many.
-        pictures: usize,
-        /// Bytes of their files.
-        bytes: u64,
-    },
     /// Nothing is written any more in this session.
+    #[error("pictures are no longer stored, only kept until you leave: {reason}")]
     Stopped {
         /// The error.
         reason: String,
     },
+}
+
+fn others(pictures: usize) -> String {
+    match pictures {
+        0 | 1 => String::new(),
+        n => format!(" ({} more like it)", n - 1),
+    }
 }
 
 /// What the folder of a picture's scene and its own file are called, without an ending.
@@ -153,8 +132,6 @@ pub struct DiskCache {
     pub folder: PathBuf,
     /// The most bytes it may hold.
     pub limit: u64,
-    /// What the operator says of its pictures.
-    operator: String,
     /// Other processes store pictures here too, and another one keeps the limit.
     is_shared: bool,
     /// Bytes in the store as far as known; `None` before the first look.
@@ -164,25 +141,21 @@ pub struct DiskCache {
     first_damage: Option<(PathBuf, String)>,
     /// Why nothing is written any more.
     stopped: Option<String>,
-    /// Pictures of other versions of the operator, and their bytes.
-    outdated: (usize, u64),
-    told: [bool; 3],
+    told: [bool; 2],
 }
 
 impl DiskCache {
-    /// In `folder`, of at most `limit` bytes; `operator` is what the operator says of its pictures.
-    pub fn new(folder: impl Into<PathBuf>, limit: u64, operator: &str) -> DiskCache {
+    /// In `folder`, of at most `limit` bytes.
+    pub fn new(folder: impl Into<PathBuf>, limit: u64) -> DiskCache {
         DiskCache {
             folder: folder.into(),
             limit,
-            operator: operator.to_owned(),
             is_shared: false,
             bytes: None,
             damaged: 0,
             first_damage: None,
             stopped: None,
-            outdated: (0, 0),
-            told: [false; 3],
+            told: [false; 2],
         }
     }
 
@@ -289,8 +262,8 @@ impl DiskCache {
     ) -> Vec<Address> {
         let of_scene = self.of_scene(store, &scene_key.0.to_string()).into_iter();
         let wanted = of_scene.filter(|stored| stored.quality == quality);
-        let read = |stored: Stored| Some(stored.address(self.lighting(store, stored)?));
-        wanted.filter_map(read).collect()
+        let labels = wanted.filter_map(|stored| self.label(store, stored));
+        labels.map(|label| label.address).collect()
     }
 
     /// The refined pictures of a scene at this quality or a better one, as their headers say; to
@@ -304,24 +277,25 @@ impl DiskCache {
         let of_scene = self.of_scene(store, &scene_key.0.to_string()).into_iter();
         let good = of_scene.filter(|stored| stored.quality >= least);
         let read = |stored: Stored| {
-            let header = self.header(store, stored)?;
-            let place = Place::read(value(&header, ATTRIBUTE_REFINED))?;
-            let lighting = parse_lit(value(&header, ATTRIBUTE_LIT))?;
-            Some((place, stored.address(lighting)))
+            let label = self.label(store, stored)?;
+            let (order, setting) = label.refined?;
+            let setting = setting.into_iter().map(f64::from_bits).collect();
+            Some((Place { order, setting }, label.address))
         };
         good.filter_map(read).collect()
     }
 
     /// What a stored picture says it shows, from its header alone; `None` when that is unreadable.
     pub fn lighting(&self, store: &dyn Store, stored: Stored) -> Option<Lighting> {
-        parse_lit(value(&self.header(store, stored)?, ATTRIBUTE_LIT))
+        Some(self.label(store, stored)?.address.lighting)
     }
 
-    fn header(&self, store: &dyn Store, stored: Stored) -> Option<Vec<(String, String)>> {
+    /// The label of a stored picture, from its header alone, if it is what the file's name says.
+    fn label(&self, store: &dyn Store, stored: Stored) -> Option<Label> {
         let path = self.path(stored.name());
         [HEADER_START, HEADER_LIMIT].into_iter().find_map(|limit| {
             let start = store.read_start(&path, limit).ok()?;
-            exr::attributes(&start).ok()
+            label(&exr::attributes(&start).ok()?, stored.name()).ok()
         })
     }
 
@@ -337,14 +311,14 @@ impl DiskCache {
         if self.stopped.is_some() {
             return;
         }
-        let place = place.map_or_else(String::new, Place::written);
-        let said = [
-            (ATTRIBUTE_SETTING, setting.escape_default().to_string()),
-            (ATTRIBUTE_REFINED, place),
-            (ATTRIBUTE_OPERATOR, self.operator.clone()),
-        ];
+        let label = Label {
+            format: FORMAT,
+            address: address.clone(),
+            setting: setting.escape_default().to_string(),
+            refined: place.map(|p| (p.order, p.setting.iter().map(|x| x.to_bits()).collect())),
+        };
         let link = self.link(store, &address.scene_key.0.to_string());
-        let written = match (link, encoded(address, said, image)) {
+        let written = match (link, encoded(&label, image)) {
             (Some(link), _) => Err(link),
             (None, Ok(content)) => {
                 let written = self.write(store, address, &content);
@@ -375,9 +349,7 @@ impl DiskCache {
                 self.claim(store)?;
                 let pictures = self.folder.join("pictures");
                 store.sweep(&pictures.join(address.scene_key.0.to_string()));
-                let stored = self.stored(store);
-                self.outdated = self.of_other_versions(store, &stored);
-                stored.iter().map(|s| s.bytes).sum()
+                self.stored(store).iter().map(|s| s.bytes).sum()
             }
         };
         self.bytes = Some(before);
@@ -407,20 +379,6 @@ impl DiskCache {
             store.write(&self.folder.join(".gitignore"), b"*\n")?;
         }
         Ok(())
-    }
-
-    /// How many pictures another version of the operator made, and their bytes. All of a ground
-    /// are of one version, so one of them speaks for all.
-    fn of_other_versions(&self, store: &dyn Store, stored: &[Stored]) -> (usize, u64) {
-        let (mut count, mut bytes) = (0, 0);
-        for scene_key in stored.chunk_by(|a, b| a.scene_key == b.scene_key) {
-            let header = scene_key.iter().find_map(|s| self.header(store, *s));
-            if header.is_some_and(|h| value(&h, ATTRIBUTE_OPERATOR) != self.operator) {
-                count += scene_key.len();
-                bytes += scene_key.iter().map(|s| s.bytes).sum::<u64>();
-            }
-        }
-        (count, bytes)
     }
 
     /// Every picture in the store, whether it serves or not; none when it cannot be listed.
@@ -458,8 +416,7 @@ impl DiskCache {
     fn trim(&mut self, store: &dyn Store, limit: u64) -> Result<(), FileError> {
         let mut all = self.stored(store);
         all.sort_by_key(|s| s.used);
-        let newest = all.last().map_or(0, |s| s.used);
-        self.sweep(store, newest.saturating_sub(STALE))?;
+        self.sweep(store)?;
         let mut bytes: u64 = all.iter().map(|s| s.bytes).sum();
         for stored in all {
             if bytes <= limit {
@@ -472,21 +429,12 @@ impl DiskCache {
         Ok(())
     }
 
-    /// Removes parts of files that were last written before `until`, and folders left empty.
-    fn sweep(&self, store: &dyn Store, until: u64) -> Result<(), FileError> {
+    /// Removes what killed processes left half written.
+    fn sweep(&self, store: &dyn Store) -> Result<(), FileError> {
         let pictures = self.folder.join("pictures");
-        for scene_key in store.entries(&pictures)? {
-            if Digest::parse(&scene_key.name).is_none() {
-                continue;
-            }
-            if self.link(store, &scene_key.name).is_some() {
-                continue;
-            }
-            let folder = pictures.join(&scene_key.name);
-            for entry in store.entries(&folder)? {
-                if entry.name.ends_with(".part") && entry.used < until {
-                    store.remove(&folder.join(&entry.name))?;
-                }
+        for Entry { name, .. } in store.entries(&pictures)? {
+            if Digest::parse(&name).is_some() && self.link(store, &name).is_none() {
+                store.sweep(&pictures.join(&name));
             }
         }
         Ok(())
@@ -505,8 +453,7 @@ impl DiskCache {
         let (mut count, mut bytes) = (0, 0);
         self.bytes = None;
         let all = self.stored(store);
-        let newest = all.iter().map(|s| s.used).max();
-        self.sweep(store, newest.map_or(u64::MAX, |n| n.saturating_sub(STALE)))?;
+        self.sweep(store)?;
         for stored in all.into_iter().filter(which) {
             let path = self.path(stored.name());
             store.remove(&path)?;
@@ -529,11 +476,6 @@ impl DiskCache {
                 pictures: self.damaged,
             });
         }
-        let (pictures, bytes) = self.outdated;
-        if pictures > 0 && !self.told[2] {
-            self.told[2] = true;
-            notes.push(Note::Outdated { pictures, bytes });
-        }
         if let (Some(reason), false) = (&self.stopped, self.told[1]) {
             self.told[1] = true;
             notes.push(Note::Stopped {
@@ -544,95 +486,58 @@ impl DiskCache {
     }
 }
 
-/// The file of a picture; `said` is what it holds beyond its address.
-fn encoded(
-    address: &Address,
-    said: [(&str, String); 3],
-    image: &Image,
-) -> Result<Vec<u8>, PictureError> {
-    let lit = address.lighting.lit().iter();
-    let lit: Vec<String> = lit
-        .map(|(shape, [r, g, b])| format!("{shape}:{r:?},{g:?},{b:?}"))
-        .collect();
-    let named = [
-        (ATTRIBUTE_FORMAT, FORMAT.to_owned()),
-        (ATTRIBUTE_GROUND, address.scene_key.0.to_string()),
-        (ATTRIBUTE_QUALITY, address.quality.0.to_string()),
-        (ATTRIBUTE_KEY, address.key.to_string()),
-        (ATTRIBUTE_LIT, lit.join(" ")),
+/// The file of a picture.
+fn encoded(label: &Label, image: &Image) -> Result<Vec<u8>, PictureError> {
+    let text = serde_json::to_string(label).map_err(|e| PictureError::Size(e.to_string()))?;
+    let attributes = [
+        (ATTRIBUTE_CHECK, checksum(&text, image)),
+        (ATTRIBUTE_LABEL, text),
     ];
-    let all = named.into_iter().chain(said);
-    let all = all.map(|(name, value)| (name.to_owned(), value));
-    let mut attributes: Vec<(String, String)> = all.collect();
-    let check = checksum(&attributes, image).to_string();
-    attributes.push((ATTRIBUTE_CHECK.to_owned(), check));
+    let attributes = attributes.map(|(name, value)| (name.to_owned(), value));
     exr::encode(image, Precision::Float, &attributes)
 }
 
-/// Of everything in the file that has a meaning: attributes in order of their names, then pixels.
-fn checksum(attributes: &[(String, String)], image: &Image) -> Digest {
-    let mut sorted: Vec<_> = attributes.iter().collect();
-    sorted.sort();
+/// Of everything in the file that has a meaning.
+fn checksum(label: &str, image: &Image) -> String {
     let mut hasher = Hasher::new("check");
-    for (name, value) in sorted {
-        hasher.text(name);
-        hasher.text(value);
-    }
+    hasher.text(label);
     hasher.image(image);
-    hasher.finish()
+    hasher.finish().to_string()
+}
+
+/// What a header says, if it is of the picture of this name.
+fn label(header: &[(String, String)], name: Name) -> Result<Label, &'static str> {
+    let label: Label = serde_json::from_str(value(header, ATTRIBUTE_LABEL))
+        .ok()
+        .filter(|label: &Label| label.format == FORMAT)
+        .ok_or("it is not a picture of this version's store")?;
+    if label.address.name() == name {
+        Ok(label)
+    } else {
+        Err("it is a picture of something else under this name")
+    }
 }
 
 /// What a file shows, if it is whole and what its name says.
-fn verified(
-    bytes: &[u8],
-    (scene_key, quality, key): Name,
-    size: (usize, usize),
-) -> Result<(Lighting, Image), String> {
+fn verified(bytes: &[u8], name: Name, size: (usize, usize)) -> Result<(Lighting, Image), String> {
     let words = |error: PictureError| error.to_string();
     let attributes = exr::attributes(bytes).map_err(words)?;
-    let value = |wanted: &str| value(&attributes, wanted);
-    if value(ATTRIBUTE_FORMAT) != FORMAT {
-        return Err("it is not a picture of this version's store".to_owned());
-    }
-    let said = [ATTRIBUTE_GROUND, ATTRIBUTE_QUALITY, ATTRIBUTE_KEY].map(value);
-    let meant = [
-        scene_key.0.to_string(),
-        quality.0.to_string(),
-        key.to_string(),
-    ];
-    if said != meant {
-        return Err("it is a picture of something else under this name".to_owned());
-    }
+    let label = label(&attributes, name)?;
     let image = exr::decode(bytes, size.0 * size.1 * 64 + (1 << 20)).map_err(words)?;
     if image.size() != size {
         return Err("it has another size".to_owned());
     }
-    let own =
-        |(name, _): &&(String, String)| name.starts_with("footlight.") && name != ATTRIBUTE_CHECK;
-    let own: Vec<_> = attributes.iter().filter(own).cloned().collect();
-    if checksum(&own, &image).to_string() != value(ATTRIBUTE_CHECK) {
+    if checksum(value(&attributes, ATTRIBUTE_LABEL), &image) != value(&attributes, ATTRIBUTE_CHECK)
+    {
         return Err("its checksum does not fit: it was changed or damaged".to_owned());
     }
-    let lighting = parse_lit(value(ATTRIBUTE_LIT));
-    let lighting = lighting.ok_or("what it says is lit cannot be read")?;
-    Ok((lighting, image))
+    Ok((label.address.lighting, image))
 }
 
 /// An attribute of a header; empty where there is none.
 fn value<'a>(header: &'a [(String, String)], wanted: &str) -> &'a str {
     let found = header.iter().find(|(name, _)| name == wanted);
     found.map_or("", |(_, value)| value.as_str())
-}
-
-fn parse_lit(text: &str) -> Option<Lighting> {
-    let light = |word: &str| {
-        let (shape, strength) = word.split_once(':')?;
-        let mut numbers = strength.split(',').map(str::parse::<f64>);
-        let mut next = || numbers.next()?.ok().filter(|x| x.is_finite());
-        Some((Digest::parse(shape)?, [next()?, next()?, next()?]))
-    };
-    let lit: Option<Vec<_>> = text.split_whitespace().map(light).collect();
-    lit.map(Lighting::new)
 }
 
 #[cfg(test)]

@@ -62,7 +62,7 @@ fn image(seed: f32) -> Image {
 #[test]
 fn what_is_stored_is_found_bit_for_bit() {
     let (store, address) = (MemoryStore::default(), address(0.3));
-    let mut disk_cache = DiskCache::new("p", 1 << 20, "g 1");
+    let mut disk_cache = DiskCache::new("p", 1 << 20);
     assert_eq!(disk_cache.find(&store, address.name(), SIZE), None);
     disk_cache.keep(
         &store,
@@ -84,9 +84,9 @@ fn what_is_stored_is_found_bit_for_bit() {
 }
 
 #[test]
-fn pictures_of_another_version_of_the_operator_are_left_alone_and_told_of() {
+fn pictures_of_another_version_of_the_operator_are_left_alone() {
     let (store, old) = (MemoryStore::default(), address(0.3));
-    let mut disk_cache = DiskCache::new("p", 1 << 20, "g 1");
+    let mut disk_cache = DiskCache::new("p", 1 << 20);
     disk_cache.keep(&store, &old, ("lamp", Some(&place(0))), &image(0.1));
     disk_cache.keep(
         &store,
@@ -94,21 +94,13 @@ fn pictures_of_another_version_of_the_operator_are_left_alone_and_told_of() {
         ("lamp", Some(&place(1))),
         &image(0.2),
     );
-    assert_eq!(disk_cache.notes(), [], "its own");
     let new = Address {
         scene_key: SceneKey::new("g 2", &Scene::default(), &view()),
         ..address(0.3)
     };
-    let mut disk_cache = DiskCache::new("p", 1 << 20, "g 2");
     assert_eq!(disk_cache.find(&store, new.name(), SIZE), None);
     assert_eq!(disk_cache.refined(&store, new.scene_key, Quality(1)), []);
     disk_cache.keep(&store, &new, ("lamp", Some(&place(0))), &image(0.5));
-    let notes = disk_cache.notes();
-    assert!(
-        matches!(notes[..], [Note::Outdated { pictures: 2, .. }]),
-        "{notes:?}"
-    );
-    assert_eq!(disk_cache.notes(), [], "told once");
     assert_eq!(
         disk_cache.find(&store, new.name(), SIZE).unwrap().1,
         image(0.5)
@@ -122,7 +114,7 @@ fn pictures_of_another_version_of_the_operator_are_left_alone_and_told_of() {
 #[test]
 fn no_flipped_bit_no_truncation_and_no_other_file_is_taken_for_the_picture() {
     let (store, address) = (MemoryStore::default(), address(0.3));
-    let mut disk_cache = DiskCache::new("p", 1 << 20, "g 1");
+    let mut disk_cache = DiskCache::new("p", 1 << 20);
     disk_cache.keep(&store, &address, ("lamp", None), &image(0.1));
     let path = disk_cache.path(address.name());
     let whole = store.read(&path, 1 << 20).unwrap();
@@ -164,7 +156,7 @@ fn somebody_elses_folder_is_not_hidden_and_his_files_stay() {
     store
         .write(Path::new("p/pictures/holiday.exr"), b"mine")
         .unwrap();
-    let mut disk_cache = DiskCache::new("p", 1 << 20, "g 1");
+    let mut disk_cache = DiskCache::new("p", 1 << 20);
     disk_cache.keep(&store, &address, ("lamp", None), &image(0.1));
     assert!(store.read(Path::new("p/.gitignore"), 9).is_err());
     assert_eq!(disk_cache.free(&store, |_| true).unwrap().0, 1);
@@ -175,15 +167,27 @@ fn somebody_elses_folder_is_not_hidden_and_his_files_stay() {
 
 #[test]
 fn parts_that_killed_processes_left_are_swept() {
-    let (store, address) = (MemoryStore::default(), address(1.0));
-    let mut disk_cache = DiskCache::new("p", 1 << 20, "g 1");
+    let folder = tempfile::tempdir().unwrap();
+    let (store, address) = (crate::files::Disk, address(1.0));
+    let mut disk_cache = DiskCache::new(folder.path(), 1 << 20);
     disk_cache.keep(&store, &address, ("lamp", None), &image(0.1));
-    let part = disk_cache.path(address.name());
-    let part = part.with_extension("exr.12-3.part");
+    let path = disk_cache.path(address.name());
+    let part = path.with_extension("exr.4194305-0123456789abcdef.part");
     store.write(&part, b"half").unwrap();
     disk_cache.free(&store, |_| false).unwrap();
-    assert!(store.paths().contains(&part), "somebody may be writing it");
-    disk_cache.free(&store, |_| true).unwrap();
-    disk_cache.free(&store, |_| true).unwrap();
-    assert!(!store.paths().contains(&part));
+    assert!(path.exists() && !part.exists());
+}
+
+#[test]
+fn the_first_damage_is_told_and_how_many_more() {
+    let damaged = |pictures| {
+        let note = Note::Damaged {
+            path: "p/1.exr".into(),
+            reason: "cut off".to_owned(),
+            pictures,
+        };
+        note.to_string()
+    };
+    assert!(damaged(1).ends_with("rendered again: p/1.exr: cut off"));
+    assert!(damaged(3).ends_with("cut off (2 more like it)"));
 }

@@ -131,7 +131,7 @@ impl ImageCache {
         let mut out = Vec::with_capacity(wanted.len());
         let mut open = Vec::new();
         for one in wanted {
-            let same = self.same(one, size, store);
+            let same = self.recall(&one.address, one.refined.as_ref(), size, store);
             open.extend(same.is_none().then_some(one));
             out.push(same);
         }
@@ -184,31 +184,6 @@ impl ImageCache {
         image
     }
 
-    /// The picture of the very address.
-    fn same(
-        &mut self,
-        wanted: &Wanted,
-        size: (usize, usize),
-        store: &dyn Store,
-    ) -> Option<Arc<Image>> {
-        let address = &wanted.address;
-        let key = |kept: &Kept| kept.address.key == address.key;
-        if let Some(at) = self.kept.iter().position(key) {
-            let mut kept = self.kept.remove(at);
-            kept.refined = kept.refined.or_else(|| wanted.refined.clone());
-            let image = Arc::clone(&kept.image);
-            self.kept.push(kept);
-            self.statistics.kept += 1;
-            return Some(image);
-        }
-        let (_, image) = self
-            .disk_cache
-            .as_mut()?
-            .find(store, address.name(), size)?;
-        self.statistics.stored += 1;
-        Some(self.keep(address.clone(), wanted.refined.clone(), image))
-    }
-
     /// What there are pictures of, in memory and on disk, of the scene and quality of `wanted`, and
     /// which sums of these they are.
     fn combinations(
@@ -245,47 +220,49 @@ impl ImageCache {
     ) -> Option<Image> {
         let mut parts: Vec<([f64; 3], Arc<Image>)> = Vec::with_capacity(terms.len());
         for (i, weights) in terms {
-            let address = at_hand.get(*i)?.clone();
-            parts.push((*weights, self.fetch(address, None, size, store)?));
+            let (image, _) = self.fetch(at_hand.get(*i)?, None, size, store)?;
+            parts.push((*weights, image));
         }
         let terms: Vec<([f64; 3], &Image)> = parts.iter().map(|(w, i)| (*w, i.as_ref())).collect();
         linear_span::weighted_sum(size, &terms)
     }
 
-    /// A picture that is known to be at hand, from memory or the store; `None` where it is not what
-    /// its header said, or is gone. `refined` as in [`Kept`].
+    /// The picture of the very address, from memory (`true`) or the store; `None` where there is none,
+    /// or it is not what its header said. `refined` as in [`Kept`].
     fn fetch(
         &mut self,
-        address: Address,
-        refined: Option<Place>,
+        address: &Address,
+        refined: Option<&Place>,
         size: (usize, usize),
         store: &dyn Store,
-    ) -> Option<Arc<Image>> {
-        if let Some(kept) = self.in_memory(address.key) {
-            return Some(Arc::clone(&kept.image));
+    ) -> Option<(Arc<Image>, bool)> {
+        let key = |kept: &Kept| kept.address.key == address.key;
+        if let Some(at) = self.kept.iter().position(key) {
+            let mut kept = self.kept.remove(at);
+            kept.refined = kept.refined.or_else(|| refined.cloned());
+            let image = Arc::clone(&kept.image);
+            self.kept.push(kept);
+            return Some((image, true));
         }
-        let (said, image) = self
-            .disk_cache
-            .as_mut()?
-            .find(store, address.name(), size)?;
-        (said == address.lighting).then(|| self.keep(address, refined, image))
+        let disk_cache = self.disk_cache.as_mut()?;
+        let (said, image) = disk_cache.find(store, address.name(), size)?;
+        let is_right = said == address.lighting;
+        is_right.then(|| (self.keep(address.clone(), refined.cloned(), image), false))
     }
 
-    /// A refined picture that is known to be at hand, counted as one that needed no rendering;
-    /// `None` where it is not what its header said, or is gone.
+    /// The same, counted as a picture that needed no rendering.
     pub fn recall(
         &mut self,
-        address: Address,
-        refined: Place,
+        address: &Address,
+        refined: Option<&Place>,
         size: (usize, usize),
         store: &dyn Store,
     ) -> Option<Arc<Image>> {
-        let known = self.in_memory(address.key).is_some();
-        let image = self.fetch(address, Some(refined), size, store)?;
-        if known {
-            self.statistics.kept += 1
+        let (image, is_kept) = self.fetch(address, refined, size, store)?;
+        if is_kept {
+            self.statistics.kept += 1;
         } else {
-            self.statistics.stored += 1
+            self.statistics.stored += 1;
         }
         Some(image)
     }

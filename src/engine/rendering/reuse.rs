@@ -122,7 +122,8 @@ impl SetupImages {
                 continue;
             }
             let quality = known.address.quality;
-            if let Some(image) = image_cache.recall(known.address, known.place, size, store) {
+            if let Some(image) = image_cache.recall(&known.address, Some(&known.place), size, store)
+            {
                 // What is this far outside is never refused.
                 let _ = span.push(&weighted);
                 out.push(Reused {

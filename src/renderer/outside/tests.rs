@@ -111,6 +111,8 @@ fn what_is_not_linear_is_warned_about_with_the_figure() {
         outside_bias.warnings(),
         [Warning::NotLinear { sum, double }]
     );
+    let said = outside_bias.warnings()[0].to_string();
+    assert!(said.contains("3.23 %") && said.contains("2.44 %"), "{said}");
 
     // Clipped at 1, with one source: G(a) = 1, G(b) = 0.5, both and twice 1.
     let clipped = |job: &Job<'_>| done(3, 2, values(job).iter().sum::<f64>().min(1.0));
