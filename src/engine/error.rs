@@ -1,5 +1,5 @@
-//! What can go wrong in the engine, as values that a caller can match on. The advice for a person
-//! at a prompt is `report`'s.
+//! What can go wrong in the engine, as values that a caller can match on; in words it says the way out
+//! that can be typed at the prompt.
 
 use std::path::PathBuf;
 
@@ -7,6 +7,7 @@ use super::ManyKeys;
 
 use crate::diagnostic::{Diagnostics, Style};
 use crate::files::FileError;
+use crate::lang::nearest;
 use crate::picture::PictureError;
 use crate::plan::PlanError;
 use crate::playback::PlaybackError;
@@ -27,26 +28,29 @@ pub enum Error {
     #[error("{0}")]
     Stage(#[from] SceneError),
     /// The show has more key settings than memory is meant for.
-    #[error("the show is too large: {0}")]
+    #[error("{0}: make fewer cues of fewer banks")]
     TooManyKeys(#[from] TooManyKeys),
     /// The show has no stage, or no view to look at it from.
-    #[error("the show has no stage or no view to render")]
+    #[error("{NO_SETUP}")]
     NoSetup,
     /// No coarse image is rendered yet; see [`Engine::coarse`](super::Engine::coarse).
-    #[error("no image is rendered yet")]
+    #[error("{NO_SETUP}")]
     NotRendered,
     /// The background is still rendering the images that are needed; see
     /// [`Engine::be_impatient`](super::Engine::be_impatient).
-    #[error("the first pictures are still being rendered")]
+    #[error(
+        "the first pictures are still being rendered: `status` shows how far they are, `wait` waits \
+         for them, `stop now` gives them up"
+    )]
     NotYet,
     /// Memory does not hold the key images, without which nothing plays.
-    #[error("{} key images need {} bytes, {} are allowed", .0.keys, .0.needed, .0.budget)]
+    #[error("{}; {}", .0.needs(), .0.remedy())]
     KeyImages(ManyKeys),
     /// The show has no bank.
     #[error("the show has no bank to render")]
     NoBanks,
     /// There is no bank of this name.
-    #[error("there is no bank `{name}`")]
+    #[error("{}", no_bank(name, *fixed, known))]
     NoSuchBank {
         /// What was asked for.
         name: String,
@@ -56,7 +60,7 @@ pub enum Error {
         known: Vec<String>,
     },
     /// There is no view of this name.
-    #[error("there is no view `{name}`")]
+    #[error("{}", no_view(name, known))]
     NoSuchView {
         /// What was asked for.
         name: String,
@@ -67,13 +71,16 @@ pub enum Error {
     #[error("there is no cue {0}")]
     NoSuchCue(CueNumber),
     /// There is a cue of this number already.
-    #[error("there is a cue {0} already")]
+    #[error(
+        "there is a cue {0} already; take a free number, or type the cue again (`show cue {0}` prints \
+         it)"
+    )]
     CueExists(CueNumber),
     /// The show has no cue.
     #[error("the show has no cue")]
     NoCues,
     /// The last cue has run: nothing follows it.
-    #[error("the last cue has run")]
+    #[error("the last cue has run: `back`, or `goto` a cue")]
     LastCue,
     /// No cue stands before the current one.
     #[error("there is no cue before this")]
@@ -89,19 +96,22 @@ pub enum Error {
         end: Time,
     },
     /// Moves that set no level.
-    #[error("that sets no level")]
+    #[error("that sets no level: `set lamps 40`")]
     NoLevels,
     /// Levels to try were read before an edit, and may belong to other banks now.
     #[error("the levels were read before an edit")]
     StaleMoves,
     /// No level is being tried, so that none can be recorded.
-    #[error("no level is being tried")]
+    #[error("nothing is being tried; `set lamps 40` first, then `record 2.5 \"Label\"`")]
     NothingTried,
     /// There are no blind edits to keep or to drop.
     #[error("there are no blind edits")]
     NoBlindEdits,
     /// Blind edits are neither kept nor dropped yet.
-    #[error("there are blind edits")]
+    #[error(
+        "there are blind edits and nothing was written: `record` keeps them, `blind off` drops them; \
+         then save"
+    )]
     BlindEdits,
     /// There is no edit to take back.
     #[error("there is nothing to undo")]
@@ -110,25 +120,29 @@ pub enum Error {
     #[error("there is nothing to redo")]
     NothingToRedo,
     /// The document has no file of its own yet.
-    #[error("the show has no file yet")]
+    #[error("the show has no file yet; say `save NAME.lxq`")]
     NoFile,
     /// The show's file holds something else than what was read or saved last.
-    #[error("{} changed on disk since it was read", .0.display())]
+    #[error(
+        "{} changed on disk since it was read; nothing was written. `save OTHER.lxq` keeps your edits \
+         beside it",
+        .0.display()
+    )]
     ChangedOnDisk(PathBuf),
     /// Another file is there already.
-    #[error("{} exists already", .0.display())]
+    #[error("{} exists already and was not written; choose another name", .0.display())]
     FileExists(PathBuf),
     /// A refinement runs in the background already.
     #[error("a refinement is running in the background")]
     Busy,
     /// The host runs nothing in the background.
-    #[error("the host runs nothing in the background")]
+    #[error("nothing can run in the background here; say it without `&`")]
     NoBackground,
     /// A background task ended without giving its images back.
     #[error("the rendering broke off")]
     TaskLost,
     /// A file could not be read or written.
-    #[error(transparent)]
+    #[error("{}", file(.0))]
     File(#[from] FileError),
     /// The operator could not prepare or render; never its cancel, which is
     /// [`Error::Cancelled`].
@@ -144,13 +158,21 @@ pub enum Error {
     #[error(transparent)]
     Plan(#[from] PlanError),
     /// The operator does not name the version of its images, so that they could not be told apart.
-    #[error("the renderer does not name the version of its images")]
+    #[error(
+        "the renderer's pictures have no version, so that no two machines can tell whether theirs are \
+         alike: name one with `--renderer-version`"
+    )]
     NoVersion,
     /// Images are kept in memory only.
-    #[error("images are stored nowhere")]
+    #[error("pictures are stored nowhere: `--pool DIR` names a folder that all machines share")]
     NoPool,
     /// The images of a list do not fit into the pool's folder.
-    #[error("the images take {needed} bytes, the pool may hold {limit}")]
+    #[error(
+        "the pictures of this show take {} MB and the folder may hold {} MB: allow more with \
+         `--pool-limit MB`",
+        needed.div_ceil(1_000_000),
+        limit / 1_000_000
+    )]
     PoolLimit {
         /// Bytes of this show's images and of those listed.
         needed: u64,
@@ -166,7 +188,11 @@ pub enum Error {
         fault: TaskFault,
     },
     /// A list of tasks was made with another operator or for another scene.
-    #[error("the list is of another {what}: {listed}, not {here}")]
+    #[error(
+        "the tasks are for another {what} ({listed}) than there is here ({here}): nothing was \
+         rendered; write them again with `plan --tasks`, with the program and the files that the \
+         workers have"
+    )]
     OtherTasks {
         /// What differs.
         what: &'static str,
@@ -182,14 +208,97 @@ pub enum Error {
     #[error("{0}")]
     Farm(String),
     /// The embedding program asked to stop.
-    #[error(transparent)]
+    #[error("stopped; every picture that was finished for the pool is kept")]
     Cancelled(#[from] Cancelled),
     /// The call took as long as [`Host::time`](super::Host::time) allows.
-    #[error("stopped after {seconds} s, the limit of time")]
+    #[error(
+        "stopped after {seconds} s, the limit of time; every picture that was finished is kept, and the \
+         same again goes on from there (or give it more time: `--time-limit`)"
+    )]
     OutOfTime {
         /// The limit.
         seconds: f64,
     },
+}
+
+/// What to say where there is nothing to render.
+const NO_SETUP: &str = "the show has no stage (or surfaces of its own) or no view to render; add \
+    them, such as\n  stage \"set.obj\"\n  view house from 0, -12, 1.7 to 0, 0, 2 fov 28 size 640x360";
+
+impl ManyKeys {
+    /// Key images that memory does not hold.
+    pub(crate) fn needs(&self) -> String {
+        format!(
+            "to play, the show needs {} key images ({} MB), and {} MB are allowed",
+            self.keys,
+            self.needed.div_ceil(1 << 20),
+            self.budget >> 20
+        )
+    }
+
+    /// What makes them fewer or smaller.
+    pub(crate) fn remedy(&self) -> String {
+        const NAMED: usize = 4;
+        let memory = "a view of a smaller `size` needs less, `--memory MB` allows more";
+        let Some((_, bank)) = self.effects.first() else {
+            return memory.to_owned();
+        };
+        let mut names: Vec<String> = Vec::new();
+        for (effect, _) in &self.effects {
+            let name = format!("`{effect}`");
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        let more = match names.len().saturating_sub(NAMED) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        names.truncate(NAMED);
+        let effects = match names.as_slice() {
+            [one] => format!("the effect {one} makes"),
+            names => format!("the effects {}{more} make", names.join(", ")),
+        };
+        format!(
+            "{effects} most of them, one for every turn: end each where it is no longer seen, with \
+             `{bank} effect none` in a cue; {memory}"
+        )
+    }
+}
+
+fn file(error: &FileError) -> String {
+    match error {
+        FileError::Linked { path, .. } => format!(
+            "{error}, of which the others would keep the old text, and was not written; `cp {path} \
+             {path}.own && mv {path}.own {path}` gives it a text of its own"
+        ),
+        FileError::NotAFile { kind: "a pipe", .. } => format!(
+            "{error}; only a show itself can come from a pipe, as `-`: `cat show.lxq | footlight \
+             check -`"
+        ),
+        other => other.to_string(),
+    }
+}
+
+fn no_view(name: &str, known: &[String]) -> String {
+    let names = known.iter().map(String::as_str);
+    let hint = match (nearest(name, names), known.is_empty()) {
+        (Some(near), _) => format!("did you mean `{near}`?"),
+        (None, false) => "`view` lists those there are".to_owned(),
+        (None, true) => "the show declares none: view house from … to … fov …".to_owned(),
+    };
+    format!("there is no view `{name}`; {hint}")
+}
+
+fn no_bank(name: &str, fixed: bool, known: &[String]) -> String {
+    if fixed {
+        return format!(
+            "`{name}` is always on, as all that is fixed: `--bank fixed` is that together"
+        );
+    }
+    let near = nearest(name, known.iter().map(String::as_str));
+    let hint = near.map_or_else(|| known.join(", "), |n| format!("did you mean `{n}`?"));
+    format!("there is no bank `{name}`: {hint}")
 }
 
 /// What is wrong with a list of tasks.

@@ -6,7 +6,6 @@ use crate::files::FileError;
 use crate::printable::Printable;
 use crate::renderer::TransportError;
 use crate::report;
-use crate::report::error::engine_error;
 
 /// Why a line could not be done. Nothing has changed then.
 #[derive(Debug, thiserror::Error)]
@@ -16,7 +15,7 @@ pub enum Error {
     #[error("{0}")]
     Usage(String),
     /// The engine or the report could not do it.
-    #[error("{}", sentence(.0))]
+    #[error(transparent)]
     Report(#[from] report::Error),
     /// A device failed: standard input, the terminal.
     #[error("{0}")]
@@ -37,17 +36,6 @@ impl From<engine::Error> for Error {
 impl From<FileError> for Error {
     fn from(error: FileError) -> Error {
         engine::Error::from(error).into()
-    }
-}
-
-/// What is wrong, with the way out that can be typed.
-fn sentence(error: &report::Error) -> String {
-    match error {
-        report::Error::Engine(error) => engine_error(error),
-        report::Error::NoPipe => "`-` needs a reader at standard output: \
-             footlight play show.lxq -o - | ffmpeg -i - show.mp4"
-            .to_owned(),
-        other => other.to_string(),
     }
 }
 

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use super::error;
 use super::sheet::hex;
 use super::words::{count, label, seconds};
 use crate::diagnostic::{Diagnostic, Style};
@@ -42,8 +41,8 @@ pub fn check(
         .list
         .extend(unlit.into_iter().map(|bank| self::unlit(bank, view)));
     diagnostics.list.extend(many.map(|many| {
-        Diagnostic::warning(codes::MANY_KEYS, error::many_keys(&many))
-            .help(error::fewer_keys(&many))
+        Diagnostic::warning(codes::MANY_KEYS, many.needs())
+            .help(many.remedy())
             .help("pictures, sheets and charts are made all the same")
     }));
     diagnostics.list.extend(long.map(long_run));

@@ -83,7 +83,7 @@ pub fn event(event: &Event, words: &str) -> Vec<String> {
         } => (done, failed, error, refined),
     };
     let why = match failed {
-        Some(error) => format!("stopped: {}", super::error::engine_error(error)),
+        Some(error) => format!("stopped: {}", error),
         None => done.ended.map_or("", ended).to_owned(),
     };
     let mut text = format!("{words}: ");

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use super::curves::{curves, moving};
-use super::error::engine_error;
 use super::format::header;
 use super::manifest::{Results, cue_name, key_name, sheet_name};
 use super::words::{percent, setting};
@@ -81,7 +80,7 @@ pub fn write(
         let many = engine
             .key_images_beyond_memory()
             .map(engine::Error::KeyImages);
-        return Ok(many.map(|error| format!("no show.html: {}", engine_error(&error))));
+        return Ok(many.map(|error| format!("no show.html: {}", error)));
     };
     match page::page(engine, playback, tone) {
         Ok((page, _)) => to.write(engine, "show.html", page.as_bytes())?,
