@@ -8,14 +8,12 @@
 pub mod claim;
 pub mod process;
 
-mod address_space;
 mod atomic_writer;
 mod disk;
 mod folder;
 mod machine;
 mod open;
 mod part;
-mod standard;
 mod store;
 
 use std::fmt::Display;
@@ -26,14 +24,13 @@ use std::path::Path;
 
 use self::open::{Opened, Refusal};
 
-pub use self::address_space::{
-    address_space, is_limited, return_freed_memory, return_large_blocks,
-};
 pub use self::atomic_writer::AtomicWriter;
 pub use self::disk::Disk;
 pub use self::folder::{Files, Folder, Memory, Stamp};
-pub use self::machine::{Clock, Monotonic, processor};
-pub use self::standard::output_goes_nowhere;
+pub use self::machine::{
+    Clock, Monotonic, address_space, is_limited, output_goes_nowhere, processor,
+    return_freed_memory, return_large_blocks,
+};
 pub use self::store::{Entry, MemoryStore, Store};
 
 /// Why a file could not be read or written.

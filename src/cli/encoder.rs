@@ -3,12 +3,13 @@
 //! Invariant: the film stands at its place only once it is whole; the encoder writes elsewhere,
 //! because its container wants to go back and fill in its index.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io::{self, Read, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread::JoinHandle;
 
+use crate::files::process::Private;
 use crate::files::{AtomicWriter, Disk, FileError, Store as _};
 use crate::report::film::Encoder;
 use crate::report::format::ending;
@@ -46,7 +47,8 @@ impl Encoder for Ffmpeg {
     }
 
     fn begin(&self, path: &Path) -> Result<Box<dyn AtomicWriter>, FileError> {
-        let encoding = Encoding::new(path).map_err(|e| failed(path, e))?;
+        let folder = Private::new()?;
+        let encoding = Encoding::new(path, folder).map_err(|e| failed(path, e))?;
         Ok(Box::new(encoding))
     }
 }
@@ -61,28 +63,29 @@ fn failed(path: &Path, source: io::Error) -> FileError {
 /// A film that is being encoded.
 struct Encoding {
     path: PathBuf,
-    /// Where the encoder writes.
+    /// Where the encoder writes, and the folder that goes with it.
     draft: PathBuf,
+    _folder: Private,
     child: Child,
     /// What it complains of.
     complaint: Option<JoinHandle<String>>,
 }
 
 impl Encoding {
-    fn new(path: &Path) -> io::Result<Encoding> {
+    fn new(path: &Path, folder: Private) -> io::Result<Encoding> {
         let ending = ending(path);
-        let draft = draft(&ending)?;
+        let draft = folder.path().join("film").with_extension(&ending);
         let codec = if ending == "webm" { WEBM } else { MP4 };
         let mut command = Command::new(PROGRAM);
         command.args(ALWAYS.split_whitespace().chain(codec.split_whitespace()));
         command.arg(&draft).stdin(Stdio::piped());
         command.stdout(Stdio::null()).stderr(Stdio::piped());
-        let started = command.spawn();
-        let mut child = started.inspect_err(|_| drop(fs::remove_file(&draft)))?;
+        let mut child = command.spawn()?;
         let said = child.stderr.take();
         Ok(Encoding {
             path: path.to_owned(),
             draft,
+            _folder: folder,
             child,
             complaint: said.map(|said| std::thread::spawn(move || read(said))),
         })
@@ -120,25 +123,6 @@ fn read(mut said: impl Read) -> String {
     String::from_utf8_lossy(&text).into_owned()
 }
 
-/// A new temporary file, which no other user can read.
-fn draft(ending: &str) -> io::Result<PathBuf> {
-    let mut options = fs::OpenOptions::new();
-    options.write(true).create_new(true);
-    #[cfg(unix)]
-    std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
-    let own = std::process::id();
-    let mut number = 0;
-    loop {
-        let name = format!("footlight-{own}-{number}.{ending}");
-        let path = std::env::temp_dir().join(name);
-        match options.open(&path) {
-            Ok(_) => return Ok(path),
-            Err(e) if e.kind() == io::ErrorKind::AlreadyExists && number < 1000 => number += 1,
-            Err(e) => return Err(e),
-        }
-    }
-}
-
 impl Write for Encoding {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let written = self.child.stdin.as_mut().map(|to| to.write(bytes));
@@ -166,6 +150,5 @@ impl Drop for Encoding {
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();
-        let _ = fs::remove_file(&self.draft);
     }
 }
