@@ -11,8 +11,8 @@ use crate::playback::Playback;
 use crate::playback::page::{self, Contents, Cue, Fader, Law, Mixer};
 use crate::printable::visible;
 use crate::renderer::contract::check_memory;
-use crate::report::sheet::{fades, time};
-use crate::show::{Bank, Coordinate, Dimmer, Link, Show};
+use crate::report::sheet::{fades, link, time, up_down};
+use crate::show::{Bank, Coordinate, Dimmer, Show};
 use crate::timeline::{self, Timeline};
 use crate::units::Time;
 
@@ -183,18 +183,14 @@ fn arrival(moves: &[(Time, Time)], cue: &timeline::CueTime) -> Option<f64> {
 fn timing(cue: &crate::show::Cue) -> String {
     let mut words = Vec::new();
     if let Some(part) = cue.parts.iter().find(|part| fades(part)) {
-        words.push(match part.up == part.down {
-            true if part.up == Time::ZERO => "snap".to_owned(),
-            true => format!("time {}", time(part.up)),
-            false => format!("time {}/{}", time(part.up), time(part.down)),
+        words.push(match up_down(part) {
+            snap if snap == "0" => "snap".to_owned(),
+            times => format!("time {times}"),
         });
         if part.delay > Time::ZERO {
             words.push(format!("delay {}", time(part.delay)));
         }
     }
-    words.extend(cue.link.map(|(_, link)| match link {
-        Link::Follow(after) => format!("follow {}", time(after)),
-        Link::Hang(after) => format!("hang {}", time(after)),
-    }));
+    words.extend(cue.link.map(|(_, how)| link(how)));
     words.join(", ")
 }

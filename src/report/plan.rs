@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::words::{self, count};
+use super::words::{self, count, trimmed};
 use crate::plan::{LeftOut, PlanReport};
 use crate::printable;
 use crate::units::ErrorUnit;
@@ -113,12 +113,7 @@ fn why(left_out: &LeftOut, unit: ErrorUnit) -> String {
 /// At most four digits, none of them a trailing zero.
 fn number(x: f64) -> String {
     let digits = (3 - x.abs().log10().floor().clamp(-6.0, 3.0) as i32).clamp(0, 9) as usize;
-    let text = format!("{x:.digits$}");
-    if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.').to_owned()
-    } else {
-        text
-    }
+    trimmed(&format!("{x:.digits$}"))
 }
 
 /// The plan in words: its size, the predicted errors, what it leaves out.

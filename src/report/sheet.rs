@@ -10,7 +10,7 @@ mod track;
 
 pub use cue::{cue_sheet, fades};
 pub use difference::{Change, CurveChange, Difference, difference};
-pub use level::{clock, hex, time};
+pub use level::{clock, hex, link, time, up_down};
 pub use track::{Held, TrackSheet, track_sheet};
 
 #[cfg(test)]

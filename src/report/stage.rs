@@ -3,7 +3,7 @@
 use std::fmt::Write;
 
 use super::table::Table;
-use super::words::count;
+use super::words::{count, trimmed};
 use crate::engine::{Alpha, LampShape, StageFile, StageMaterial};
 use crate::printable::Printable;
 
@@ -165,16 +165,6 @@ fn metres(length: f64) -> String {
         l if l >= 1.0 => format!("{length:.2}"),
         _ => format!("{length:.4}"),
     })
-}
-
-/// A number without zeros that say nothing.
-fn trimmed(text: &str) -> String {
-    let text = if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.')
-    } else {
-        text
-    };
-    if text == "-0" { "0" } else { text }.to_owned()
 }
 
 #[cfg(test)]

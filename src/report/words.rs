@@ -20,6 +20,16 @@ pub fn qualities(engine: &Engine) -> String {
     }
 }
 
+/// A number without zeros behind its point that say nothing.
+pub fn trimmed(text: &str) -> String {
+    let text = if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        text
+    };
+    if text == "-0" { "0" } else { text }.to_owned()
+}
+
 /// A relative number in percent: three digits, at most three of them after the point.
 pub fn percent(x: f64) -> String {
     let p = x * 100.0;

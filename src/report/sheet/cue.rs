@@ -1,6 +1,6 @@
 //! The cue sheet: what each cue does, in the order of the show.
 
-use super::level::{by_bank, clock, motion, time};
+use super::level::{self, by_bank, clock, motion, time};
 use crate::report::table::Table;
 use crate::show::{Cue, Fade, Link, Part, Show, Trigger};
 use crate::timeline::{CueTime, Timeline};
@@ -81,7 +81,10 @@ fn cue_rows(show: &Show, cue: &Cue, at: &CueTime, before: Option<&Cue>) -> Vec<V
             },
             fade(show, part),
             does(show, cue, part, head),
-            only(then(cue)),
+            only(
+                cue.link
+                    .map_or_else(String::new, |(_, link)| level::link(link)),
+            ),
             only(clock(at.completion)),
         ]);
     }
@@ -108,11 +111,7 @@ fn up_down(part: &Part) -> String {
     if !fades(part) {
         return String::new();
     }
-    if part.up == part.down {
-        time(part.up)
-    } else {
-        format!("{}/{}", time(part.up), time(part.down))
-    }
+    level::up_down(part)
 }
 
 /// The curve's name where something fades along another than a straight line.
@@ -146,12 +145,4 @@ fn does(show: &Show, cue: &Cue, part: &Part, head: bool) -> String {
         words.push(format!("{bank} effect {effect}"));
     }
     words.join(", ")
-}
-
-fn then(cue: &Cue) -> String {
-    match cue.link {
-        None => String::new(),
-        Some((_, Link::Follow(t))) => format!("follow {}", time(t)),
-        Some((_, Link::Hang(t))) => format!("hang {}", time(t)),
-    }
 }

@@ -6,12 +6,12 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use self::shift::Shifts;
-use super::level::{by_bank, clock, motion, number, time};
+use super::level::{self, by_bank, clock, motion, number, time, up_down};
 use crate::engine::Version;
 use crate::lang;
 use crate::linalg::{Bernstein, mass};
 use crate::printable::{columns, left};
-use crate::show::{Cue, Link, Part, Show, Trigger};
+use crate::show::{Cue, Part, Show, Trigger};
 use crate::timeline::{Piece, Timeline};
 use crate::units::{Time, percent};
 
@@ -153,7 +153,6 @@ fn cues(old: &Version, new: &Version, out: &mut Vec<Change>) {
         let found = show.cues.binary_search_by_key(&cue.number, |c| c.number);
         found.ok()
     };
-    let alike = same_words(&old.show, &new.show);
     let mut stated = Shifts::of("at", false);
     // With another default time each cue moves by another time.
     let default = |show: &Show| {
@@ -184,10 +183,8 @@ fn cues(old: &Version, new: &Version, out: &mut Vec<Change>) {
             if was.trigger == cue.trigger {
                 followed.add(&what, (go(&old.timeline, k), go(&new.timeline, i)), out);
             }
-            if !(alike && same_parts(was, cue)) {
-                let go = go(&new.timeline, i);
-                hows.extend(parts((&old.show, was), (&new.show, cue), go));
-            }
+            let go = go(&new.timeline, i);
+            hows.extend(parts((&old.show, was), (&new.show, cue), go));
             out.extend(hows.into_iter().map(|how| Change {
                 what: what.clone(),
                 how,
@@ -202,56 +199,6 @@ fn cues(old: &Version, new: &Version, out: &mut Vec<Change>) {
             });
         }
     }
-}
-
-/// Banks, curves and effects are the same one by one, so that parts of the same numbers say the same.
-fn same_words(old: &Show, new: &Show) -> bool {
-    let effects =
-        |show: &Show| -> Vec<String> { show.effects.iter().map(|e| e.name.clone()).collect() };
-    let banks = |show: &Show| -> Vec<(String, bool)> {
-        let banks = show.banks.iter();
-        banks.map(|b| (b.name.clone(), b.rgb)).collect()
-    };
-    let curves =
-        |show: &Show| -> Vec<String> { show.curves.iter().map(|c| c.name.clone()).collect() };
-    banks(old) == banks(new) && curves(old) == curves(new) && effects(old) == effects(new)
-}
-
-/// The parts say the same, wherever they stand in the text.
-fn same_parts(was: &Cue, now: &Cue) -> bool {
-    let moves = |a: &Part, b: &Part| {
-        let pairs = a.moves.iter().zip(&b.moves);
-        a.moves.len() == b.moves.len()
-            && pairs.into_iter().all(|(a, b)| {
-                (a.parameter, a.repeat) == (b.parameter, b.repeat) && a.motion == b.motion
-            })
-    };
-    let effects = |part: &Part| -> Vec<(usize, Option<usize>)> {
-        part.effects.iter().map(|e| (e.bank, e.effect)).collect()
-    };
-    let part = |a: &Part, b: &Part| {
-        // All that a part has: a new field does not compile until it is compared.
-        let Part {
-            id: _,
-            number,
-            written,
-            label,
-            delay,
-            up,
-            down,
-            by_default: _,
-            curve,
-            moves: _,
-            effects: _,
-        } = a;
-        (*number, *written, *delay, *up, *down) == (b.number, b.written, b.delay, b.up, b.down)
-            && *curve == b.curve
-            && *label == b.label
-            && moves(a, b)
-            && effects(a) == effects(b)
-    };
-    let pairs = was.parts.iter().zip(&now.parts);
-    was.parts.len() == now.parts.len() && pairs.into_iter().all(|(a, b)| part(a, b))
 }
 
 fn go(timeline: &Timeline, cue: usize) -> Time {
@@ -293,10 +240,9 @@ fn heads(was: &Cue, now: &Cue) -> Vec<String> {
             trigger(now.trigger)
         ));
     }
-    let link = |l: &Cue| match l.link.map(|l| l.1) {
-        None => "nothing".to_owned(),
-        Some(Link::Follow(t)) => format!("follow {}", time(t)),
-        Some(Link::Hang(t)) => format!("hang {}", time(t)),
+    let link = |l: &Cue| {
+        l.link
+            .map_or("nothing".to_owned(), |(_, link)| level::link(link))
     };
     if was.link.map(|l| l.1) != now.link.map(|l| l.1) {
         out.push(format!("{} -> {}", link(was), link(now)));
@@ -406,6 +352,20 @@ fn effects<'s>(show: &'s Show, cue: &Cue) -> BTreeMap<&'s str, &'s str> {
 }
 
 fn timing((old, was): (&Show, &Part), (new, now): (&Show, &Part)) -> Vec<String> {
+    // All that a part has: a new field does not compile until it is compared.
+    let Part {
+        id: _,
+        number: _,
+        written: _,
+        label: _,
+        delay: _,
+        up: _,
+        down: _,
+        by_default: _,
+        curve: _,
+        moves: _,
+        effects: _,
+    } = now;
     let which = if !now.written {
         let bank = by_bank(new, &now.moves).first().map(|(bank, _)| *bank);
         let bank = bank.and_then(|bank| new.banks.get(bank));
@@ -423,12 +383,8 @@ fn timing((old, was): (&Show, &Part), (new, now): (&Show, &Part)) -> Vec<String>
     // Where both are the default's, the line of `default` or of its value tells the change.
     let is_up = was.up != now.up && !(was.by_default[0] && now.by_default[0]);
     let is_down = was.down != now.down && !(was.by_default[1] && now.by_default[1]);
-    let both = |part: &Part| match (time(part.up), time(part.down)) {
-        (up, down) if up == down => up,
-        (up, down) => format!("{up}/{down}"),
-    };
     match (is_up, is_down) {
-        (true, true) => out.push(format!("{which}time {} -> {}", both(was), both(now))),
+        (true, true) => out.push(format!("{which}time {} -> {}", up_down(was), up_down(now))),
         (true, false) => out.push(format!("{which}up {} -> {}", time(was.up), time(now.up))),
         (false, true) => out.push(format!(
             "{which}down {} -> {}",

@@ -1,17 +1,12 @@
 //! Levels of banks in a designer's words.
 
-use crate::show::{Bank, Motion, Move, Show};
+use crate::report::words::trimmed;
+use crate::show::{Bank, Link, Motion, Move, Part, Show};
 use crate::units::{Rgb, Time, percent};
 
 /// A number with at most two decimals, none that are zero.
 pub fn number(value: f64) -> String {
-    let rounded = format!("{value:.2}");
-    let short = rounded.trim_end_matches('0').trim_end_matches('.');
-    if short == "-0" {
-        "0".to_owned()
-    } else {
-        short.to_owned()
-    }
+    trimmed(&format!("{value:.2}"))
 }
 
 /// A time as a cue sheet has it: seconds below a minute, a clock above.
@@ -20,6 +15,22 @@ pub fn time(time: Time) -> String {
         number(time.seconds())
     } else {
         clock(time)
+    }
+}
+
+/// The times of a part's fades: `6`, or up and down, `6/9`.
+pub fn up_down(part: &Part) -> String {
+    match (time(part.up), time(part.down)) {
+        (up, down) if up == down => up,
+        (up, down) => format!("{up}/{down}"),
+    }
+}
+
+/// How a cue starts the next: `follow 4`.
+pub fn link(link: Link) -> String {
+    match link {
+        Link::Follow(after) => format!("follow {}", time(after)),
+        Link::Hang(after) => format!("hang {}", time(after)),
     }
 }
 
