@@ -1,7 +1,7 @@
 //! An outside renderer: any program that turns a file of settings into an OpenEXR picture.
 //!
 //! The program comes from the command line or the embedding program, never from a show. For each
-//! picture it is started once, with a JSON file of what to render ([`Request`]) and the path at
+//! picture it is started once, with a JSON file of what to render and the path at
 //! which to leave the picture; nothing is shared between pictures. Time, exit code, size and finite
 //! numbers are checked, and before the first picture its linearity is measured, because the plan
 //! uses sums of its pictures as pictures of sums. A setting with negative numbers takes two runs:
@@ -12,9 +12,10 @@ mod scene;
 use std::path::PathBuf;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use serde::Serialize;
+use serde_json::json;
 
 use crate::files::process::{Job, ProcessError, Processes, Programs, SplitError, split};
+use crate::geometry::Vec3;
 use crate::picture::combine::{combine, dot};
 use crate::picture::exr;
 use crate::picture::{Image, PictureError};
@@ -176,54 +177,6 @@ impl Call {
     fn reads_scene(&self) -> bool {
         self.arguments.iter().any(|a| a.contains(SCENE))
     }
-}
-
-/// What the renderer reads: one picture to render.
-#[derive(Debug, Serialize)]
-pub struct Request<'a> {
-    /// Version of this form: 1 where the scene is written too.
-    pub schema: u32,
-    /// The show's file, if it has one; its stage files lie beside it.
-    pub show: Option<String>,
-    /// The camera; lengths in metres, Z up.
-    pub view: Camera,
-    /// Step of quality, 1 to `steps`.
-    pub quality: u8,
-    /// Steps of the scale.
-    pub steps: u8,
-    /// For what is random: the same for the same picture, another for any other.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub seed: Option<u32>,
-    /// Every bank, then the fixed lights, with settings from 0: 1 is full.
-    pub coordinates: Vec<Coordinate<'a>>,
-}
-
-/// The camera of a [`Request`].
-#[derive(Debug, Serialize)]
-pub struct Camera {
-    /// The eye.
-    pub from: [f64; 3],
-    /// The point in the middle of the picture.
-    pub to: [f64; 3],
-    /// Unit vector to the top of the picture.
-    pub up: [f64; 3],
-    /// Vertical field of view, degrees.
-    pub fov: f64,
-    /// Clockwise for who looks through it, degrees.
-    pub roll: f64,
-    /// Pixels a row.
-    pub width: usize,
-    /// Rows.
-    pub height: usize,
-}
-
-/// A coordinate of a [`Request`].
-#[derive(Debug, Serialize)]
-pub struct Coordinate<'a> {
-    /// Its name.
-    pub name: &'a str,
-    /// Its setting.
-    pub value: f64,
 }
 
 /// By how much a renderer is not linear: relative RMS deviations.
@@ -418,38 +371,32 @@ impl OutsideOperator {
         (self.view.width, self.view.height)
     }
 
-    /// The settings file of one picture.
+    /// The settings file of one picture; the manual's page `farm` has the form.
     fn request(&self, setting: &[f64]) -> Result<Vec<u8>, OutsideError> {
         let call = &self.renderer.call;
-        let point = |p: crate::geometry::Vec3| [p.x, p.y, p.z];
-        let request = Request {
-            schema: match self.scene {
-                Some(_) => scene::SCHEMA,
-                None => 0,
+        let view = &self.view;
+        let point = |p: Vec3| [p.x, p.y, p.z];
+        let coordinates = self.names.iter().zip(setting);
+        let coordinates = coordinates.map(|(name, value)| json!({ "name": name, "value": value }));
+        let mut request = json!({
+            "schema": self.scene.as_ref().map_or(0, |_| scene::SCHEMA),
+            "show": call.show.as_ref().map(|p| p.display().to_string()),
+            "view": {
+                "from": point(view.from),
+                "to": point(view.to),
+                "up": point(view.axes()[1]),
+                "fov": view.fov,
+                "roll": view.roll,
+                "width": view.width,
+                "height": view.height,
             },
-            seed: self.scene.as_ref().map(|_| seed(setting, self.quality)),
-            show: call.show.as_ref().map(|p| p.display().to_string()),
-            view: Camera {
-                from: point(self.view.from),
-                to: point(self.view.to),
-                up: point(self.view.axes()[1]),
-                fov: self.view.fov,
-                roll: self.view.roll,
-                width: self.view.width,
-                height: self.view.height,
-            },
-            quality: self.quality.0,
-            steps: call.steps,
-            coordinates: self
-                .names
-                .iter()
-                .zip(setting)
-                .map(|(name, value)| Coordinate {
-                    name,
-                    value: *value,
-                })
-                .collect(),
-        };
+            "quality": self.quality.0,
+            "steps": call.steps,
+            "coordinates": coordinates.collect::<Vec<_>>(),
+        });
+        if let (Some(_), Some(fields)) = (&self.scene, request.as_object_mut()) {
+            fields.insert("seed".to_owned(), json!(seed(setting, self.quality)));
+        }
         serde_json::to_vec_pretty(&request).map_err(|e| OutsideError::Settings(e.to_string()))
     }
 

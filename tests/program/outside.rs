@@ -12,7 +12,7 @@ use footlight::files::{Memory, MemoryStore};
 use footlight::picture::Image;
 use footlight::picture::exr::{self, Precision};
 use footlight::renderer::Quality;
-use footlight::renderer::outside::{Call, Camera, Coordinate, Outside, Request};
+use footlight::renderer::outside::{Call, Outside};
 use footlight::repl::{Console, Repl};
 use footlight::work::Progress;
 
@@ -331,6 +331,7 @@ fn the_example_renders() {
 }
 
 /// The settings that the manual shows can be rendered, and have the fields that a renderer reads.
+#[cfg(unix)]
 #[test]
 fn the_manual_shows_the_settings() {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/manual/farm.md");
@@ -340,27 +341,19 @@ fn the_manual_shows_the_settings() {
     let shown: serde_json::Value = serde_json::from_str(shown).unwrap();
     let image = painted(&shown);
     assert_eq!((image.width(), image.height()), (160, 90));
-    let request = Request {
-        schema: 0,
-        show: None,
-        view: Camera {
-            from: [0.0; 3],
-            to: [0.0; 3],
-            up: [0.0; 3],
-            fov: 32.0,
-            roll: 0.0,
-            width: 160,
-            height: 90,
-        },
-        quality: 1,
-        steps: 1,
-        seed: None,
-        coordinates: vec![Coordinate {
-            name: "day",
-            value: 1.0,
-        }],
-    };
-    let request = serde_json::to_value(request).unwrap();
+    let sample = page
+        .split("```")
+        .find(|block| block.starts_with("lxq\nshow \"Sample\""));
+    let (_, sample) = sample.unwrap().split_once('\n').unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("s.lxq"), sample).unwrap();
+    let copied = "sh -c 'cp \"$0\" settings.json' {settings} {output}";
+    footlight(
+        folder.path(),
+        &["picture", "s.lxq", "0:00", "--renderer", copied],
+    );
+    let request = std::fs::read_to_string(folder.path().join("settings.json")).unwrap();
+    let request: serde_json::Value = serde_json::from_str(&request).unwrap();
     let fields = |value: &serde_json::Value| -> Vec<String> {
         value.as_object().unwrap().keys().cloned().collect()
     };
