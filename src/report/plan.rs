@@ -6,6 +6,7 @@ use serde::Serialize;
 
 use super::words::{self, count, trimmed};
 use crate::plan::{LeftOut, PlanReport};
+use crate::pool::is_within;
 use crate::printable;
 use crate::units::ErrorUnit;
 
@@ -130,8 +131,9 @@ pub fn describe(plan: &PlanReport) -> String {
     );
     let pictures = count(plan.used, "refined picture");
     let mut predicted = plan.predicted.iter();
-    let is_reached =
-        predicted.any(|step| step.refined == plan.used && step.error <= plan.tolerance);
+    let is_reached = predicted.any(|step| {
+        step.refined == plan.used && is_within(plan.tolerance, step.error, plan.used, true)
+    });
     let pictures = if is_reached {
         format!("{pictures} of {} for an error of", plan.rank)
     } else {

@@ -8,6 +8,7 @@ use std::sync::{Arc, Mutex};
 use crate::operator::Altered;
 use crate::prompt;
 use footlight::engine::{self, Background, Ended, Goal, Host};
+use footlight::renderer::Quality;
 use footlight::repl::Repl;
 use footlight::work::Progress;
 use proptest::prelude::*;
@@ -66,7 +67,10 @@ fn open_text(text: &str) -> (Repl, Queue) {
     let queue = Queue::default();
     let host = Host {
         background: Some(Box::new(queue.clone())),
-        renderer: Altered::unstated(),
+        renderer: Arc::new(Altered {
+            finest: Some(Quality(4)),
+            ..Altered::unstated()
+        }),
         ..Host::default()
     };
     let show = prompt("b.lxq", text.as_bytes(), host).unwrap();
@@ -123,7 +127,7 @@ fn beside_the_prompt_the_same_pictures_are_rendered_and_pictures_are_served_mean
     let notes = finish(&mut show, &queue);
     assert_eq!(notes.len(), 1);
     assert!(
-        notes[0].starts_with("refine 2 &: predicted error 0."),
+        notes[0].starts_with("refine 2 &: predicted error "),
         "{notes:?}"
     );
     say(&mut twin, "refine 1");
@@ -310,7 +314,7 @@ fn stop_ends_it_among_coarse_pictures_too() {
 #[test]
 fn an_edit_of_the_coarse_step_meanwhile_makes_the_pool_of_that_step() {
     for (before, after) in [(1, 2), (2, 1)] {
-        let preview = |coarse| format!("preview {{ tolerance 1%  coarse {coarse}  refined 3 }}");
+        let preview = |coarse| format!("preview {{ tolerance 1%  coarse {coarse}  refined 4 }}");
         let (mut show, queue) = open();
         say(&mut show, &preview(before));
         say(&mut show, "refine 1 &");

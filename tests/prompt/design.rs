@@ -37,6 +37,7 @@ fn first(cost: Cost, stated: &[f64]) -> (Repl, MemoryStore) {
         renderer: Arc::new(Altered {
             cost: Some(cost),
             stated: stated.to_vec(),
+            is_smeared: true,
             ..Altered::default()
         }),
         ..Host::default()

@@ -22,21 +22,48 @@ pub struct Altered {
     pub stated: Vec<f64>,
     /// Whether its images may be stored as those of radiosity.
     pub is_stored: bool,
+    /// Whether every step costs what it does but renders the cheapest, in which a pixel has a share
+    /// of its neighbour's light: at step 1 of the one beside it, at step 2 of the one below.
+    pub is_smeared: bool,
     /// Images rendered so far.
     pub rendered: Arc<AtomicUsize>,
 }
 
 impl Altered {
-    /// Radiosity that states no errors: only two coarse steps estimate them, and mixtures reduce them.
-    pub fn unstated() -> Arc<Altered> {
-        Arc::new(Altered {
+    /// A quick operator that states no errors: only two coarse steps estimate them, and mixtures reduce
+    /// them.
+    pub fn unstated() -> Altered {
+        Altered {
             is_stored: true,
+            is_smeared: true,
             ..Altered::default()
-        })
+        }
     }
 }
 
-struct Counting(Box<dyn Prepared>, Arc<AtomicUsize>);
+struct Counting {
+    inner: Box<dyn Prepared>,
+    smear: Option<Quality>,
+    rendered: Arc<AtomicUsize>,
+}
+
+/// The image with a share of the light of each pixel's neighbour.
+fn smeared(image: &Image, quality: Quality) -> Image {
+    let (width, height) = image.size();
+    let (share, across, down) = match quality {
+        Quality(1) => (0.3, 1, 0),
+        Quality(2) => (0.2, 0, 1),
+        _ => (0.0, 0, 0),
+    };
+    let value = |i: usize| {
+        let (x, y, channel) = (i / 3 % width, i / 3 / width, i % 3);
+        let (x, y) = ((x + across).min(width - 1), (y + down).min(height - 1));
+        let neighbour = image.data()[3 * (y * width + x) + channel];
+        (1.0 - share) * image.data()[i] + share * neighbour
+    };
+    let data = (0..image.data().len()).map(value).collect();
+    Image::from_data(width, height, data).unwrap()
+}
 
 impl Transport for Altered {
     fn name(&self) -> &str {
@@ -57,8 +84,14 @@ impl Transport for Altered {
         quality: Quality,
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
-        let inner = Radiosity.prepare(setup, self.quality.unwrap_or(quality), work)?;
-        Ok(Box::new(Counting(inner, Arc::clone(&self.rendered))))
+        let smear = self.is_smeared.then_some(quality);
+        let rendered = smear.map_or(quality, |_| Quality(1));
+        let inner = Radiosity.prepare(setup, self.quality.unwrap_or(rendered), work)?;
+        Ok(Box::new(Counting {
+            inner,
+            smear,
+            rendered: Arc::clone(&self.rendered),
+        }))
     }
 
     fn stated_error(&self, _: &Setup, quality: Quality, unit: ErrorUnit) -> Option<f64> {
@@ -71,7 +104,7 @@ impl Transport for Altered {
     }
 
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
-        let quality = self.quality.unwrap_or(quality);
+        let quality = self.quality.unwrap_or(quality.min(Radiosity.finest()));
         self.cost.unwrap_or_else(|| Radiosity.cost(setup, quality))
     }
 }
@@ -82,7 +115,11 @@ impl Prepared for Counting {
         settings: &[Vec<f64>],
         work: Work<'_>,
     ) -> Result<Vec<Image>, TransportError> {
-        self.1.fetch_add(settings.len(), Ordering::Relaxed);
-        self.0.render(settings, work)
+        self.rendered.fetch_add(settings.len(), Ordering::Relaxed);
+        let images = self.inner.render(settings, work)?;
+        Ok(match self.smear {
+            Some(quality) => images.iter().map(|image| smeared(image, quality)).collect(),
+            None => images,
+        })
     }
 }

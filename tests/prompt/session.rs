@@ -62,7 +62,7 @@ fn host(store: &MemoryStore) -> Host {
                 .with("room.mtl", MATERIALS),
         ),
         store: Box::new(store.clone()),
-        renderer: Altered::unstated(),
+        renderer: Arc::new(Altered::unstated()),
         ..Host::default()
     }
 }

@@ -62,9 +62,8 @@ impl Session {
             store: Box::new(store),
             clock: Box::new(Ticking::by(seconds)),
             renderer: Arc::new(Altered {
-                is_stored: true,
                 rendered: Arc::clone(&rendered),
-                ..Altered::default()
+                ..Altered::unstated()
             }),
             pool: limit.map(|limit| PoolPlace {
                 folder: PathBuf::from(POOL),
