@@ -134,7 +134,13 @@ impl Engine {
             ways = self.alone_ways(goal)?;
         }
         if self.way != Way::Alone || ways.is_empty() {
-            ways.extend(self.mixed_way(goal)?);
+            // Without a mixture it may be one of the others.
+            let is_new = |mixed: &WayForecast| {
+                let same = |w: &WayForecast| (w.seconds, w.error) == (mixed.seconds, mixed.error);
+                !ways.iter().any(same)
+            };
+            let mixed = self.mixed_way(goal)?.filter(is_new);
+            ways.extend(mixed);
         }
         ways.sort_by(|a, b| compare(a, b, goal.budget));
         Ok(ways)

@@ -2,9 +2,7 @@
 //! an image can be unusable.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use crate::operator::Altered;
 use crate::prompt;
 use footlight::diagnostic::Style;
 use footlight::engine::{Ended, Goal, Host, TEXT_LIMIT};
@@ -40,7 +38,6 @@ fn open(text: &str, files: Memory) -> Result<Repl, Error> {
     let host = Host {
         files: Box::new(files),
         store: Box::new(MemoryStore::default()),
-        renderer: Arc::new(Altered::unstated()),
         ..Host::default()
     };
     Ok(prompt("show.lxq", text.as_bytes(), host)?)
