@@ -10,13 +10,46 @@ use footlight::picture::Image;
 use footlight::picture::combine::{combine, dot};
 use footlight::plan::{self, Metric};
 use footlight::pool::Pool;
+use footlight::radiosity::Radiosity;
+use footlight::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 use footlight::work::Work;
+use std::sync::Arc;
 
 const SEEDS: [u64; 2] = [1, 7];
 const SIZE: [usize; 2] = [48, 27];
 
+/// Radiosity that states no errors: a pool has two sets of coarse images then.
+struct Unstated;
+
+impl Transport for Unstated {
+    fn name(&self) -> &str {
+        Radiosity.name()
+    }
+
+    fn finest(&self) -> Quality {
+        Radiosity.finest()
+    }
+
+    fn prepare(
+        &self,
+        setup: &Setup,
+        quality: Quality,
+        work: Work<'_>,
+    ) -> Result<Box<dyn Prepared>, TransportError> {
+        Radiosity.prepare(setup, quality, work)
+    }
+
+    fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
+        Radiosity.cost(setup, quality)
+    }
+}
+
 fn engine(seed: u64) -> Engine {
-    random_show(seed, SIZE).open(Host::default()).unwrap()
+    let host = Host {
+        renderer: Arc::new(Unstated),
+        ..Host::default()
+    };
+    random_show(seed, SIZE).open(host).unwrap()
 }
 
 fn trial(seed: u64) -> Trial {

@@ -18,7 +18,7 @@ use footlight::picture::Image;
 use footlight::picture::combine::{combine, dot};
 use footlight::plan::{self, Metric, Moment, PlanError, Weighting};
 use footlight::pool::{Evidence, Fit, Pool};
-use footlight::renderer::TransportError;
+use footlight::renderer::{Quality, TransportError};
 use footlight::timeline::KeySequence;
 use footlight::work::{Cancelled, Work};
 
@@ -272,13 +272,11 @@ impl Trial {
     }
 }
 
-/// Renders every source of a show alone at both coarse steps and the refined one.
+/// Renders every source of a show alone at three steps of quality: at the show's coarse one and the next
+/// as for an operator that states no errors, and at the one after them, the refined one.
 pub fn trial(engine: &Engine) -> Result<Trial, Box<dyn std::error::Error>> {
-    let steps = [
-        engine.coarse_steps()[0],
-        engine.coarse_steps()[1],
-        engine.refined_step(),
-    ];
+    let coarse = engine.show().preview.coarse;
+    let steps = [coarse, coarse + 1, coarse + 2].map(Quality);
     let units = Pool::unit_settings(engine.show().coordinates().len());
     let setup = engine.setup().ok_or("the show has no stage or view")?;
     let work = Work::silent();

@@ -1,7 +1,7 @@
 //! Fits the unit costs of `src/radiosity/cost.rs` to measurements of every shipped scene at every
 //! step, and prints prediction over measurement for each: `cargo run --release -p footlight-studies --bin cost`.
 //!
-//! `--check` only prints, `--quick` leaves out the two finest steps. Times are in units of cost,
+//! `--check` only prints, `--quick` leaves out the finest step. Times are in units of cost,
 //! measured again before each step, so the machine's speed and what else runs on it matter little;
 //! run it on an idle machine all the same. The fit minimizes the squares of relative errors over
 //! costs that are not negative.
@@ -61,7 +61,7 @@ fn main() {
         "scene   step   unit of cost ms   seconds: prepare  banks  picture   predicted/measured: prepare  banks  together  picture"
     );
     for case in &cases {
-        for quality in 1..=Radiosity.finest().0 - 2 * u8::from(quick) {
+        for quality in 1..=Radiosity.finest().0 - u8::from(quick) {
             let pace = cost::cost_scale(&clock, work).unwrap();
             let sample = measure(case, Quality(quality), pace, &clock, work);
             let seconds = sample.took.map(|t| t * pace);

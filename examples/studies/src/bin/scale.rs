@@ -4,7 +4,7 @@
 //! banks 1 to 200. Prints each measurement and the exponents of growth, and writes `scale.json`,
 //! `scale.csv`, `scale.png` and `scale.svg` into the folder. Each point runs in a process of its
 //! own, so that its peak of resident memory is its own (Linux; elsewhere memory is left out).
-//! `--quality Q` chooses the step (2), `--quick` leaves out what takes longest.
+//! `--quality Q` chooses the step (1), `--quick` leaves out what takes longest.
 
 #![allow(
     clippy::unwrap_used,
@@ -85,7 +85,7 @@ fn main() {
         let at = arguments.iter().position(|a| a == name)?;
         arguments.get(at + 1).cloned()
     };
-    let quality: u8 = option("--quality").map_or(2, |q| q.parse().unwrap());
+    let quality: u8 = option("--quality").map_or(1, |q| q.parse().unwrap());
     if let Some(task) = option("--task") {
         return alone(&task, Quality(quality));
     }

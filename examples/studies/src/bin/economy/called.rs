@@ -33,8 +33,9 @@ type Point = (f64, f64);
 
 /// Steps of quality that the renderer is called with.
 const STEPS: u8 = 5;
-/// The step of the pictures that are the truth, the renderer's and ours.
+/// The steps of the pictures that are the truth, the renderer's and ours.
 const TRUTH: Quality = Quality(4);
+const OUR_TRUTH: Quality = Quality(2);
 /// What makes another seed for the former.
 const SALTS: [u64; 2] = [0x5bd1_e995, 0x9e37_79b9];
 /// Steps of the paper's mixtures.
@@ -131,7 +132,7 @@ fn tavern(refined: u8, renderer: Arc<dyn Transport>) -> Result<Engine, Failure> 
     let show = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tavern");
     let text = std::fs::read_to_string(show.join("tavern.lxq"))?
         .replace("size 640x360", "size 320x180")
-        .replace("refined 4", &format!("refined {refined}"));
+        .replace("refined 2", &format!("refined {refined}"));
     let host = Host {
         files: Box::new(Folder::new(&show, 1 << 26)),
         threads: 2,
@@ -163,7 +164,7 @@ struct Truth {
 impl Truth {
     fn new(call: &Call, folder: &Path) -> Result<Truth, Failure> {
         let mut engine = tavern(STEPS, Arc::new(Radiosity))?;
-        let ours = alone(&mut engine, TRUTH)?;
+        let ours = alone(&mut engine, OUR_TRUTH)?;
         let halves = SALTS.map(|salt| alone(&mut open(call, folder, STEPS, salt)?.0, TRUTH));
         let [a, b] = halves;
         let pairs = a?.into_iter().zip(b?);

@@ -144,7 +144,7 @@ fn operators(show: &Engine, sources: f64) -> Result<Vec<Operator>, Box<dyn Error
     let all = |s: &Seconds| s.prepare + sources * (source(s) + s.picture);
     let coarse = show.show().preview.coarse;
     let (cheap, fine) = (measured(coarse)?, measured(coarse + 1)?);
-    let refined = measured(show.show().preview.refined)?;
+    let refined = measured(coarse + 2)?;
     let [minutes, refining] = PAPER;
     let outside = |name, twice| Operator {
         name,
