@@ -167,8 +167,7 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
         OwnCommand::Fmt { files, check } => reports::format(files, *check),
         OwnCommand::Diff { files, output } => {
             let versions = Versions::of(files)?;
-            let host = host(Some(versions.name()), settings, screen);
-            reports::difference(&versions, output.as_deref(), (&host, screen))
+            reports::difference(&versions, output.as_deref(), screen)
         }
         OwnCommand::Import(arguments) => import::import(arguments, settings, screen),
         OwnCommand::Work(told) => work::work(told, settings, screen),

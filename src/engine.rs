@@ -26,7 +26,6 @@ mod rendering;
 mod setup;
 mod stage;
 mod tasks;
-mod versions;
 mod ways;
 
 use std::path::Path;
@@ -56,7 +55,6 @@ pub use self::pooled::{Freed, PoolSummary, StoreSummary, UnlitBank};
 pub use self::refine::{Ended, Goal, RefinementSummary, Step, Warning, WorstMoment};
 pub use self::stage::{StageFile, StageMaterial};
 pub use self::tasks::{LEASE, Task, TaskList, TaskState, Worked};
-pub use self::versions::Serving;
 pub use self::ways::{Way, WayForecast};
 pub use crate::scene::LampShape;
 pub use crate::scene::texture::Alpha;

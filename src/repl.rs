@@ -395,7 +395,7 @@ impl Repl {
         self.live.follow(self.engine.document());
         let difference =
             sheet::difference(&old.version, &self.engine.document().compiled().version);
-        let text = match versions::describe(&difference, None) {
+        let text = match versions::describe(&difference) {
             text if text.is_empty() => self.describe_edit(&edited, before),
             text => text.into(),
         };

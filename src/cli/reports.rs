@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::screen::Screen;
 use super::{file_limit, folder_of, print};
-use crate::engine::{self, Document, Host, Serving, StageFile, TEXT_LIMIT, Version};
+use crate::engine::{self, Document, StageFile, TEXT_LIMIT, Version};
 use crate::files::{Disk, Files as _, Folder, Store as _, is_same};
 use crate::repl::Error;
 use crate::report::{self, versions::Comparison};
@@ -67,11 +67,6 @@ impl<'f> Versions<'f> {
         Ok(Versions { old, new, of_git })
     }
 
-    /// The file in whose folder the show's pictures are.
-    pub fn name(&self) -> &'f Path {
-        self.of_git.unwrap_or(self.new)
-    }
-
     fn read(&self, path: &Path) -> Result<Version, Error> {
         let name = path.display().to_string();
         let bytes = read(path)?;
@@ -101,17 +96,17 @@ impl<'f> Versions<'f> {
     }
 }
 
-/// Prints what changed, and how many of the host's pictures serve on. 0: nothing, 1: something, 2:
+/// Prints what changed, and whether pictures serve on. 0: nothing, 1: something, 2:
 /// it cannot be told; for git, which takes any other code for a crash of its driver, always 0.
 pub fn difference(
     versions: &Versions<'_>,
     output: Option<&Path>,
-    (host, screen): (&Host, &Screen),
+    screen: &Screen,
 ) -> Result<u8, Error> {
     if let Some(name) = versions.of_git {
         print(format!("{}\n", name.display()));
     }
-    let code = match compare(versions, output, host) {
+    let code = match compare(versions, output) {
         Ok(text) => {
             let changed = !text.is_empty();
             print(text);
@@ -125,16 +120,14 @@ pub fn difference(
     Ok(if versions.of_git.is_some() { 0 } else { code })
 }
 
-fn compare(versions: &Versions<'_>, output: Option<&Path>, host: &Host) -> Result<String, Error> {
+fn compare(versions: &Versions<'_>, output: Option<&Path>) -> Result<String, Error> {
     if let Some(path) = output {
         versions.spare(path)?;
         Disk.sweep(path.parent().unwrap_or(Path::new("")));
     }
     let old = versions.read(versions.old)?;
     let new = versions.read(versions.new)?;
-    let serving = Serving::in_store(&old, &new, host);
-    let mut compared = Comparison::new(old, new);
-    compared.serving = Some(serving);
+    let compared = Comparison::new(old, new);
     let mut text = compared.text();
     if let Some(path) = output.filter(|_| !text.is_empty()) {
         Disk.output(path, &compared.chart(path)?)?;

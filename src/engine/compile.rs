@@ -1,8 +1,8 @@
 //! From a text to all that follows from it: show, curves, key settings, diagnostics and the setup
 //! to render. The only place where a text is compiled.
 
-use super::Error;
 use super::setup::{self, Loaded};
+use super::{Error, decode};
 use crate::check;
 use crate::diagnostic::{Diagnostics, Sources};
 use crate::files::Files;
@@ -65,16 +65,26 @@ pub struct Version {
 }
 
 impl Version {
+    /// Reads a version by its name, its bytes and the files that it may include.
+    ///
+    /// # Errors
+    /// [`Error::Show`] with the errors of the text and its curves.
+    pub fn read(name: &str, bytes: &[u8], files: &dyn Files) -> Result<Version, Error> {
+        let text = decode(name, bytes)?;
+        checked(read(Source {
+            name,
+            text: &text,
+            view: None,
+            files,
+            memory: 0,
+        })?)
+    }
+
     /// The text with all that it includes.
     pub fn text(&self) -> String {
         let texts = self.diagnostics.sources.texts();
         texts.collect::<Vec<_>>().join("\n")
     }
-}
-
-/// Parses a text and computes its curves.
-pub(super) fn parse(source: Source<'_>) -> Result<Version, Error> {
-    checked(read(source)?)
 }
 
 /// The model that a text means, with its places and warnings.

@@ -6,14 +6,14 @@ mod reuse;
 pub(super) use self::job::{Job, Rendered};
 pub(super) use self::reuse::Reused;
 
+use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 use crate::files::Store;
 use crate::picture::Image;
 use crate::pool::Pool;
-use crate::pool::address::{Digest, Lighting, Lights, SceneKey};
+use crate::pool::address::{Lighting, Lights, SceneKey};
 use crate::pool::disk_cache::Place;
 use crate::pool::image_cache::{ImageCache, Wanted};
 use crate::renderer::contract::check_memory;
@@ -328,17 +328,6 @@ impl SetupImages {
     /// True for images that this scene, rig and view can use.
     pub fn can_use(&self, key: SceneKey, lighting: &Lighting) -> bool {
         self.is_of_scene(key) && self.lights.has_all(lighting)
-    }
-
-    /// The names of the refined images in an archive, on disk too, that serve.
-    pub fn serving(
-        &self,
-        image_cache: &ImageCache,
-        least: Quality,
-        store: &dyn Store,
-    ) -> BTreeSet<Digest> {
-        let known = self.known(image_cache, least, Some(store));
-        known.into_iter().map(|k| k.address.key).collect()
     }
 
     /// Number of refined images that the pool has, or, until it is made, will have of those in

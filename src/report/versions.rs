@@ -6,7 +6,7 @@ use super::curves::{cues_in_time, hue, points};
 use super::sheet::{self, CurveChange, Difference};
 use super::{Error, format};
 use crate::chart::{self, Theme};
-use crate::engine::{Serving, Version};
+use crate::engine::Version;
 
 /// Two versions of a show, and what changed from the first to the second.
 pub struct Comparison {
@@ -14,8 +14,6 @@ pub struct Comparison {
     new: Version,
     /// What changed.
     pub difference: Difference,
-    /// Refined images at hand that serve on, where they were counted.
-    pub serving: Option<Serving>,
 }
 
 impl Comparison {
@@ -25,18 +23,12 @@ impl Comparison {
             difference: sheet::difference(&old, &new),
             old,
             new,
-            serving: None,
         }
     }
 
-    /// The two versions.
-    pub fn versions(&self) -> (&Version, &Version) {
-        (&self.old, &self.new)
-    }
-
-    /// The changes in words, and whether images still serve; empty when there are none.
+    /// The changes in words, as [`describe`] has them.
     pub fn text(&self) -> String {
-        describe(&self.difference, self.serving)
+        describe(&self.difference)
     }
 
     /// The changed curves, the old ones dashed, as a file.
@@ -75,24 +67,16 @@ impl std::fmt::Debug for Comparison {
     }
 }
 
-/// The changes in words, and whether images still serve: of those at hand that serve the older
-/// version, those that serve the newer one too, where they were counted. Empty without a change.
-pub fn describe(difference: &Difference, serving: Option<Serving>) -> String {
+/// The changes in words, and whether images still serve; empty where there are none.
+pub fn describe(difference: &Difference) -> String {
     if difference.is_empty() {
         return String::new();
     }
-    let pictures = match (serving, difference.pictures) {
-        (Some(Serving { old, both }), _) if old > 0 && both == old => {
-            format!("every refined picture still serves ({old} of {old})")
-        }
-        (Some(Serving { old, both }), _) if old > 0 => format!(
-            "{both} of {old} refined pictures still serve; the others show what has changed of \
-             the rig, the stage or the view, or are too coarse now"
-        ),
-        (_, true) => "the rig, the stage or the view changed; those that depend on it are \
-                      rendered again (`pool` counts the others)"
-            .to_owned(),
-        (_, false) => "every refined picture still serves".to_owned(),
+    let pictures = if difference.pictures {
+        "the rig, the stage or the view changed; those that depend on it are rendered again \
+         (`pool` counts the others)"
+    } else {
+        "every picture still serves"
     };
     format!("{}\npictures: {pictures}\n", difference.text())
 }

@@ -73,10 +73,7 @@ fn diff_speaks_and_exits_as_diff_does() {
         said.starts_with("cue 2: lamps 40 -> 55 at 0:30\n"),
         "{said}"
     );
-    assert!(
-        said.contains("every refined picture still serves"),
-        "{said}"
-    );
+    assert!(said.contains("every picture still serves"), "{said}");
     assert!(
         fs::read_to_string(folder.path().join("d.svg"))
             .unwrap()

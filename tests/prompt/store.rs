@@ -263,48 +263,6 @@ fn refined_pictures_go_on_with_sources_that_can_express_them() {
     assert_eq!(session.rendered(), 0);
 }
 
-/// `diff` tells exactly how many refined pictures serve both versions: from this session, and from
-/// the store alone.
-#[test]
-fn a_difference_counts_the_pictures_that_serve_on() {
-    let store = MemoryStore::default();
-    let mut session = Session::open(SHOW, store.clone(), PLENTY);
-    session.refine(2);
-    let said = |session: &mut Session, old: &str| {
-        store.write(Path::new("old.lxq"), old.as_bytes()).unwrap();
-        let reply = session.show.execute("diff old.lxq").unwrap();
-        reply.text.lines().last().unwrap_or_default().to_owned()
-    };
-    let cues = SHOW.replace("warm 15", "warm 25");
-    let mut moved = 0;
-    for mut session in [session, Session::open(SHOW, store.clone(), PLENTY)] {
-        assert_eq!(
-            said(&mut session, &cues),
-            "pictures: every refined picture still serves (2 of 2)"
-        );
-        // Both are lit by all three lights: none is left when one of them moves.
-        session
-            .show
-            .execute("light top panel lamp 300 cd/m2")
-            .unwrap();
-        assert_eq!(
-            said(&mut session, SHOW),
-            "pictures: every refined picture still serves (2 of 2)",
-            "a strength only scales"
-        );
-        session
-            .show
-            .execute("light left spot at -2, -2, 3.6 aim -0.8, 0.5, 0.5 beam 30 field 50 900 cd")
-            .unwrap();
-        assert!(said(&mut session, SHOW).starts_with("pictures: 0 of 2 refined"));
-        moved += session.rendered();
-    }
-    assert_eq!(
-        moved, 8,
-        "nothing is rendered but the first session's pictures"
-    );
-}
-
 /// The text changed in an editor between two runs: every refined picture still tells what is wrong
 /// with the coarse ones.
 #[test]

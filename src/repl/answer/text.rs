@@ -91,8 +91,7 @@ pub fn fmt(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 
 /// The text against what was last read or saved, or against a file.
 pub fn diff(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let (engine, document) = (&repl.engine, repl.engine.document());
-    let host = engine.host();
+    let (document, host) = (repl.engine.document(), repl.engine.host());
     let (name, old) = match call.words().as_slice() {
         [] => ("as saved", document.saved_text().as_bytes().to_vec()),
         [path] => (*path, host.store.read(Path::new(path), engine::TEXT_LIMIT)?),
@@ -101,9 +100,7 @@ pub fn diff(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let files = host.files.as_ref();
     let old = Version::read(name, &old, files)?;
     let new = Version::read(document.name(), document.text().as_bytes(), files)?;
-    let mut compared = Comparison::new(old, new);
-    let (old, new) = compared.versions();
-    compared.serving = Some(engine.serving(old, new));
+    let compared = Comparison::new(old, new);
     let text = match compared.text() {
         text if text.is_empty() => "nothing changed".to_owned(),
         text => text,
