@@ -475,7 +475,7 @@ impl Engine {
         let cheap = coarse.clamp(1, finest);
         let is_stated = self.stated(Quality(cheap), ErrorUnit::Light).is_some();
         let is_pair = !is_stated || self.samples(Quality(cheap)).is_some();
-        [cheap, (cheap + u8::from(is_pair)).min(finest)].map(Quality)
+        [cheap, cheap.saturating_add(u8::from(is_pair)).min(finest)].map(Quality)
     }
 
     /// The finest step of the scale that the show's lights are rendered on.
@@ -495,7 +495,7 @@ impl Engine {
 
     fn refined_step_at(&self, coarse: u8, refined: u8) -> Quality {
         let [cheap, fine] = self.coarse_pair_at(coarse);
-        let least = if cheap < fine { fine.0 + 1 } else { 1 };
+        let least = fine.0.saturating_add(u8::from(cheap < fine));
         Quality(refined.max(least).min(self.finest().0))
     }
 

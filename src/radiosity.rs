@@ -203,7 +203,6 @@ struct Operator {
     vertices: VertexBuffer,
     hierarchy: Hierarchy,
     lights: Vec<Luminaire>,
-    /// For each light the first that is equal at unit strength: itself, or another panel of the
     /// For each light its image, if it is a projection.
     projectors: Vec<Option<Projector>>,
     mesh: Mesh,

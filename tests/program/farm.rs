@@ -96,11 +96,11 @@ fn wait_for(what: impl Fn() -> bool) {
 fn of_three_workers_one_is_killed_and_its_picture_comes_once() {
     let folder = place();
     let (code, said) = footlight(folder.path(), "plan s.lxq --way paper --tasks tasks.json");
-    assert!(code == 0 && said.contains("6 tasks"), "{said}");
+    assert!(code == 0 && said.contains("3 tasks"), "{said}");
     let (code, said) = footlight(folder.path(), "work tasks.json --pool serial --quiet");
     assert_eq!(
         (code, said.matches("rendered in").count()),
-        (0, 6),
+        (0, 3),
         "{said}"
     );
 
@@ -126,8 +126,8 @@ fn of_three_workers_one_is_killed_and_its_picture_comes_once() {
         assert!([0, 75].contains(&code), "{said}");
         rendered += said.matches("rendered in").count();
     }
-    // One was begun by the killed worker: so many are wasted beyond the six.
-    let (kills, wasted) = (1, rendered + 1 - 6);
+    // One was begun by the killed worker: so many are wasted beyond the three.
+    let (kills, wasted) = (1, rendered + 1 - 3);
     assert!(wasted <= kills + 1, "{rendered}");
     assert!(pictures(&pool) == pictures(&folder.path().join("serial")));
     assert_eq!(claims(&pool), 0);
@@ -183,7 +183,7 @@ fn what_does_not_fit_is_refused_before_anything_is_rendered() {
         "{said}"
     );
     let (code, said) = footlight(folder.path(), "work tasks.json 7");
-    assert!(code == 2 && said.contains("they are 1 to 6"), "{said}");
+    assert!(code == 2 && said.contains("they are 1 to 3"), "{said}");
     let (code, said) = footlight(folder.path(), "collect tasks.json --json");
     let json: serde_json::Value = serde_json::from_str(&said).unwrap();
     assert_eq!((code, &json["there"]), (75, &0.into()), "{said}");
