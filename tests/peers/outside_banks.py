@@ -6,7 +6,7 @@
 REFS holds a folder for each of `stage` and `cornell` with the references BANK_A.exr and BANK_B.exr. Needs the
 packages `OpenEXR` and `numpy`, the renderer, and `footlight` (`--program`, `target/release/footlight`).
 `spots` needs no references: a floor and a wall under two spots of our stated law, a projection and a
-photometric file that is not the same all round, against our own renderer at step 4.
+photometric file that is not the same all round, against our own renderer at step 2.
 
 Each bank is rendered twice, at the first and second step of quality (four times the samples), by chance of
 their own. With pictures X1, X2 and references A, B, mean (X1 - A)(X2 - B) / mean AB is free of the noise of
@@ -110,7 +110,7 @@ def main():
                 show.write_text(SPOTS)
                 for name in ("window.png", "batwing.ies"):
                     shutil.copy(ROOT / "examples/luminaires" / name, folder)
-                ours = {b: render(options.program, show, b, 4, None, out) for b in ("left", "right", "gobo", "wash")}
+                ours = {b: render(options.program, show, b, 2, None, out) for b in ("left", "right", "gobo", "wash")}
                 halves = {bank: (image, image) for bank, image in ours.items()}
             else:
                 show = ROOT / f"examples/reference/{scene}/{scene}.lxq"
