@@ -139,113 +139,70 @@ pub mod manual {
     pub mod embedding {}
 }
 
-#[cfg(feature = "internals")]
-pub mod chart;
-#[cfg(not(feature = "internals"))]
-mod chart;
-#[cfg(feature = "internals")]
-pub mod check;
-#[cfg(not(feature = "internals"))]
-mod check;
+cfg_if::cfg_if! {
+    if #[cfg(feature = "internals")] {
+        pub mod chart;
+        pub mod check;
+        pub mod desk;
+        pub mod diagnostic;
+        pub mod engine;
+        pub mod files;
+        pub mod geometry;
+        pub mod hash;
+        pub mod lang;
+        pub mod linalg;
+        pub mod picture;
+        pub mod plan;
+        pub mod playback;
+        pub mod pool;
+        pub mod printable;
+        pub mod radiosity;
+        pub mod renderer;
+        pub mod repl;
+        pub mod report;
+        pub mod scene;
+        pub mod show;
+        pub mod timeline;
+        pub mod units;
+        pub mod work;
+    } else {
+        mod chart;
+        mod check;
+        mod desk;
+        mod diagnostic;
+        mod engine;
+        mod files;
+        mod geometry;
+        mod hash;
+        mod lang;
+        mod linalg;
+        mod picture;
+        mod plan;
+        mod playback;
+        mod pool;
+        mod printable;
+        mod radiosity;
+        mod renderer;
+        mod repl;
+        mod report;
+        mod scene;
+        mod show;
+        mod timeline;
+        mod units;
+        mod work;
+    }
+}
 #[cfg(feature = "cli")]
 mod cli;
-#[cfg(feature = "internals")]
-pub mod desk;
-#[cfg(not(feature = "internals"))]
-mod desk;
-#[cfg(feature = "internals")]
-pub mod diagnostic;
-#[cfg(not(feature = "internals"))]
-mod diagnostic;
-#[cfg(feature = "internals")]
-pub mod engine;
-#[cfg(not(feature = "internals"))]
-mod engine;
-#[cfg(feature = "internals")]
-pub mod files;
-#[cfg(not(feature = "internals"))]
-mod files;
-#[cfg(feature = "internals")]
-pub mod geometry;
-#[cfg(not(feature = "internals"))]
-mod geometry;
-#[cfg(feature = "internals")]
-pub mod hash;
-#[cfg(not(feature = "internals"))]
-mod hash;
-#[cfg(feature = "internals")]
-pub mod lang;
-#[cfg(not(feature = "internals"))]
-mod lang;
-#[cfg(feature = "internals")]
-pub mod linalg;
-#[cfg(not(feature = "internals"))]
-mod linalg;
 #[cfg(feature = "lsp")]
 mod lsp;
-#[cfg(feature = "internals")]
-pub mod picture;
-#[cfg(not(feature = "internals"))]
-mod picture;
-#[cfg(feature = "internals")]
-pub mod plan;
-#[cfg(not(feature = "internals"))]
-mod plan;
-#[cfg(feature = "internals")]
-pub mod playback;
-#[cfg(not(feature = "internals"))]
-mod playback;
-#[cfg(feature = "internals")]
-pub mod pool;
-#[cfg(not(feature = "internals"))]
-mod pool;
-#[cfg(feature = "internals")]
-pub mod printable;
-#[cfg(not(feature = "internals"))]
-mod printable;
-#[cfg(feature = "internals")]
-pub mod radiosity;
-#[cfg(not(feature = "internals"))]
-mod radiosity;
-#[cfg(feature = "internals")]
-pub mod renderer;
-#[cfg(not(feature = "internals"))]
-mod renderer;
-#[cfg(feature = "internals")]
-pub mod repl;
-#[cfg(not(feature = "internals"))]
-mod repl;
-#[cfg(feature = "internals")]
-pub mod report;
-#[cfg(not(feature = "internals"))]
-mod report;
-#[cfg(feature = "internals")]
-pub mod scene;
-#[cfg(not(feature = "internals"))]
-mod scene;
 #[cfg(feature = "serve")]
 mod serve;
-#[cfg(feature = "internals")]
-pub mod show;
-#[cfg(not(feature = "internals"))]
-mod show;
-#[cfg(feature = "internals")]
-pub mod timeline;
-#[cfg(not(feature = "internals"))]
-mod timeline;
-#[cfg(feature = "internals")]
-pub mod units;
-#[cfg(not(feature = "internals"))]
-mod units;
-#[cfg(feature = "internals")]
-pub mod work;
-#[cfg(not(feature = "internals"))]
-mod work;
 
+pub use crate::diagnostic::{Diagnostic, Diagnostics, Severity, Style};
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub use cli::main;
-pub use diagnostic::{Diagnostic, Diagnostics, Severity, Style};
 pub use engine::{
     Background, Document, Edited, Ended, Engine, Error, Event, Forecast, Goal, Host, LiveControl,
     Moves, PoolPlace, RefinementSummary, Status, Way, WayForecast,
