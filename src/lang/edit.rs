@@ -11,7 +11,7 @@ mod level;
 mod place;
 mod rename;
 
-pub use change::{Action, Change, Edited, Splice};
+pub use change::{Action, Change, Edited, Splice, difference};
 pub use cue::{CueMove, CueText};
 pub use place::{locate, name};
 pub use rename::{NamePlace, names, refused_name};
@@ -20,7 +20,7 @@ use super::scan::{self, Scan};
 use super::{codes, read};
 use crate::diagnostic::Diagnostic;
 use crate::units::CueNumber;
-use change::Draft;
+use change::step;
 use place::Key;
 
 /// Declarations in one edit; each costs a pass over the source.
@@ -121,13 +121,12 @@ fn declare(source: &str, statements: &str) -> Result<Edited, Vec<Diagnostic>> {
         let message = format!("more than {MOST} declarations at once");
         return Err(vec![Diagnostic::error(codes::TOO_LARGE, message)]);
     }
-    let mut draft = Draft::new(source);
+    let mut now = source.to_owned();
     let mut changes = Vec::new();
     for cut in scan.cuts {
         let Some(key) = Key::of(cut.text) else {
             continue;
         };
-        let now = draft.text();
         let scan = sound(&now)?;
         let (splice, action) = match place::find(&scan.cuts, &key) {
             Some(old) => (place::replaced(&now, old, cut.text), Action::Replaced),
@@ -136,10 +135,10 @@ fn declare(source: &str, statements: &str) -> Result<Edited, Vec<Diagnostic>> {
                 Action::Added,
             ),
         };
-        draft.splice(splice)?;
+        step(&mut now, splice)?;
         changes.push(key.change(action));
     }
-    Edited::new(source, draft.splices(), changes)
+    Edited::whole(source, now, changes)
 }
 
 fn remove(source: &str, what: &str) -> Result<Edited, Vec<Diagnostic>> {

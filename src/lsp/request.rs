@@ -22,10 +22,11 @@ use super::background::{Failure, Stop, Work};
 use super::diagnostic::diagnostic_of;
 use super::open_show::{OpenShow, name_at};
 use super::server::{Server, key};
-use super::text::{Encoding, Lines, difference};
+use super::text::{Encoding, Lines};
 use super::{action, complete, hover, name, outline};
 use crate::diagnostic::Diagnostic;
 use crate::engine;
+use crate::lang::edit::difference;
 
 /// What is to be sent.
 pub enum Answer {

@@ -130,24 +130,6 @@ fn boundary(text: &str, byte: usize) -> usize {
     at
 }
 
-/// The smallest replacement that turns one text into another: which bytes, and what takes their
-/// place.
-pub fn difference<'n>(old: &str, new: &'n str) -> (Range<usize>, &'n str) {
-    let same = old.bytes().zip(new.bytes()).take_while(|(a, b)| a == b);
-    let start = boundary(old, same.count());
-    let (left, right) = (old.get(start..), new.get(start..));
-    let (left, right) = (left.unwrap_or(""), right.unwrap_or(""));
-    let same = left.bytes().rev().zip(right.bytes().rev());
-    let same = same.take_while(|(a, b)| a == b).count();
-    let mut end = left.len() - same;
-    while !left.is_char_boundary(end) {
-        end += 1;
-    }
-    let kept = left.len() - end;
-    let text = right.get(..right.len() - kept).unwrap_or("");
-    (start..start + end, text)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -181,14 +163,6 @@ mod tests {
                 let between_end = text.get(back..at).is_some_and(|t| t == "\r");
                 prop_assert!(back == at || between_end, "{at} {back} {text:?}");
             }
-        }
-
-        #[test]
-        fn a_difference_makes_the_new_text(old in "[abü🎭\n]{0,12}", new in "[abü🎭\n]{0,12}") {
-            let (range, text) = difference(&old, &new);
-            let mut made = old.clone();
-            made.replace_range(range, text);
-            prop_assert_eq!(made, new);
         }
     }
 }

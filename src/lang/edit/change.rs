@@ -1,7 +1,8 @@
 //! What an edit came to: the new text, what changed, and where.
 //!
 //! Invariants: splices are in order, do not touch each other, lie on character boundaries of the
-//! old text, and begin and end with a character that differs, as far as both sides have one.
+//! old text, and begin and end with a character that differs, as far as both sides have one. Several
+//! declarations or moves in one edit are one splice.
 
 use std::fmt;
 use std::ops::Range;
@@ -78,6 +79,16 @@ impl fmt::Display for Change {
 }
 
 impl Edited {
+    /// The old text, and what several steps made of it, as one splice.
+    pub(super) fn whole(
+        source: &str,
+        now: String,
+        changes: Vec<Change>,
+    ) -> Result<Edited, Vec<Diagnostic>> {
+        let range = 0..source.len();
+        Edited::new(source, vec![Splice { range, text: now }], changes)
+    }
+
     /// The text with these splices, which are in order and do not overlap.
     ///
     /// # Errors
@@ -87,18 +98,19 @@ impl Edited {
         splices: Vec<Splice>,
         changes: Vec<Change>,
     ) -> Result<Edited, Vec<Diagnostic>> {
-        let mut differing = Vec::with_capacity(splices.len());
-        let mut out = String::with_capacity(source.len());
-        let mut at = 0;
-        for splice in splices {
-            let old = slice(source, splice.range.clone())?;
-            let Some(splice) = shrunk(old, splice) else {
-                continue;
-            };
-            out.push_str(slice(source, at..splice.range.start)?);
-            out.push_str(&splice.text);
-            at = splice.range.end;
-            differing.push(splice);
+        let (mut out, mut at, mut differing) = (String::new(), 0, Vec::new());
+        for Splice { range, text } in splices {
+            let (inner, text) = difference(slice(source, range.clone())?, &text);
+            let inner = range.start + inner.start..range.start + inner.end;
+            out.push_str(slice(source, at..inner.start)?);
+            out.push_str(text);
+            at = inner.end;
+            if !inner.is_empty() || !text.is_empty() {
+                differing.push(Splice {
+                    range: inner,
+                    text: text.to_owned(),
+                });
+            }
         }
         out.push_str(slice(source, at..source.len())?);
         Ok(Edited {
@@ -109,108 +121,29 @@ impl Edited {
     }
 }
 
-/// The splice of the text `old` without what is the same before and after at its ends; `None` when
-/// all is.
-fn shrunk(old: &str, mut splice: Splice) -> Option<Splice> {
-    let head = common(old.chars(), splice.text.chars());
-    let (old, new) = (old.get(head..)?, splice.text.get(head..)?);
-    let tail = common(old.chars().rev(), new.chars().rev());
-    let text = new.get(..new.len() - tail)?.to_owned();
-    splice.range = splice.range.start + head..splice.range.end - tail;
-    splice.text = text;
-    (!(splice.range.is_empty() && splice.text.is_empty())).then_some(splice)
+/// Makes one step of an edit, in places of the text as the last step left it.
+///
+/// # Errors
+/// An internal error where the splice begins or ends inside a character.
+pub(super) fn step(now: &mut String, splice: Splice) -> Result<(), Vec<Diagnostic>> {
+    slice(now, splice.range.clone())?;
+    now.replace_range(splice.range, &splice.text);
+    Ok(())
+}
+
+/// The smallest replacement that turns one text into another: bytes of `old`, and the text that
+/// takes their place.
+pub fn difference<'n>(old: &str, new: &'n str) -> (Range<usize>, &'n str) {
+    let start = common(old.chars(), new.chars());
+    let (left, right) = (old.get(start..), new.get(start..));
+    let (left, right) = (left.unwrap_or(""), right.unwrap_or(""));
+    let tail = common(left.chars().rev(), right.chars().rev());
+    let text = right.get(..right.len() - tail).unwrap_or("");
+    (start..old.len() - tail, text)
 }
 
 /// Bytes of the characters that two texts begin with.
 fn common(a: impl Iterator<Item = char>, b: impl Iterator<Item = char>) -> usize {
     let same = a.zip(b).take_while(|(a, b)| a == b);
     same.map(|(a, _)| a.len_utf8()).sum()
-}
-
-/// A text that is edited step by step, each step in places of the text as the last one left it.
-pub(super) struct Draft<'s> {
-    source: &'s str,
-    pieces: Vec<Piece<'s>>,
-}
-
-enum Piece<'s> {
-    /// A part of the old text, and the byte at which it begins there.
-    Old(usize, &'s str),
-    New(String),
-}
-
-impl<'s> Piece<'s> {
-    fn text(&self) -> &str {
-        match self {
-            Piece::Old(_, text) => text,
-            Piece::New(text) => text,
-        }
-    }
-
-    /// A part of the piece, in bytes from its start.
-    fn part(&self, range: Range<usize>) -> Result<Piece<'s>, Vec<Diagnostic>> {
-        Ok(match self {
-            Piece::Old(start, old) => Piece::Old(start + range.start, slice(old, range)?),
-            Piece::New(text) => Piece::New(slice(text, range)?.to_owned()),
-        })
-    }
-}
-
-impl<'s> Draft<'s> {
-    pub fn new(source: &'s str) -> Draft<'s> {
-        let pieces = vec![Piece::Old(0, source)];
-        Draft { source, pieces }
-    }
-
-    /// The text as it is now.
-    pub fn text(&self) -> String {
-        self.pieces.iter().map(Piece::text).collect()
-    }
-
-    /// Changes the text as it is now.
-    ///
-    /// # Errors
-    /// An internal error where the splice begins or ends inside a character.
-    pub fn splice(&mut self, splice: Splice) -> Result<(), Vec<Diagnostic>> {
-        let mut pieces = self.parts(0..splice.range.start)?;
-        pieces.push(Piece::New(splice.text));
-        pieces.extend(self.parts(splice.range.end..usize::MAX)?);
-        self.pieces = pieces;
-        Ok(())
-    }
-
-    /// The pieces of a range of the text as it is now.
-    fn parts(&self, range: Range<usize>) -> Result<Vec<Piece<'s>>, Vec<Diagnostic>> {
-        let (mut at, mut out) = (0, Vec::new());
-        for piece in &self.pieces {
-            let end = at + piece.text().len();
-            let (from, to) = (range.start.clamp(at, end), range.end.clamp(at, end));
-            if from < to {
-                out.push(piece.part(from - at..to - at)?);
-            }
-            at = end;
-        }
-        Ok(out)
-    }
-
-    /// All changes as one step from the old text.
-    pub fn splices(&self) -> Vec<Splice> {
-        let (mut at, mut text, mut out) = (0, String::new(), Vec::new());
-        let end = Piece::Old(self.source.len(), "");
-        for piece in self.pieces.iter().chain([&end]) {
-            match piece {
-                Piece::New(new) => text.push_str(new),
-                Piece::Old(start, old) => {
-                    if *start > at || !text.is_empty() {
-                        out.push(Splice {
-                            range: at..*start,
-                            text: std::mem::take(&mut text),
-                        });
-                    }
-                    at = start + old.len();
-                }
-            }
-        }
-        out
-    }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::change::{Action, Draft, Edited, Splice};
+use super::change::{Action, Edited, Splice, step};
 use super::place;
 use super::sound;
 use crate::diagnostic::Diagnostic;
@@ -70,10 +70,9 @@ pub fn update_moves(
     let text = format!("cue {number} {{ {moves} }}");
     let (_, typed, report) = read::typed(&text)?;
     let (typed, _) = cue_of(&typed, &report).ok_or_else(|| vec![unread(number)])?;
-    let mut draft = Draft::new(source);
+    let mut now = source.to_owned();
     let mut change = None;
     for wanted in &typed.body.moves {
-        let now = draft.text();
         let scan = sound(&now)?;
         let (found, key) = place::resolve(&scan.cuts, &format!("cue {number}"))?;
         let mut report = Report::default();
@@ -91,10 +90,10 @@ pub fn update_moves(
             },
             None => added(&now, cue, written),
         };
-        draft.splice(splice)?;
+        step(&mut now, splice)?;
         change = Some(key.change(Action::Updated));
     }
-    Edited::new(source, draft.splices(), change.into_iter().collect())
+    Edited::whole(source, now, change.into_iter().collect())
 }
 
 /// The one cue that was read, and its place.

@@ -143,8 +143,10 @@ fn the_change_is_the_smallest() {
     // Two of one kind, the second of which goes behind the first; then the first once more.
     let three = splices(SHOW, "cue 5 { }\ncue 4 { }\ncue 5 { a 6 }");
     assert_eq!(three, [pair("", "cue 4 { }\ncue 5 { a 6 }\n")]);
+    // Declarations apart from each other are one splice, with what stands between them.
+    let between = |a: &str, b: &str| format!("{a}\"\n\nbank a = x  // one\nbank b = {b}");
     let two = splices(SHOW, "bank b = z\nshow \"B\"");
-    assert_eq!(two, [pair("A", "B"), pair("y", "z")]);
+    assert_eq!(two, [(between("A", "y"), between("B", "z"))]);
 }
 
 #[test]
@@ -536,5 +538,13 @@ proptest! {
         let again = edited(&once.source, Edit::Declare(statements));
         prop_assert_eq!(&again.source, &once.source);
         prop_assert!(again.splices.len() <= picks.len());
+    }
+
+    #[test]
+    fn a_difference_makes_the_new_text(old in "[abü🎭\n]{0,12}", new in "[abü🎭\n]{0,12}") {
+        let (range, text) = difference(&old, &new);
+        let mut made = old.clone();
+        made.replace_range(range, text);
+        prop_assert_eq!(made, new);
     }
 }
