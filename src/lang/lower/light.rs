@@ -1,24 +1,20 @@
 //! Lights: what each kind takes, and what it must be given.
 
-mod imported;
-mod panel;
-mod photometric;
-mod projection;
-mod shape;
-mod spot;
-
 use super::{Lower, colour};
 use crate::geometry::Vec3;
 use crate::lang::ast::{self, Clause, Span, Word};
 use crate::lang::codes;
 use crate::lang::names::Kind;
 use crate::lang::quantity::{self, Unit, Wanted};
+use crate::scene::Spot;
 use crate::scene::mount::Mount;
-use crate::show::{Light, LightKind, Output, Strength};
+use crate::scene::profile::Profile;
+use crate::scene::shape::Shape;
+use crate::show::{ImportedLuminaire, Light, LightKind, Output, Strength};
 use crate::units::Rgb;
 
-/// A kind of light: what the language says of it, and what it becomes.
-pub(super) struct Form {
+/// A kind of light: what the language says of it.
+struct Form {
     /// The word that opens it.
     word: &'static str,
     /// What messages call it.
@@ -35,8 +31,6 @@ pub(super) struct Form {
     luminance: bool,
     /// A whole light of its kind.
     example: &'static str,
-    /// What it becomes; `None` once what is wrong was said.
-    finished: for<'a> fn(&mut Lower<'a, '_>, &ast::Light<'a>, &Spec) -> Option<LightKind>,
 }
 
 impl Form {
@@ -58,16 +52,73 @@ impl Form {
     }
 }
 
-/// The kinds of light. A new one is a file beside these with its row here, and its word in the
+const SPOT: Form = Form {
+    word: "spot",
+    phrase: "spot",
+    needs: &["at", "aim", "beam", "field"],
+    takes: &[],
+    reason: "",
+    own_amount: false,
+    luminance: false,
+    example: "spot at 0, -2, 4  aim 0, 0, 1  beam 24  field 40  1200 cd",
+};
+
+/// The kinds of light. A new one has its row here, its arm in `finished`, and its word in the
 /// grammar.
-const FORMS: [&Form; 7] = [
-    &spot::SPOT,
-    &panel::PANEL,
-    &shape::SPHERE,
-    &shape::DISC,
-    &photometric::PHOTOMETRIC,
-    &projection::PROJECTION,
-    &imported::IMPORTED,
+static FORMS: [Form; 7] = [
+    SPOT,
+    Form {
+        word: "panel",
+        phrase: "panel",
+        needs: &[],
+        reason: ": it shines from its own surface",
+        own_amount: true,
+        luminance: true,
+        example: "panel pane_left  40 cd/m2",
+        ..SPOT
+    },
+    Form {
+        word: "sphere",
+        phrase: "sphere",
+        needs: &["at", "radius"],
+        luminance: true,
+        example: "sphere at 0, 0, 3  radius 5cm  800 lm",
+        ..SPOT
+    },
+    Form {
+        word: "disc",
+        phrase: "disc",
+        needs: &["at", "aim", "radius"],
+        luminance: true,
+        example: "disc at 0, 0, 3  aim 0, 0, 0  radius 20cm  800 lm",
+        ..SPOT
+    },
+    Form {
+        word: "photometric",
+        phrase: "photometric light",
+        needs: &["at", "aim"],
+        takes: &["turn"],
+        own_amount: true,
+        example: "photometric \"desk.ies\"  at 0, -2, 4  aim 0, 0, 1",
+        ..SPOT
+    },
+    Form {
+        word: "project",
+        phrase: "projection",
+        needs: &["from", "aim", "field"],
+        takes: &["turn"],
+        example: "project \"clouds.png\"  from 0, -9, 4  aim 0, 3, 2  field 50  9000 cd",
+        ..SPOT
+    },
+    Form {
+        word: "from",
+        phrase: "light of the stage",
+        needs: &[],
+        takes: &["at", "aim", "beam", "field"],
+        own_amount: true,
+        example: "from \"Key\"  1200 cd",
+        ..SPOT
+    },
 ];
 
 /// What the parser expects where a light has no kind yet.
@@ -76,7 +127,7 @@ pub(in crate::lang) const EXPECTED: &str =
 
 /// The words of the kinds.
 pub(in crate::lang) fn words() -> impl Iterator<Item = &'static str> {
-    FORMS.into_iter().map(|form| form.word)
+    FORMS.iter().map(|form| form.word)
 }
 
 /// What a light's clauses say, before it is known to have what it needs.
@@ -202,7 +253,7 @@ impl<'a> Lower<'a, '_> {
     }
 
     fn overridden(&mut self, light: &ast::Light<'a>, spec: &mut Spec) {
-        let form = FORMS.into_iter().find(|f| f.word == light.kind.text);
+        let form = FORMS.iter().find(|f| f.word == light.kind.text);
         if let Some(form) = form {
             spec.form = Some(form);
             spec.of = light.of.map(super::unquoted).unwrap_or_default();
@@ -274,7 +325,7 @@ impl<'a> Lower<'a, '_> {
             spec.kelvin = Some(self.kelvin(word)?);
             return Some(());
         }
-        let form = spec.form.unwrap_or(&spot::SPOT);
+        let form = spec.form.unwrap_or(&SPOT);
         let Some(unit) = unit.ok().filter(|u| form.takes_amount(*u)) else {
             let kind = form.phrase;
             let message = format!("`{}` says nothing about a {kind}", word.text);
@@ -300,7 +351,56 @@ impl<'a> Lower<'a, '_> {
             return None;
         }
         self.complete(light, spec, form)?;
-        (form.finished)(self, light, spec)
+        let (of, tint, output) = (spec.of.clone(), spec.tint(), spec.output());
+        Some(match form.word {
+            "spot" => LightKind::Spot(self.spot(light, spec)?),
+            "panel" => LightKind::Panel {
+                material: of,
+                strength: self.panel_strength(light, spec)?,
+            },
+            "sphere" => {
+                let (centre, radius) = (spec.at?, spec.radius?);
+                LightKind::Shape {
+                    shape: Shape::Sphere { centre, radius },
+                    strength: spec.strength()?,
+                }
+            }
+            "disc" => {
+                let (centre, aim) = self.focus(light, spec)?;
+                let radius = spec.radius?;
+                LightKind::Shape {
+                    shape: Shape::Disc {
+                        centre,
+                        aim,
+                        radius,
+                    },
+                    strength: spec.strength()?,
+                }
+            }
+            "photometric" => LightKind::Photometric {
+                path: of,
+                mount: self.mount(light, spec)?,
+                tint,
+                output,
+            },
+            "project" => LightKind::Projection {
+                path: of,
+                mount: self.mount(light, spec)?,
+                field: spec.field?,
+                tint,
+                output,
+            },
+            _ => LightKind::ImportedLuminaire(ImportedLuminaire {
+                name: of,
+                position: spec.at,
+                aim: spec.aim,
+                beam: spec.beam,
+                field: spec.field,
+                white: spec.kelvin,
+                gel: spec.gel.unwrap_or(Rgb::WHITE),
+                output,
+            }),
+        })
     }
 
     /// Says what is missing.
@@ -343,6 +443,32 @@ impl<'a> Lower<'a, '_> {
         );
         let at = (light.name.span, "no direction");
         self.report.error(codes::RANGE, message, at, "")
+    }
+
+    fn spot(&mut self, light: &ast::Light<'a>, spec: &Spec) -> Option<Spot> {
+        let (position, aim) = self.focus(light, spec)?;
+        let (beam, field) = (spec.beam?, spec.field?);
+        let Some(profile) = Profile::new(beam, field) else {
+            let message = format!(
+                "the field of `{}` ({field} degrees) is not wider than its beam ({beam})",
+                light.name.text
+            );
+            let help = "the beam ends at half the peak intensity, the field at a tenth: \
+                        `beam 24  field 40`";
+            let at = (light.name.span, "too narrow");
+            return self.report.error(codes::BEAM, message, at, help);
+        };
+        let candela = match spec.amount? {
+            (lumens, Unit::Lumen) => lumens / profile.flux(),
+            (candela, _) => candela,
+        };
+        Some(Spot {
+            position,
+            aim,
+            beam,
+            field,
+            intensity: spec.tint().scaled(candela),
+        })
     }
 
     fn mount(&mut self, light: &ast::Light<'a>, spec: &Spec) -> Option<Mount> {
