@@ -13,9 +13,10 @@ use lsp_types::request::{
 use lsp_types::{
     CodeActionParams, CodeActionResponse, CompletionResponse, DocumentSymbolResponse,
     GotoDefinitionResponse, Hover, HoverContents, MarkupContent, MarkupKind, Position,
-    PrepareRenameResponse, SemanticTokens, SemanticTokensResult, TextDocumentPositionParams,
-    TextEdit, Uri,
+    PrepareRenameResponse, SemanticTokens, SemanticTokensResult, TextDocumentIdentifier,
+    TextDocumentPositionParams, TextEdit, Uri,
 };
+use serde::Deserialize;
 use serde_json::Value;
 
 use super::background::{Failure, Stop, Work};
@@ -79,117 +80,60 @@ pub fn answer(server: &Server<'_>, method: &str, params: Value) -> Result<Answer
             let found = server.at(&uri);
             found.map(|(show, text)| outline::lenses(show, (&text, &uri), encoding))
         }),
-        _ => of_names(server, method, params),
-    }
-}
-
-/// Answers about the places of a name, fixes and layout.
-fn of_names(server: &Server<'_>, method: &str, params: Value) -> Result<Answer, Failure> {
-    match method {
-        GotoDefinition::METHOD => later::<GotoDefinition>(
-            server,
-            params,
-            |asked| &asked.text_document_position_params.text_document.uri,
-            |asked, texts, _| {
-                let at = texts.byte(asked.text_document_position_params.position);
-                let declares = |declares: bool| declares;
-                let own = (texts.text.as_str(), at);
-                let found = name::locations(&texts.show, own, declares, texts.encoding);
-                Ok(Some(GotoDefinitionResponse::Array(found)))
-            },
-        ),
-        References::METHOD => later::<References>(
-            server,
-            params,
-            |asked| &asked.text_document_position.text_document.uri,
-            |asked, texts, _| {
-                let at = texts.byte(asked.text_document_position.position);
-                let with_declarations = asked.context.include_declaration;
-                let wanted = |declares: bool| with_declarations || !declares;
-                let own = (texts.text.as_str(), at);
-                Ok(Some(name::locations(
-                    &texts.show,
-                    own,
-                    wanted,
-                    texts.encoding,
-                )))
-            },
-        ),
-        DocumentHighlightRequest::METHOD => later::<DocumentHighlightRequest>(
-            server,
-            params,
-            |asked| &asked.text_document_position_params.text_document.uri,
-            |asked, texts, _| {
-                let at = texts.byte(asked.text_document_position_params.position);
-                Ok(Some(name::highlights((&texts.text, at), texts.encoding)))
-            },
-        ),
-        Rename::METHOD => later::<Rename>(
-            server,
-            params,
-            |asked| &asked.text_document_position.text_document.uri,
-            |asked, texts, _| {
-                let at = texts.byte(asked.text_document_position.position);
-                let own = (texts.text.as_str(), at);
-                let edit = name::rename(&texts.show, own, &asked.new_name, texts.encoding);
-                edit.map(Some)
-                    .map_err(|why| (ErrorCode::RequestFailed, why))
-            },
-        ),
-        CodeActionRequest::METHOD => later::<CodeActionRequest>(
-            server,
-            params,
-            |asked| &asked.text_document.uri,
-            |asked, texts, stop| Ok(Some(actions(&asked, texts, stop))),
-        ),
-        Formatting::METHOD => later::<Formatting>(
-            server,
-            params,
-            |asked| &asked.text_document.uri,
-            |_, texts, _| Ok(Some(formatted(texts))),
-        ),
-        _ => of_structure(server, method, params),
-    }
-}
-
-/// Answers about the structure of a whole text.
-fn of_structure(server: &Server<'_>, method: &str, params: Value) -> Result<Answer, Failure> {
-    match method {
-        DocumentSymbolRequest::METHOD => later::<DocumentSymbolRequest>(
-            server,
-            params,
-            |asked| &asked.text_document.uri,
-            |_, texts, stop| {
+        GotoDefinition::METHOD => later::<GotoDefinition>(server, params, |_, texts, _| {
+            let declares = |declares: bool| declares;
+            let found = name::locations(&texts.show, texts.here(), declares, texts.encoding);
+            Ok(Some(GotoDefinitionResponse::Array(found)))
+        }),
+        References::METHOD => later::<References>(server, params, |asked, texts, _| {
+            let with_declarations = asked.context.include_declaration;
+            let wanted = |declares: bool| with_declarations || !declares;
+            let found = name::locations(&texts.show, texts.here(), wanted, texts.encoding);
+            Ok(Some(found))
+        }),
+        DocumentHighlightRequest::METHOD => {
+            later::<DocumentHighlightRequest>(server, params, |_, texts, _| {
+                Ok(Some(name::highlights(texts.here(), texts.encoding)))
+            })
+        }
+        Rename::METHOD => later::<Rename>(server, params, |asked, texts, _| {
+            let edit = name::rename(&texts.show, texts.here(), &asked.new_name, texts.encoding);
+            edit.map(Some)
+                .map_err(|why| (ErrorCode::RequestFailed, why))
+        }),
+        CodeActionRequest::METHOD => {
+            later::<CodeActionRequest>(server, params, |asked, texts, stop| {
+                Ok(Some(actions(&asked, texts, stop)))
+            })
+        }
+        Formatting::METHOD => {
+            later::<Formatting>(server, params, |_, texts, _| Ok(Some(formatted(texts))))
+        }
+        DocumentSymbolRequest::METHOD => {
+            later::<DocumentSymbolRequest>(server, params, |_, texts, stop| {
                 let symbols = outline::symbols(&texts.text, texts.encoding, stop);
                 Ok(Some(DocumentSymbolResponse::Nested(symbols)))
-            },
-        ),
-        FoldingRangeRequest::METHOD => later::<FoldingRangeRequest>(
-            server,
-            params,
-            |asked| &asked.text_document.uri,
-            |_, texts, stop| Ok(Some(outline::folds(&texts.text, texts.encoding, stop))),
-        ),
-        SemanticTokensFullRequest::METHOD => later::<SemanticTokensFullRequest>(
-            server,
-            params,
-            |asked| &asked.text_document.uri,
-            |_, texts, stop| {
+            })
+        }
+        FoldingRangeRequest::METHOD => {
+            later::<FoldingRangeRequest>(server, params, |_, texts, stop| {
+                Ok(Some(outline::folds(&texts.text, texts.encoding, stop)))
+            })
+        }
+        SemanticTokensFullRequest::METHOD => {
+            later::<SemanticTokensFullRequest>(server, params, |_, texts, stop| {
                 let data = outline::pieces(&texts.text, texts.encoding, stop);
                 let result_id = None;
                 let tokens = SemanticTokens { result_id, data };
                 Ok(Some(SemanticTokensResult::Tokens(tokens)))
-            },
-        ),
-        DocumentLinkRequest::METHOD => later::<DocumentLinkRequest>(
-            server,
-            params,
-            |asked| &asked.text_document.uri,
-            |_, texts, stop| {
+            })
+        }
+        DocumentLinkRequest::METHOD => {
+            later::<DocumentLinkRequest>(server, params, |_, texts, stop| {
                 let links = outline::links(&texts.show, &texts.text, texts.encoding, stop);
                 Ok(Some(links))
-            },
-        ),
+            })
+        }
         Initialize::METHOD => Err((
             ErrorCode::InvalidRequest,
             "the server is initialized already".to_owned(),
@@ -210,18 +154,28 @@ fn now<R: Request>(
     written::<R>(&answered(asked)).map(Answer::Now)
 }
 
-/// Has a request of a type about the text at an address answered; nothing where none is open there.
+/// The text that a request is about, and the place in it where the request has one.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+struct About {
+    text_document: TextDocumentIdentifier,
+    #[serde(default)]
+    position: Position,
+}
+
+/// Has a request of a type about an open text answered; nothing where it is not open.
 fn later<R: Request>(
     server: &Server<'_>,
     params: Value,
-    uri: fn(&R::Params) -> &Uri,
     answered: impl FnOnce(R::Params, &Texts, &Stop) -> Result<R::Result, Failure> + Send + 'static,
 ) -> Result<Answer, Failure>
 where
     R::Params: Send + 'static,
 {
+    let about = About::deserialize(&params);
     let asked = parameters::<R>(params)?;
-    let uri = uri(&asked).clone();
+    let about = about.map_err(invalid)?;
+    let uri = about.text_document.uri;
     let Some((show, text)) = server.at(&uri) else {
         return Ok(Answer::Now(Value::Null));
     };
@@ -229,6 +183,7 @@ where
     let texts = Texts {
         show: show.texts(),
         text,
+        position: about.position,
         uri,
         encoding: server.encoding,
     };
@@ -237,7 +192,11 @@ where
 }
 
 fn parameters<R: Request>(params: Value) -> Result<R::Params, Failure> {
-    serde_json::from_value(params).map_err(|error| (ErrorCode::InvalidParams, error.to_string()))
+    serde_json::from_value(params).map_err(invalid)
+}
+
+fn invalid(error: serde_json::Error) -> Failure {
+    (ErrorCode::InvalidParams, error.to_string())
 }
 
 fn written<R: Request>(result: &R::Result) -> Result<Value, Failure> {
@@ -248,13 +207,16 @@ fn written<R: Request>(result: &R::Result) -> Result<Value, Failure> {
 struct Texts {
     show: OpenShow,
     text: Arc<String>,
+    /// The place that was asked about; the start in a request about the whole text.
+    position: Position,
     uri: Uri,
     encoding: Encoding,
 }
 
 impl Texts {
-    fn byte(&self, position: Position) -> usize {
-        Lines::new(&self.text, self.encoding).byte(position)
+    fn here(&self) -> (&str, usize) {
+        let lines = Lines::new(&self.text, self.encoding);
+        (&self.text, lines.byte(self.position))
     }
 }
 
@@ -286,6 +248,7 @@ fn actions(asked: &CodeActionParams, texts: &Texts, stop: &Stop) -> CodeActionRe
         text,
         uri,
         encoding,
+        ..
     } = texts;
     let path = key(uri);
     let own = |file| !stop.is_set() && show.file(file).is_some_and(|(own, _)| own == path);
