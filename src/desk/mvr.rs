@@ -14,8 +14,7 @@ use std::collections::BTreeMap;
 use roxmltree::Node;
 
 use self::frame::Frame;
-use self::gdtf::XmlError;
-use self::zip::{Archive, ZipError};
+use self::zip::Archive;
 use super::{ImportError, Loss};
 use crate::diagnostic::Diagnostic;
 use crate::work::{Cancelled, Work};
@@ -84,49 +83,54 @@ struct Plan {
     odd_matrices: Option<(usize, usize)>,
 }
 
-/// Why a plan is not read.
-#[derive(Debug, thiserror::Error)]
-enum ReadError {
-    #[error("it has more than {} MB", LIMIT >> 20)]
-    TooLarge,
-    #[error(transparent)]
-    Archive(#[from] ZipError),
-    #[error("it holds no {SCENE}")]
-    NoScene,
-    /// A file of it.
-    #[error("{0}: {1}")]
-    Description(String, XmlError),
-    #[error("its plan has neither fixtures nor a set")]
-    Empty,
+/// Why a plan, or a file in it, is not read.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+enum Fault {
+    /// It is damaged, or more than is read.
+    #[error("{0}")]
+    Said(String),
+    /// It does not fit into the memory allowed.
+    #[error("{0}")]
+    Memory(String),
     #[error("nothing of its plan is a light or a set here: {0}")]
     Nothing(String),
-    #[error("its plan has more than {MOST} objects of a kind")]
-    TooMany,
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
 
-impl ReadError {
-    /// What is told to the user: the file's name, and the way out.
-    fn of_file(self, name: &str, work: Work<'_>) -> ImportError {
+impl Fault {
+    /// The fault with the name of the file that has it.
+    fn of(self, file: &str) -> Fault {
+        match self {
+            Fault::Said(why) => Fault::Said(format!("{file}: {why}")),
+            Fault::Memory(why) => Fault::Memory(format!("{file}: {why}")),
+            other => other,
+        }
+    }
+
+    /// The error with the plan's name and the way out.
+    fn of_plan(self, name: &str, work: Work<'_>) -> ImportError {
         let help = match &self {
-            ReadError::Cancelled(cancelled)
-            | ReadError::Archive(ZipError::Cancelled(cancelled))
-            | ReadError::Description(_, XmlError::Cancelled(cancelled)) => {
-                return (*cancelled).into();
-            }
-            ReadError::Archive(ZipError::TooLarge(_))
-            | ReadError::Description(_, XmlError::TooLarge) => format!(
+            Fault::Cancelled(cancelled) => return (*cancelled).into(),
+            Fault::Memory(_) => format!(
                 "allow more with `--memory MB`, which is {} here, or export less of the set",
                 work.memory >> 20
             ),
-            ReadError::Nothing(_) => "a plan needs a fixture that gives light, or a set in glTF \
-                                      (.gltf, .glb)"
+            Fault::Nothing(_) => "a plan needs a fixture that gives light, or a set in glTF \
+                                  (.gltf, .glb)"
                 .to_owned(),
-            _ => "export the plan again as MVR (.mvr)".to_owned(),
+            Fault::Said(_) => "export the plan again as MVR (.mvr)".to_owned(),
         };
         Box::new(Diagnostic::error("", format!("`{name}`: {self}")).help(help)).into()
     }
+}
+
+fn said<T>(why: impl Into<String>) -> Result<T, Fault> {
+    Err(Fault::Said(why.into()))
+}
+
+fn too_many<T>() -> Result<T, Fault> {
+    said(format!("its plan has more than {MOST} objects of a kind"))
 }
 
 /// The rig of the archive `name`; geometry is to be written into `folder` beside the show. It takes
@@ -140,20 +144,21 @@ pub fn import(
     folder: &str,
     work: Work<'_>,
 ) -> Result<Carried, ImportError> {
-    read(name, bytes, folder, work).map_err(|error| error.of_file(name, work))
+    read(name, bytes, folder, work).map_err(|fault| fault.of_plan(name, work))
 }
 
-fn read(name: &str, bytes: &[u8], folder: &str, work: Work<'_>) -> Result<Carried, ReadError> {
+fn read(name: &str, bytes: &[u8], folder: &str, work: Work<'_>) -> Result<Carried, Fault> {
     if bytes.len() > LIMIT {
-        return Err(ReadError::TooLarge);
+        return said(format!("it has more than {} MB", LIMIT >> 20));
     }
     let work = work.holding(bytes.len());
     let archive = Archive::new(bytes)?;
-    let scene = archive.read(SCENE, work)?.ok_or(ReadError::NoScene)?;
+    let Some(scene) = archive.read(SCENE, work)? else {
+        return said(format!("it holds no {SCENE}"));
+    };
     let text = String::from_utf8_lossy(&scene);
     let held = work.holding(scene.len() + text.len());
-    let document = gdtf::parsed(&text, held)
-        .map_err(|error| ReadError::Description(SCENE.to_owned(), error))?;
+    let document = gdtf::parsed(&text, held).map_err(|fault| fault.of(SCENE))?;
     let mut reader = Reader {
         plan: Plan::default(),
         text: &text,
@@ -169,7 +174,7 @@ fn read(name: &str, bytes: &[u8], folder: &str, work: Work<'_>) -> Result<Carrie
     }
     let plan = reader.plan;
     if plan.hung.is_empty() && plan.sets.is_empty() && plan.skipped.is_empty() {
-        return Err(ReadError::Empty);
+        return said("its plan has neither fixtures nor a set");
     }
     drop(document);
     rig::carried(name, &plan, &archive, folder, held)
@@ -186,12 +191,7 @@ struct Reader<'t> {
 
 impl Reader<'_> {
     /// Goes down the tree of objects, each in the frame of what it is part of.
-    fn collect(
-        &mut self,
-        node: Node<'_, '_>,
-        around: Frame,
-        depth: usize,
-    ) -> Result<(), ReadError> {
+    fn collect(&mut self, node: Node<'_, '_>, around: Frame, depth: usize) -> Result<(), Fault> {
         self.work.check()?;
         let matrix = node.children().find(|n| n.has_tag_name("Matrix"));
         let own = matrix.and_then(|n| Frame::of_axes(n.text().unwrap_or("")));
@@ -205,7 +205,7 @@ impl Reader<'_> {
         match tag {
             "Fixture" => {
                 if self.plan.hung.len() >= MOST {
-                    return Err(ReadError::TooMany);
+                    return too_many();
                 }
                 let line = self.line(node);
                 self.plan.hung.push(fixture(node, line, frame));
@@ -229,7 +229,7 @@ impl Reader<'_> {
     }
 
     /// The geometry of an object, and that of the symbols in it.
-    fn object(&mut self, node: Node<'_, '_>, frame: Frame) -> Result<(), ReadError> {
+    fn object(&mut self, node: Node<'_, '_>, frame: Frame) -> Result<(), Fault> {
         let line = self.line(node);
         for (file, inner) in geometry(node) {
             self.set(line, file, frame.then(inner))?;
@@ -251,12 +251,12 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn set(&mut self, line: usize, file: String, frame: Frame) -> Result<(), ReadError> {
+    fn set(&mut self, line: usize, file: String, frame: Frame) -> Result<(), Fault> {
         self.work.check()?;
         let lower = file.to_ascii_lowercase();
         if lower.ends_with(".glb") || lower.ends_with(".gltf") {
             if self.plan.sets.len() >= MOST {
-                return Err(ReadError::TooMany);
+                return too_many();
             }
             self.plan.sets.push(Set { line, file, frame });
         } else {

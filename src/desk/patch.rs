@@ -32,16 +32,6 @@ pub struct Patch {
     slots: Vec<Slot>,
 }
 
-/// Why a patch file cannot be used.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("line {line}: {what}")]
-pub struct PatchError {
-    /// From 1.
-    pub line: usize,
-    /// What is wrong, with what to write.
-    pub what: String,
-}
-
 impl Patch {
     /// Each bank at the address of its channel, an rgb bank at that and the next two: channel 513 is
     /// the first address of universe 2. A bank without a channel, or one whose addresses others
@@ -88,17 +78,14 @@ impl Patch {
     /// `16bit` where a value has two bytes. A bank may be at several addresses.
     ///
     /// # Errors
-    /// The first line that cannot be used.
-    pub fn parse(show: &Show, text: &str) -> Result<Patch, PatchError> {
+    /// The first line that cannot be used, with what to write.
+    pub fn parse(show: &Show, text: &str) -> Result<Patch, String> {
         let mut patch = Patch::default();
         let mut taken: BTreeMap<usize, usize> = BTreeMap::new();
         for (index, line) in text.lines().enumerate() {
             let line = line.split("//").next().unwrap_or_default();
             let words: Vec<&str> = line.split_whitespace().collect();
-            let refuse = |what: String| PatchError {
-                line: index + 1,
-                what,
-            };
+            let refuse = |what: String| format!("line {}: {what}", index + 1);
             let (name, address, fine) = match words.as_slice() {
                 [] => continue,
                 [name, address] => (*name, *address, false),

@@ -4,7 +4,8 @@
 use roxmltree::{Document, Node};
 
 use super::frame::Frame;
-use crate::work::{Cancelled, Work};
+use super::{Fault, said};
+use crate::work::Work;
 
 /// Geometries inside geometries.
 const DEPTH: usize = 32;
@@ -52,58 +53,36 @@ pub struct Fixture {
     pub mode: Option<bool>,
 }
 
-/// Why a description cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum XmlError {
-    /// It is no XML.
-    #[error(transparent)]
-    Parse(#[from] roxmltree::Error),
-    /// An element has more attributes than are read.
-    #[error("an element has more than {ATTRIBUTES} attributes")]
-    Attributes,
-    /// It has more namespaces than are read.
-    #[error("it names more than {NAMESPACES} namespaces")]
-    Namespaces,
-    /// Its geometries refer to each other in numbers that no fixture has.
-    #[error("it has more than {GEOMETRIES} geometries with those that refer to others")]
-    Geometries,
-    /// It does not fit into the memory that is left.
-    #[error("it does not fit into the memory allowed")]
-    TooLarge,
-    /// It was stopped.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-}
-
 /// Reads XML without entities of its own, within the memory of `work`.
 ///
 /// # Errors
 /// Where it is none, or more than is read; and a cancel.
-pub fn parsed<'t>(text: &'t str, work: Work<'_>) -> Result<Document<'t>, XmlError> {
+pub fn parsed<'t>(text: &'t str, work: Work<'_>) -> Result<Document<'t>, Fault> {
     work.check()?;
     let mut needed = 0_usize;
     // What follows a `<`: an element with its attributes, then text.
     for element in text.split('<') {
         let equals = element.bytes().filter(|byte| *byte == b'=').count();
         if equals > ATTRIBUTES && !element.starts_with(['!', '?', '/']) {
-            return Err(XmlError::Attributes);
+            return said(format!("an element has more than {ATTRIBUTES} attributes"));
         }
         needed = needed.saturating_add(ELEMENT_BYTES + equals * ATTRIBUTE_BYTES);
     }
     if needed > work.memory {
-        return Err(XmlError::TooLarge);
+        let why = "it does not fit into the memory allowed";
+        return Err(Fault::Memory(why.to_owned()));
     }
     if text.matches("xmlns").count() > NAMESPACES {
-        return Err(XmlError::Namespaces);
+        return said(format!("it names more than {NAMESPACES} namespaces"));
     }
-    Ok(Document::parse(text)?)
+    Document::parse(text).or_else(|error| said(error.to_string()))
 }
 
 /// Reads a `description.xml`.
 ///
 /// # Errors
 /// As [`parsed`], and where its geometries have no end.
-pub fn read(text: &str, mode: &str, work: Work<'_>) -> Result<Fixture, XmlError> {
+pub fn read(text: &str, mode: &str, work: Work<'_>) -> Result<Fixture, Fault> {
     let document = parsed(text, work)?;
     let root = document.root_element();
     let modes = root.descendants().filter(|n| n.has_tag_name("DMXMode"));
@@ -185,12 +164,17 @@ struct Geometries<'n, 'd, 'w> {
 
 impl Geometries<'_, '_, '_> {
     /// Goes down from a geometry to its beams.
-    fn beams(&mut self, node: Node<'_, '_>, frame: Frame, depth: usize) -> Result<(), XmlError> {
+    fn beams(&mut self, node: Node<'_, '_>, frame: Frame, depth: usize) -> Result<(), Fault> {
         if depth == 0 {
             return Ok(());
         }
         self.work.check()?;
-        self.left = self.left.checked_sub(1).ok_or(XmlError::Geometries)?;
+        let Some(left) = self.left.checked_sub(1) else {
+            return said(format!(
+                "it has more than {GEOMETRIES} geometries with those that refer to others"
+            ));
+        };
+        self.left = left;
         let own = node.attribute("Position").and_then(Frame::of_rows);
         let frame = own.map_or(frame, |own| frame.then(own));
         // Of these types only the geometry itself shines.

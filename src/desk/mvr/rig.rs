@@ -4,9 +4,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-use super::gdtf::{self, Fixture, XmlError};
-use super::zip::{Archive, ZipError};
-use super::{Carried, Hung, Plan, ReadError, Set, addressed};
+use super::gdtf::{self, Fixture};
+use super::zip::Archive;
+use super::{Carried, Fault, Hung, Plan, Set, addressed};
 use crate::desk::Loss;
 use crate::desk::names::Names;
 use crate::files::Memory;
@@ -48,7 +48,7 @@ pub fn carried(
     archive: &Archive<'_>,
     folder: &str,
     work: Work<'_>,
-) -> Result<Carried, ReadError> {
+) -> Result<Carried, Fault> {
     let mut out = Carried::default();
     let mut assumed = Assumed::default();
     let mut text = format!("// The rig of {}.\n\n", name.replace(char::is_control, " "));
@@ -75,7 +75,7 @@ pub fn carried(
     }
     if out.files.is_empty() && !text.contains("\nlight ") {
         let reasons: Vec<String> = out.losses.iter().take(SAID).map(Loss::to_string).collect();
-        return Err(ReadError::Nothing(reasons.join("; ")));
+        return Err(Fault::Nothing(reasons.join("; ")));
     }
     out.assumed = assumed
         .said
@@ -97,7 +97,7 @@ fn sets<'w>(
     (archive, folder): (&Archive<'_>, &str),
     (text, out): (&mut String, &mut Carried),
     mut work: Work<'w>,
-) -> Result<Work<'w>, ReadError> {
+) -> Result<Work<'w>, Fault> {
     let mut written = BTreeSet::new();
     // By path, true where the file is a stage.
     let mut tried: BTreeMap<String, bool> = BTreeMap::new();
@@ -193,7 +193,7 @@ fn copied(
     folder: &str,
     out: &mut Carried,
     mut work: Work<'_>,
-) -> Result<Vec<(String, Vec<u8>)>, ReadError> {
+) -> Result<Vec<(String, Vec<u8>)>, Fault> {
     let Some(bytes) = archive.read(&set.file, work)? else {
         return Ok(Vec::new());
     };
@@ -237,7 +237,7 @@ fn lights(
     (text, out): (&mut String, &mut Carried),
     assumed: &mut Assumed,
     work: Work<'_>,
-) -> Result<(), ReadError> {
+) -> Result<(), Fault> {
     let mut names = Names::default();
     let mut types: BTreeMap<(String, String), Fixture> = BTreeMap::new();
     // The first light of each description, which the others are like.
@@ -329,7 +329,7 @@ fn fixture(
     archive: &Archive<'_>,
     out: &mut Carried,
     work: Work<'_>,
-) -> Result<Fixture, ReadError> {
+) -> Result<Fixture, Fault> {
     let wanted = hung.kind.strip_suffix(".gdtf").unwrap_or(&hung.kind);
     let mut files = archive.names().filter(|name| name.ends_with(".gdtf"));
     let found = files.find(|name| name.strip_suffix(".gdtf") == Some(wanted));
@@ -350,17 +350,15 @@ fn fixture(
     let description = match inner {
         Ok(Some(description)) => description,
         Ok(None) => return unread(out, "its GDTF file has no description".to_owned()),
-        Err(error @ (ZipError::TooLarge(_) | ZipError::Cancelled(_))) => return Err(error.into()),
-        Err(error) => return unread(out, error.to_string()),
+        Err(Fault::Said(why)) => return unread(out, why),
+        Err(fault) => return Err(fault),
     };
     let description = String::from_utf8_lossy(&description);
     let work = work.holding(description.len());
     match gdtf::read(&description, &hung.mode, work) {
         Ok(fixture) => Ok(fixture),
-        Err(error @ (XmlError::TooLarge | XmlError::Cancelled(_))) => {
-            Err(ReadError::Description(hung.kind.clone(), error))
-        }
-        Err(error) => unread(out, format!("description.xml: {error}")),
+        Err(Fault::Said(why)) => unread(out, format!("description.xml: {why}")),
+        Err(fault) => Err(fault.of(&hung.kind)),
     }
 }
 

@@ -12,7 +12,8 @@ use flate2::write::DeflateEncoder;
 use flate2::{Compression, Crc};
 use proptest::prelude::*;
 
-use super::zip::{Archive, ZipError};
+use super::Fault;
+use super::zip::Archive;
 use super::{addressed, import};
 use crate::desk::{ImportError, Loss};
 use crate::diagnostic::Sources;
@@ -190,15 +191,19 @@ fn a_file_of_an_archive_is_checked() {
     );
     let mut damaged = whole.clone();
     damaged[34] ^= 1;
-    assert_eq!(read(&damaged), Err(ZipError::File("a".to_owned())));
-    assert_eq!(read(&whole[..30]), Err(ZipError::Damaged));
+    let said = |why: &str| Err(Fault::Said(why.to_owned()));
+    assert_eq!(read(&damaged), said("`a` in it is damaged"));
+    let cut = "it is no ZIP archive, or it is cut off";
+    assert_eq!(read(&whole[..30]), said(cut));
     let little = Work {
         memory: 4999,
         ..Work::silent()
     };
     assert_eq!(
         Archive::new(&whole).unwrap().read("a", little),
-        Err(ZipError::TooLarge("a".to_owned()))
+        Err(Fault::Memory(
+            "`a` in it does not fit into the memory allowed".to_owned()
+        ))
     );
 }
 

@@ -9,35 +9,13 @@ use std::io::Read;
 use flate2::Crc;
 use flate2::read::DeflateDecoder;
 
-use crate::work::{Cancelled, Work};
+use super::{Fault, said};
+use crate::work::Work;
 
 /// Files of an archive.
 const MOST_FILES: usize = 10_000;
 /// Bytes that are unpacked between two looks at the cancel.
 const STEP: usize = 1 << 20;
-
-/// Why an archive cannot be read.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum ZipError {
-    /// It has no directory, or one that leads out of it.
-    #[error("it is no ZIP archive, or it is cut off")]
-    Damaged,
-    /// More files than are read.
-    #[error("it has more than {MOST_FILES} files")]
-    TooMany,
-    /// A file is not what the directory says.
-    #[error("`{0}` in it is damaged")]
-    File(String),
-    /// A file is packed in a way that is not read.
-    #[error("`{0}` in it is packed by method {1}; only stored and deflated files are read")]
-    Method(String, u16),
-    /// A file does not fit into the memory that is left.
-    #[error("`{0}` in it does not fit into the memory allowed")]
-    TooLarge(String),
-    /// It was stopped.
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-}
 
 #[derive(Clone, Copy, Debug)]
 struct Entry {
@@ -58,21 +36,21 @@ impl<'a> Archive<'a> {
     /// Reads the directory.
     ///
     /// # Errors
-    /// [`ZipError::Damaged`] and [`ZipError::TooMany`].
-    pub fn new(bytes: &'a [u8]) -> Result<Archive<'a>, ZipError> {
+    /// Where it is no archive, and of more than [`MOST_FILES`] files.
+    pub fn new(bytes: &'a [u8]) -> Result<Archive<'a>, Fault> {
         let end = bytes
             .windows(4)
             .rposition(|four| four == b"PK\x05\x06")
-            .ok_or(ZipError::Damaged)?;
+            .ok_or_else(cut_off)?;
         let count = short(bytes, end + 10)?;
         let mut at = long(bytes, end + 16)? as usize;
         if usize::from(count) > MOST_FILES {
-            return Err(ZipError::TooMany);
+            return said(format!("it has more than {MOST_FILES} files"));
         }
         let mut files = BTreeMap::new();
         for _ in 0..count {
             if bytes.get(at..at + 4) != Some(b"PK\x01\x02") {
-                return Err(ZipError::Damaged);
+                return Err(cut_off());
             }
             let length = |offset: usize| short(bytes, at + offset).map(usize::from);
             let (name, extra, comment) = (length(28)?, length(30)?, length(32)?);
@@ -82,9 +60,7 @@ impl<'a> Archive<'a> {
                 packed: long(bytes, at + 20)? as usize,
                 header: long(bytes, at + 42)? as usize,
             };
-            let text = bytes
-                .get(at + 46..at + 46 + name)
-                .ok_or(ZipError::Damaged)?;
+            let text = bytes.get(at + 46..at + 46 + name).ok_or_else(cut_off)?;
             files.insert(String::from_utf8_lossy(text).into_owned(), entry);
             at += 46 + name + extra + comment;
         }
@@ -115,11 +91,11 @@ impl<'a> Archive<'a> {
     ///
     /// # Errors
     /// Where it is damaged, too large or packed otherwise, and a cancel.
-    pub fn read(&self, name: &str, work: Work<'_>) -> Result<Option<Vec<u8>>, ZipError> {
+    pub fn read(&self, name: &str, work: Work<'_>) -> Result<Option<Vec<u8>>, Fault> {
         let Some(entry) = self.files.get(name) else {
             return Ok(None);
         };
-        let damaged = || ZipError::File(name.to_owned());
+        let damaged = || Fault::Said(format!("`{name}` in it is damaged"));
         let length = |offset: usize| short(self.bytes, entry.header.saturating_add(offset));
         let skipped = usize::from(length(26)?) + usize::from(length(28)?);
         let start = entry.header + 30 + skipped;
@@ -128,7 +104,12 @@ impl<'a> Archive<'a> {
         let mut unpacker: Box<dyn Read> = match entry.method {
             0 => Box::new(packed),
             8 => Box::new(DeflateDecoder::new(packed)),
-            method => return Err(ZipError::Method(name.to_owned(), method)),
+            method => {
+                return said(format!(
+                    "`{name}` in it is packed by method {method}; only stored and deflated files \
+                     are read"
+                ));
+            }
         };
         let mut out = Vec::new();
         loop {
@@ -136,7 +117,8 @@ impl<'a> Archive<'a> {
             let mut step = unpacker.by_ref().take(STEP as u64);
             let read = step.read_to_end(&mut out).map_err(|_| damaged())?;
             if out.len() > work.memory {
-                return Err(ZipError::TooLarge(name.to_owned()));
+                let why = format!("`{name}` in it does not fit into the memory allowed");
+                return Err(Fault::Memory(why));
             }
             if read == 0 {
                 break;
@@ -152,14 +134,17 @@ impl<'a> Archive<'a> {
     }
 }
 
-fn short(bytes: &[u8], at: usize) -> Result<u16, ZipError> {
-    let two = bytes.get(at..).and_then(|rest| rest.first_chunk::<2>());
-    two.map(|two| u16::from_le_bytes(*two))
-        .ok_or(ZipError::Damaged)
+fn cut_off() -> Fault {
+    Fault::Said("it is no ZIP archive, or it is cut off".to_owned())
 }
 
-fn long(bytes: &[u8], at: usize) -> Result<u32, ZipError> {
+fn short(bytes: &[u8], at: usize) -> Result<u16, Fault> {
+    let two = bytes.get(at..).and_then(|rest| rest.first_chunk::<2>());
+    two.map(|two| u16::from_le_bytes(*two)).ok_or_else(cut_off)
+}
+
+fn long(bytes: &[u8], at: usize) -> Result<u32, Fault> {
     let four = bytes.get(at..).and_then(|rest| rest.first_chunk::<4>());
     four.map(|four| u32::from_le_bytes(*four))
-        .ok_or(ZipError::Damaged)
+        .ok_or_else(cut_off)
 }
