@@ -450,6 +450,13 @@ impl Show {
         out
     }
 
+    /// Every parameter before the first cue: levels are at 0, emitters at full.
+    pub fn dark_levels(&self) -> Vec<f64> {
+        let parameters = self.parameters().into_iter();
+        let full = parameters.map(|p| p.channel.is_some());
+        full.map(|full| f64::from(u8::from(full))).collect()
+    }
+
     /// Where each bank's parameters begin, and after the last bank where those of banks end.
     pub fn first_parameters(&self) -> Vec<usize> {
         let mut out = vec![0];

@@ -7,7 +7,7 @@
 use std::collections::BTreeMap;
 
 use crate::show::{Cue, Fade, Motion, Move, NodeId, Part, Show, Trigger};
-use crate::timeline::{Timeline, TimelineError, cue_moves, lights};
+use crate::timeline::{Timeline, TimelineError, lights, tracked};
 use crate::units::{CueNumber, Time};
 
 /// Started cues that are kept; beyond them what runs is cut off.
@@ -33,12 +33,7 @@ impl<'s> Performance<'s> {
     /// None for a show that has a timeline.
     pub fn new(show: &'s Show) -> Result<Performance<'s>, Vec<TimelineError>> {
         let mut run = show.clone();
-        let parameters = show.parameters();
-        let dark: Vec<f64> = parameters
-            .iter()
-            .map(|p| f64::from(u8::from(p.channel.is_some())))
-            .collect();
-        run.cues = vec![stand(show, &dark, Time::ZERO)];
+        run.cues = vec![stand(show, &show.dark_levels(), Time::ZERO)];
         Ok(Performance {
             timeline: Timeline::new(&run)?,
             show,
@@ -86,8 +81,8 @@ impl<'s> Performance<'s> {
     }
 
     fn jump(&mut self, cue: usize, now: Time) -> Result<bool, Vec<TimelineError>> {
-        let levels = tracked(self.show, cue)?;
-        self.start(cue, Some(levels), now).map(|()| true)
+        let levels = tracked(self.show)?.nth(cue);
+        self.start(cue, levels, now).map(|()| true)
     }
 
     /// Starts a cue, or a fade to all of `levels` in its time.
@@ -213,23 +208,6 @@ impl<'s> Performance<'s> {
         }
         settings
     }
-}
-
-/// What every parameter is at when a cue is complete.
-fn tracked(show: &Show, cue: usize) -> Result<Vec<f64>, Vec<TimelineError>> {
-    let parameters = show.parameters();
-    let mut levels: Vec<f64> = parameters
-        .iter()
-        .map(|p| f64::from(u8::from(p.channel.is_some())))
-        .collect();
-    for moves in cue_moves(show)?.into_iter().take(cue + 1) {
-        for one in moves {
-            if let Some(level) = levels.get_mut(one.parameter) {
-                *level = one.motion.target();
-            }
-        }
-    }
-    Ok(levels)
 }
 
 /// A cue that goes to all of `levels` at once.

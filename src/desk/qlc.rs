@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use super::patch::{Frames, Patch, Slot};
 use super::{Carried, ExportError, Loss};
 use crate::show::{Link, Show};
-use crate::timeline::{Timeline, TimelineError, cue_moves, lights};
+use crate::timeline::{Timeline, TimelineError, lights, tracked};
 use crate::units::Time;
 use crate::work::Work;
 
@@ -89,20 +89,10 @@ fn fixtures(show: &Show, patch: &Patch, text: &mut String) {
 
 /// The values of every cue when it is complete, as a scene has them.
 fn scenes(show: &Show, patch: &Patch) -> Result<Vec<String>, Vec<TimelineError>> {
-    let parameters = show.parameters();
-    let mut held: Vec<f64> = parameters
-        .iter()
-        .map(|p| f64::from(u8::from(p.channel.is_some())))
-        .collect();
     let coordinates = show.coordinates();
     let mut frames: Frames = patch.dark();
     let mut out = Vec::new();
-    for moves in cue_moves(show)? {
-        for one in moves {
-            if let Some(held) = held.get_mut(one.parameter) {
-                *held = one.motion.target();
-            }
-        }
+    for held in tracked(show)? {
         patch.fill(&lights(show, &held), &mut frames);
         let mut scene = String::new();
         for id in 0..show.banks.len() {

@@ -9,7 +9,7 @@ use crate::engine::Document;
 use crate::lang::{self, Token};
 use crate::repl::{help_of, help_of_word};
 use crate::show::{Motion, Show};
-use crate::timeline::CueTime;
+use crate::timeline::{CueTime, tracked};
 use crate::units::{CueNumber, Time, percent};
 
 /// Columns of a level over the show.
@@ -162,7 +162,8 @@ fn assumed(time: &CueTime) -> &'static str {
 
 /// The parameters that a cue moves, and those that are lit and stay. Fixed lights are neither.
 fn moved_and_tracked(show: &Show, cue: usize) -> (Vec<String>, Vec<String>) {
-    let levels = held(show, cue);
+    let levels = tracked(show).ok().and_then(|mut levels| levels.nth(cue));
+    let levels = levels.unwrap_or_default();
     let moves = show.cues.get(cue).into_iter().flat_map(|cue| &cue.parts);
     let moves: Vec<_> = moves.flat_map(|part| &part.moves).collect();
     let (mut moved, mut tracked) = (Vec::new(), Vec::new());
@@ -180,37 +181,6 @@ fn moved_and_tracked(show: &Show, cue: usize) -> (Vec<String>, Vec<String>) {
         }
     }
     (moved, tracked)
-}
-
-/// What each parameter holds once a cue is complete, by what is written. Of rgb banks the level counts:
-/// a colour alone brings one that is out to full.
-fn held(show: &Show, cue: usize) -> Vec<f64> {
-    let parameters = show.parameters();
-    let mut levels = vec![0.0; parameters.len()];
-    // What is back after a cueonly cue.
-    let mut lasting = levels.clone();
-    for cue in show.cues.iter().take(cue + 1) {
-        levels.clone_from(&lasting);
-        let moves: Vec<_> = cue.parts.iter().flat_map(|part| &part.moves).collect();
-        for (i, (parameter, level)) in parameters.iter().zip(&mut levels).enumerate() {
-            let own = moves.iter().find(|m| m.parameter == i);
-            let is_coloured = || {
-                let mut moved = moves.iter().filter_map(|m| parameters.get(m.parameter));
-                moved.any(|p| p.bank == parameter.bank)
-            };
-            match own {
-                Some(own) => *level = own.motion.target(),
-                None if *level == 0.0 && parameter.channel.is_none() && is_coloured() => {
-                    *level = 1.0
-                }
-                None => {}
-            }
-        }
-        if !cue.cueonly {
-            lasting.clone_from(&levels);
-        }
-    }
-    levels
 }
 
 /// A label as Markdown shows it as it is.

@@ -48,6 +48,22 @@ pub fn cue_moves(show: &Show) -> Result<Vec<Vec<Moved<'_>>>, Vec<TimelineError>>
     track::motions(show)
 }
 
+/// Every parameter when a cue is complete, cue by cue; paths are at their ends.
+///
+/// # Errors
+/// As [`cue_moves`].
+pub fn tracked(show: &Show) -> Result<impl Iterator<Item = Vec<f64>>, Vec<TimelineError>> {
+    let mut levels = show.dark_levels();
+    Ok(cue_moves(show)?.into_iter().map(move |moves| {
+        for one in moves {
+            if let Some(level) = levels.get_mut(one.parameter) {
+                *level = one.motion.target();
+            }
+        }
+        levels.clone()
+    }))
+}
+
 /// A show as curves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Timeline {

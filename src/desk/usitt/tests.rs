@@ -44,10 +44,7 @@ type Done = BTreeMap<u32, (i64, Option<[u8; 3]>, Time, Time)>;
 /// By cue, what each channel comes to, in thousandths, with the time that it takes; then the link.
 fn states(show: &Show) -> Vec<(String, Done, Option<Link>)> {
     let parameters = show.parameters();
-    let mut held: Vec<f64> = parameters
-        .iter()
-        .map(|p| f64::from(u8::from(p.channel.is_some())))
-        .collect();
+    let mut held = show.dark_levels();
     let first = show.first_parameters();
     let mut out = Vec::new();
     for (cue, moves) in show.cues.iter().zip(cue_moves(show).unwrap()) {

@@ -29,11 +29,7 @@ pub fn write(show: &Show, timeline: &Timeline, work: Work<'_>) -> Result<Carried
         timeline,
         channels: Vec::new(),
         first: show.first_parameters(),
-        held: show
-            .parameters()
-            .iter()
-            .map(|p| f64::from(u8::from(p.channel.is_some())))
-            .collect(),
+        held: show.dark_levels(),
         text: String::new(),
         losses: Vec::new(),
     };
