@@ -125,11 +125,11 @@ impl Stated {
         }
     }
 
-    /// Where coarse images are left to show so much of what they showed `alone`, the error before
-    /// calibration, with that of the refined images that show the rest.
-    pub fn with_error_of_refined(self, left: f64, alone: f64) -> f64 {
+    /// Where coarse images are left to show so much of what they showed `alone`, what the refined
+    /// images err by that show the rest, before calibration.
+    pub fn error_of_refined(self, left: f64, alone: f64) -> f64 {
         let share = if alone > 0.0 { left / alone } else { 0.0 };
-        left.hypot(self.refined * alone * (1.0 - share * share).max(0.0).sqrt())
+        self.refined * alone * (1.0 - share * share).max(0.0).sqrt()
     }
 
     /// What refined images count for beside coarse ones.
@@ -243,20 +243,20 @@ impl Pool {
     }
 
     /// Predicted error, relative, where coarse images are left to show so much of what they showed
-    /// `alone`, both as estimated before calibration: with it, and with the error of the refined
-    /// images that show the rest.
+    /// `alone`, both as estimated before calibration. What is stated of refined images stays: corrections
+    /// tell the errors of coarse ones alone.
     pub fn error(&self, left: f64, alone: f64) -> f64 {
-        self.calibration() * self.left_with_refined(left, alone)
+        self.error_by(self.calibration(), left, alone)
     }
 
     /// The same as it is predicted before the first refined image.
     pub fn planned_error(&self, left: f64, alone: f64) -> f64 {
-        self.prior() * self.left_with_refined(left, alone)
+        self.error_by(self.prior(), left, alone)
     }
 
-    fn left_with_refined(&self, left: f64, alone: f64) -> f64 {
-        self.stated
-            .map_or(left, |stated| stated.with_error_of_refined(left, alone))
+    fn error_by(&self, calibration: f64, left: f64, alone: f64) -> f64 {
+        let refined = self.stated.map_or(0.0, |s| s.error_of_refined(left, alone));
+        (calibration * left).hypot(self.prior() * refined)
     }
 
     /// What estimated errors are multiplied by before the first correction is known.

@@ -156,7 +156,7 @@ impl Engine {
         let settings: Vec<Vec<f64>> = directions.into_iter().map(|d| d.setting).collect();
         let left = plan::worst_left(&moments, &[], &settings, &weighting);
         let stated = Stated::of(coarse, coarse, refined);
-        let error = |left: f64| coarse * stated.with_error_of_refined(left, 1.0);
+        let error = |left: f64| coarse * left.hypot(stated.error_of_refined(left, 1.0));
         let errors = left.into_iter().skip(2).map(error);
         Ok(Some((coarse, settings.into_iter().zip(errors).collect())))
     }

@@ -104,6 +104,11 @@ fn stated_errors_hold_before_and_after_refining() {
     assert_eq!(pool.error(1.0, 1.0), 0.02);
     assert_eq!(pool.error(0.0, 1.0), 0.005);
     assert!(pool.error(0.5, 1.0) < 0.02 && pool.error(0.5, 1.0) > 0.01);
+    // A refined image that says that coarse ones err less says nothing of those that are refined.
+    let mut exact = pool.clone();
+    assert!(exact.add(vec![1.0, 1.0], row(&[5.0, 7.0]), Quality(2), Work::silent()));
+    assert!(exact.error(1.0, 1.0) < 0.02);
+    assert_eq!(exact.error(0.0, 1.0), 0.005);
     // Sums of the coarse images themselves leave what was stated.
     let same = Stated {
         refined: 1.0,
