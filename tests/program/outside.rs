@@ -185,7 +185,7 @@ fn a_renderer_that_states_nothing_takes_mixtures_unless_the_other_way_is_named()
         (counts, show.engine().refined(), text)
     };
     let (counts, refined, text) = ran("run --until 0.1% -o out --way alone");
-    assert_eq!((counts, refined), ([4, 0, 2], 0), "{text}");
+    assert_eq!((counts, refined), ([0, 0, 6], 0), "{text}");
     assert!(
         text.contains("every bank alone at quality 3") && text.contains("rendered: 2"),
         "{text}"
