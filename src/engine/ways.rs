@@ -155,12 +155,15 @@ impl Engine {
         }
         let [_, fine] = self.coarse_pair();
         let is_stated = self.stated(fine, goal.unit()).is_some();
-        let is_known = is_stated && (goal.budget.is_none() || self.pace.is_known());
+        let is_named = self.way == Way::Alone;
+        let is_told = is_stated || is_named && self.samples(fine).is_none();
+        let is_known = is_told && (goal.budget.is_none() || self.pace.is_known());
         let (mut base, mut ways) = (None, Some(Vec::new()));
         if !goal.asks_for_a_way() {
-            base = self.first_base(true)?;
+            let refined = is_named.then(|| self.base_of(self.refined_step()));
+            base = self.stored_base()?.or(refined);
         } else if is_first && !is_known {
-            base = self.first_base(!is_stated && self.samples(fine).is_none())?;
+            base = self.stored_base()?;
             ways = None;
         } else {
             let found = self.ways(goal)?;
@@ -178,15 +181,6 @@ impl Engine {
             rendering.base = Some(base);
         }
         Ok(ways)
-    }
-
-    /// The steps of the first images where no error chooses them: what is at hand, else, where each
-    /// source alone is asked for and may be taken blindly, the refined step.
-    fn first_base(&self, may_refine: bool) -> Result<Option<[Quality; 2]>, Error> {
-        let refined = (may_refine && self.way == Way::Alone).then(|| self.refined_step());
-        Ok(self
-            .stored_base()?
-            .or(refined.map(|step| self.base_of(step))))
     }
 
     /// What the operator states of a step.
