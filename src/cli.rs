@@ -91,12 +91,15 @@ pub fn main() -> ExitCode {
 
 /// Names the replacement of the argument that an error refuses, where an earlier version had it.
 fn removed_argument(error: &clap::Error) -> Option<String> {
-    let kinds = [ContextKind::InvalidSubcommand, ContextKind::InvalidArg];
-    let mut values = kinds.into_iter().filter_map(|kind| error.get(kind));
-    values.find_map(|value| match value {
-        ContextValue::String(name) => removed(name.split([' ', '=']).next()?),
+    let word = |kind| match error.get(kind) {
+        Some(ContextValue::String(word)) => Some(word.as_str()),
         _ => None,
-    })
+    };
+    let names = [ContextKind::InvalidSubcommand, ContextKind::InvalidArg].map(word);
+    let mut names = names.into_iter().flatten();
+    names
+        .find_map(|name| removed(name.split([' ', '=']).next()?))
+        .or_else(|| removed(&format!("chart {}", word(ContextKind::InvalidValue)?)))
 }
 
 /// What `footlight help go` asks for: a verb that is typed at the prompt alone.

@@ -273,7 +273,8 @@ fn what_is_no_chart_is_refused() {
     let mut show = furnace(&store);
     for (line, said) in [
         ("chart", "`chart transport`"),
-        ("chart plan", "`chart transport`"),
+        ("chart plan", "was removed"),
+        ("chart scale", "`chart transport`"),
         ("chart transport --truth", "was removed"),
         ("session x", "was removed"),
         (

@@ -3,7 +3,7 @@
 use super::usage;
 use crate::chart::Theme;
 use crate::repl::argument::quality as step;
-use crate::repl::{Call, Error, Repl, Reply};
+use crate::repl::{Call, Error, Repl, Reply, removed};
 use crate::report::format::{self, DRAWING, RECORD};
 use crate::report::{self, comparison, tradeoff};
 
@@ -49,7 +49,10 @@ pub fn compare(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 
 pub fn chart(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     if call.words()[..] != ["transport"] {
-        return usage("`chart transport` draws error against time over the scale of quality");
+        let words = call.words().join(" ");
+        return usage(removed(&format!("chart {words}")).unwrap_or_else(|| {
+            "`chart transport` draws error against time over the scale of quality".to_owned()
+        }));
     }
     let path = call.output(&RECORD)?;
     let theme = if call.has("dark") {

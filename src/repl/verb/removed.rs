@@ -8,12 +8,17 @@ const REMOVED: &[(&[&str], &str)] = &[
     ),
     (
         &["session", "--truth", "--commands"],
-        "the study `figure7` of the sources replays a session",
+        "`cargo run --release -p footlight-studies --bin figure7` in the sources replays a session",
+    ),
+    (
+        &["chart plan", "chart session", "chart ways"],
+        "`plan` lists errors and ways, `plot spectrum` and `plot error` draw errors",
     ),
     (&["--measure"], "`quality --measure` measures every step"),
     (
         &["--metric"],
-        "pictures are refined in the order of what they improve most",
+        "pictures are refined in the order of what they improve most; `--until 1.5steps` asks for an \
+         error as displayed",
     ),
     (&["--signed-keys"], "keys are never negative"),
     (
