@@ -8,7 +8,7 @@ const REMOVED: &[(&[&str], &str)] = &[
     ),
     (
         &["session", "--truth", "--commands"],
-        "`cargo run --release -p footlight-studies --bin figure7` in the sources replays a session",
+        "the study `figure7` of the sources replays a session",
     ),
     (
         &["chart plan", "chart session", "chart ways"],
@@ -17,8 +17,8 @@ const REMOVED: &[(&[&str], &str)] = &[
     (&["--measure"], "`quality --measure` measures every step"),
     (
         &["--metric"],
-        "pictures are refined in the order of what they improve most; `--until 1.5steps` asks for an \
-         error as displayed",
+        "pictures are refined in the order of what they improve most; `refine until 1.5 steps` \
+         asks for an error as displayed",
     ),
     (&["--signed-keys"], "keys are never negative"),
     (
