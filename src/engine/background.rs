@@ -528,21 +528,17 @@ impl Engine {
 
     /// What is predicted to follow.
     fn ahead(&self, refiner: &Refiner, job: Option<&JobStatus>) -> Option<Ahead> {
-        let left = refiner.left();
         let spent = job.map_or(0.0, |job| job.spent);
         if self.is_pool_due() {
-            let ways = refiner.ways.iter().flatten();
-            let way = ways
-                .clone()
-                .find(|way| way.way == Way::Alone && way.alone > 0)?;
-            return Some(Ahead {
+            let way = refiner.ways.as_ref()?.first()?;
+            return (way.way == Way::Alone && way.alone > 0).then(|| Ahead {
                 images: way.alone,
                 seconds: (way.seconds - spent).max(0.0),
                 error: way.error,
             });
         }
         let forecast = self.forecast_by(ErrorUnit::Light).ok()??;
-        let ahead = Mixtures::of(&forecast, &left, self.refined());
+        let ahead = Mixtures::of(&forecast, &refiner.left(), self.refined());
         // The first is being rendered already.
         (ahead.images > 0).then(|| Ahead {
             images: ahead.images,

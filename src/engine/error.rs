@@ -221,7 +221,7 @@ pub enum Error {
     },
 }
 
-/// What to say where there is nothing to render.
+/// Names what is missing where there is nothing to render.
 const NO_SETUP: &str = "the show has no stage (or surfaces of its own) or no view to render; add \
     them, such as\n  stage \"set.obj\"\n  view house from 0, -12, 1.7 to 0, 0, 2 fov 28 size 640x360";
 
@@ -236,7 +236,7 @@ impl ManyKeys {
         )
     }
 
-    /// What makes them fewer or smaller.
+    /// Names the way to fewer or smaller ones.
     pub(crate) fn remedy(&self) -> String {
         const NAMED: usize = 4;
         let memory = "a view of a smaller `size` needs less, `--memory MB` allows more";

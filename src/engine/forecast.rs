@@ -39,6 +39,9 @@ pub struct Forecast {
     pub is_stated: bool,
 }
 
+/// Settings that are left to refine, each with the error after it.
+type Ahead = Vec<(Vec<f64>, f64)>;
+
 /// Measured against predicted seconds, once something was measured.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct CostScale(Option<f64>);
@@ -76,7 +79,7 @@ impl Engine {
         forecast.ok_or(Error::NotRendered)
     }
 
-    /// The same with errors in a unit. Before there are images it follows from the levels and what the
+    /// Gives the forecast with errors in a unit. Before there are images it follows from the levels and what the
     /// operator states; `None` where it states nothing.
     pub(super) fn forecast_by(&self, unit: ErrorUnit) -> Result<Option<Forecast>, Error> {
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
@@ -119,8 +122,8 @@ impl Engine {
         }))
     }
 
-    /// What is left to refine, with the error after each.
-    fn next_images(&self, pool: &Pool, unit: ErrorUnit) -> Result<Vec<(Vec<f64>, f64)>, Error> {
+    /// Settings that are left to refine on the images that are there.
+    fn next_images(&self, pool: &Pool, unit: ErrorUnit) -> Result<Ahead, Error> {
         let is_as_fine = pool.is_stated() && self.coarse_steps()[1] >= self.refined_step();
         if self.is_final() || pool.has_no_estimated_error() || is_as_fine {
             return Ok(Vec::new());
@@ -133,13 +136,9 @@ impl Engine {
         Ok(settings.into_iter().zip(errors).collect())
     }
 
-    /// The same before there is any image: the error of the coarse images as stated, and what levels
-    /// alone say of the plan.
-    #[allow(
-        clippy::type_complexity,
-        reason = "an error and the pairs of `next_images`"
-    )]
-    fn next_unseen(&self, unit: ErrorUnit) -> Result<Option<(f64, Vec<(Vec<f64>, f64)>)>, Error> {
+    /// Settings to refine before there is any image, as levels alone order them, and the error of the
+    /// coarse images as it is stated.
+    fn next_unseen(&self, unit: ErrorUnit) -> Result<Option<(f64, Ahead)>, Error> {
         let ([_, fine], step) = (self.coarse_pair(), self.refined_step());
         let (Some(coarse), Some(refined)) = (self.stated(fine, unit), self.stated(step, unit))
         else {

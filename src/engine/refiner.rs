@@ -82,7 +82,7 @@ pub(super) enum Extent {
 /// Refines step by step until a goal is met.
 pub(super) struct Refiner {
     goal: Goal,
-    /// What it is to end with.
+    /// How far it goes.
     extent: Extent,
     /// The ways that it chose from, once it has chosen.
     pub ways: Option<Vec<WayForecast>>,
@@ -239,8 +239,7 @@ impl Refiner {
         let sets = &mut self.coarse.sets;
         sets.retain(|(quality, _)| [cheap, fine].contains(quality));
         let units = rendering.units();
-        let cheaper = Some(cheap).filter(|c| *c < fine);
-        for quality in cheaper.into_iter().chain([fine]) {
+        for quality in rendering::each_step([cheap, fine]) {
             if self.coarse.sets.iter().any(|(q, _)| *q == quality) {
                 continue;
             }
@@ -293,7 +292,7 @@ impl Refiner {
         let stated = engine.stated_of_pool();
         let steps = engine.coarse_steps();
         let rendering = engine.rendering.as_mut().ok_or(Error::NoSetup)?;
-        let exact = images_alone(&rendering.setup.rig);
+        let exact: Vec<bool> = images_alone(&rendering.setup.rig).collect();
         rendering.pool = Some(pool.stating(stated, &exact)?);
         rendering.pool_base = Some(steps);
         rendering::trim(&mut engine.image_cache, engine.host.memory);

@@ -340,6 +340,12 @@ impl SetupImages {
     }
 }
 
+/// The steps of quality of one or two sets of images of sources alone, the coarser first.
+pub(super) fn each_step([cheap, fine]: [Quality; 2]) -> impl Iterator<Item = Quality> {
+    let cheaper = Some(cheap).filter(|cheap| *cheap < fine);
+    cheaper.into_iter().chain([fine])
+}
+
 /// Keeps images that were rendered, where they have addresses.
 pub(super) fn take_in(
     image_cache: &mut ImageCache,

@@ -14,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 use super::error::TaskFault;
 use super::refiner::{Extent, Next, Refiner};
+use super::rendering::each_step;
 use super::{Engine, Error, Goal};
 use crate::files::claim::{self, Claim, Claimed, Holder};
 use crate::files::{FileError, Store};
@@ -268,9 +269,8 @@ impl Engine {
     fn missing_units(&self) -> Result<Vec<Task>, Error> {
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         let (mut out, mut seen) = (Vec::new(), BTreeSet::new());
-        let [cheap, fine] = self.coarse_steps();
         let units = rendering.units();
-        for quality in Some(cheap).filter(|c| *c < fine).into_iter().chain([fine]) {
+        for quality in each_step(self.coarse_steps()) {
             let there = rendering.at_hand(&self.image_cache, quality, &units, self.store());
             let missing = units.iter().zip(there).filter(|(_, there)| !there);
             for (unit, _) in missing {

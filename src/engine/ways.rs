@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use super::forecast::Forecast;
 use super::refine::Goal;
+use super::rendering::each_step;
 use super::{Engine, Error};
 use crate::pool::{Stated, is_within};
 use crate::renderer::{Quality, Transport as _};
@@ -290,11 +291,11 @@ impl Engine {
 
     /// How many images of sources alone are not at hand at one or two steps, and the predicted
     /// seconds of rendering them.
-    fn missing_of(&self, [cheap, fine]: [Quality; 2]) -> Result<(usize, f64), Error> {
+    fn missing_of(&self, base: [Quality; 2]) -> Result<(usize, f64), Error> {
         let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
         let units = rendering.units();
         let (mut images, mut cost) = (0, 0.0);
-        for quality in Some(cheap).filter(|c| *c < fine).into_iter().chain([fine]) {
+        for quality in each_step(base) {
             let at_hand = rendering.at_hand(&self.image_cache, quality, &units, self.store());
             let missing = at_hand.iter().filter(|there| !**there).count();
             if missing > 0 {

@@ -45,16 +45,16 @@ impl<'t> Layered<'t> {
 }
 
 /// Of each source whether it is made of images alone, which are as good as any.
-pub fn images_alone(rig: &Rig) -> Vec<bool> {
+pub fn images_alone(rig: &Rig) -> impl Iterator<Item = bool> + '_ {
     let is_image = |e: &Emitter| matches!(rig.lights.get(e.light), Some(Light::Image(_)));
     let sources = rig.sources.iter();
-    sources.map(|s| s.emitters.iter().all(is_image)).collect()
+    sources.map(move |s| s.emitters.iter().all(is_image))
 }
 
 /// True when every light that shines is an image, and there is one.
 pub fn only_images(rig: &Rig) -> bool {
     let has_emitters = rig.sources.iter().any(|s| !s.emitters.is_empty());
-    has_emitters && images_alone(rig).into_iter().all(|alone| alone)
+    has_emitters && images_alone(rig).all(|alone| alone)
 }
 
 impl Transport for Layered<'_> {

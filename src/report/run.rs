@@ -114,11 +114,7 @@ pub fn run(
 fn run_loop(engine: &mut Engine, goal: Goal) -> Result<Loop, Error> {
     engine.idle()?;
     let begin = engine.now();
-    let mut ways = engine.coarse_for(goal)?;
-    if ways.is_empty() && goal.asks_for_a_way() {
-        engine.calibrate_cost()?;
-        ways = engine.ways(&goal)?;
-    }
+    let ways = engine.coarse_for(goal)?;
     let coarse = engine.now();
     // Those that earlier runs stored count, so that a second run renders nothing.
     let goal = Goal {
