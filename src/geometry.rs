@@ -3,8 +3,17 @@
 //! World coordinates are right-handed with Z up, X to stage left (the right-hand side seen from
 //! the house) and Y upstage. This module does not depend on materials, lights or pixels.
 
+pub mod mount;
+pub mod polygon;
+pub mod profile;
+pub mod shape;
+pub mod solid;
+mod view;
+
 use std::borrow::Borrow;
 use std::ops::{Add, AddAssign, Div, Index, Mul, Neg, Sub};
+
+pub use self::view::{Place, View, upright};
 
 /// The smaller of two numbers, the second where one is NaN: a single instruction, where `min` must
 /// look for NaN.

@@ -9,29 +9,26 @@ pub mod footprint;
 pub mod gltf;
 pub mod gobo;
 pub mod import;
+mod imported_luminaire;
 mod light;
 pub mod luminaire_asset;
 pub mod merge;
-pub mod mount;
 pub mod obj;
 pub mod photometric;
-pub mod polygon;
-pub mod profile;
+pub mod rig;
 pub mod shading;
-pub mod shape;
-pub mod solid;
 pub mod still;
 pub mod texture;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::geometry::{Vec3, block, diameter, newell, vec3};
+use crate::geometry::{Vec3, View, block, diameter, newell, polygon, shape, solid, upright};
 use crate::units::Rgb;
 
-pub use self::light::{Light, Measured, Projection, Spot};
+pub use self::light::{Light, Measured, Projection};
 pub use self::shading::Shading;
-pub use self::still::{ImageFile, Images};
+pub use self::still::Images;
 use self::texture::{Alpha, Texture};
 
 /// A diffuse material, as shows refer to it by name.
@@ -188,7 +185,7 @@ impl Scene {
             let point = vertices.first().copied().unwrap_or_default();
             let plane = (point, polygon::doubled_area(&vertices).normalized());
             self.polygons.push(Polygon {
-                shading: solid.shading(plane).map(Box::new),
+                shading: Shading::of_solid(solid, plane).map(Box::new),
                 ..Polygon::new(vertices, material)
             });
         }
@@ -344,37 +341,6 @@ impl Rig {
     }
 }
 
-/// A pinhole camera. Its up is Z, unless it looks straight along Z: then Y; `roll` turns it from there.
-#[derive(Clone, Debug, PartialEq)]
-pub struct View {
-    /// The eye.
-    pub from: Vec3,
-    /// The point in the middle of the picture.
-    pub to: Vec3,
-    /// Vertical field of view, full angle, degrees.
-    pub fov: f64,
-    /// Clockwise for who looks through it, degrees: the picture turns the other way.
-    pub roll: f64,
-    /// Picture width in pixels.
-    pub width: usize,
-    /// Picture height in pixels.
-    pub height: usize,
-}
-
-impl View {
-    /// Unit vectors to the right, to the top and into the picture; not finite where it looks nowhere.
-    pub fn axes(&self) -> [Vec3; 3] {
-        let forward = (self.to - self.from).normalized();
-        let [right, up] = upright(forward);
-        let (sine, cosine) = self.roll.to_radians().sin_cos();
-        [
-            right * cosine - up * sine,
-            up * cosine + right * sine,
-            forward,
-        ]
-    }
-}
-
 impl Camera {
     /// The view from it, as large as that.
     pub fn view(&self, [width, height]: [usize; 2]) -> View {
@@ -388,18 +354,6 @@ impl Camera {
             height,
         }
     }
-}
-
-/// To the right and to the top of a picture that looks `forward` and is not rolled.
-fn upright(forward: Vec3) -> [Vec3; 2] {
-    let vertical = forward.x.hypot(forward.y) < 1e-9;
-    let above = if vertical {
-        vec3(0.0, 1.0, 0.0)
-    } else {
-        vec3(0.0, 0.0, 1.0)
-    };
-    let right = forward.cross(above).normalized();
-    [right, right.cross(forward)]
 }
 
 #[cfg(test)]
@@ -423,20 +377,5 @@ mod tests {
         let wanted = [right * c - up * s, camera.up, camera.direction];
         let off = found.iter().zip(wanted).map(|(a, b)| (*a - b).length());
         assert!(off.fold(0.0, f64::max) < 1e-12);
-    }
-
-    #[test]
-    fn a_rolled_view_sees_its_right_low() {
-        let view = View {
-            from: Vec3::ZERO,
-            to: vec3(0.0, 1.0, 0.0),
-            fov: 40.0,
-            roll: 90.0,
-            width: 4,
-            height: 3,
-        };
-        let [right, up, _] = view.axes();
-        assert!((right - vec3(0.0, 0.0, -1.0)).length() < 1e-12);
-        assert!((up - vec3(1.0, 0.0, 0.0)).length() < 1e-12);
     }
 }

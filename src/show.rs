@@ -10,19 +10,15 @@
 
 mod effect;
 mod fade;
-mod imported_luminaire;
 mod light;
-mod rig;
 
 pub use self::effect::{Effect, EffectChange, EffectKind};
 pub use self::fade::{FADES, Fade, FadeCurve};
-pub use self::imported_luminaire::ImportedLuminaire;
-pub use self::light::{Light, LightKind, Output, Strength};
-pub use self::rig::RigError;
+pub use self::light::{ImageFile, ImportedLuminaire, LightKind, Luminaire, Output, Spot, Strength};
 
-use crate::scene;
-use crate::scene::import::Place;
-use crate::scene::solid::Solid;
+use crate::geometry::{self, Place};
+use crate::geometry::shape::Shape;
+use crate::geometry::solid::Solid;
 use crate::units::{CueNumber, Rgb, Time, Tolerance};
 
 /// Names a statement or a part of one; meaningful only to the span map made with the show.
@@ -43,7 +39,7 @@ pub struct Show {
     /// Cameras; the first is current.
     pub views: Vec<View>,
     /// Luminaires.
-    pub lights: Vec<Light>,
+    pub lights: Vec<Luminaire>,
     /// Banks, in order of declaration: the varying coordinates.
     pub banks: Vec<Bank>,
     /// Lights that never vary.
@@ -146,7 +142,7 @@ pub struct View {
     /// Its name.
     pub name: String,
     /// The camera itself; only its size counts where it is `imported`.
-    pub camera: scene::View,
+    pub camera: geometry::View,
     /// The name of a camera of the stage's files that it is.
     pub imported: Option<String>,
 }
@@ -480,8 +476,16 @@ impl Show {
         self.views.first()
     }
 
+    /// The lights with a shape of their own, by name.
+    pub fn shapes(&self) -> impl Iterator<Item = (&str, Shape)> {
+        self.lights.iter().filter_map(|light| match light.kind {
+            LightKind::Shape { shape, .. } => Some((light.name.as_str(), shape)),
+            _ => None,
+        })
+    }
+
     /// The pictures that banks and fixed lights are given as, with the statements that say so.
-    pub fn images(&self) -> impl Iterator<Item = (NodeId, &scene::ImageFile)> {
+    pub fn images(&self) -> impl Iterator<Item = (NodeId, &ImageFile)> {
         self.lights.iter().filter_map(|light| match &light.kind {
             LightKind::Image(file) => Some((light.id, file)),
             _ => None,

@@ -15,11 +15,11 @@ use crate::renderer::Setup;
 use crate::renderer::layered::only_images;
 use crate::scene::import;
 use crate::scene::luminaire_asset::LuminaireAssets;
-use crate::scene::shape::Shape;
-use crate::scene::solid::Solid;
-use crate::scene::{
-    Camera, Emitter, ImageFile, Images, Lamp, Light, Rig, Scene, Shading, View, still,
-};
+use crate::geometry::shape::Shape;
+use crate::geometry::solid::Solid;
+use crate::geometry::View;
+use crate::scene::{Camera, Emitter, Images, Lamp, Light, Rig, Scene, Shading, still};
+use crate::show::ImageFile;
 use crate::show::{self, Show};
 use crate::units::Rgb;
 
@@ -154,7 +154,7 @@ pub(super) fn load(
         notes,
     } = stages;
     luminaires.lamps = lamps;
-    let rig = show.rig_with(&scene, &images, &luminaires);
+    let rig = scene::rig::rig_with(show, &scene, &images, &luminaires);
     let rig = rig.map_err(|errors| {
         let diagnostics = errors.iter().map(|e| diagnostics::of_rig(e, &scene, spans));
         diagnostics.collect::<Vec<_>>()
@@ -341,7 +341,7 @@ fn read_scene(show: &Show, spans: &SpanMap, source: Source<'_>) -> Result<Stages
         errors = apply_materials(show, spans, &mut scene);
     }
     if errors.is_empty() {
-        show.add_light_geometry(&mut scene);
+        scene::rig::add_light_geometry(show, &mut scene);
         Ok(Stages {
             scene: Arc::new(scene),
             lamps,

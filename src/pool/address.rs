@@ -14,13 +14,12 @@ use sha2::{Digest as _, Sha256};
 use crate::geometry::Vec3;
 use crate::picture::Image;
 use crate::renderer::Quality;
-use crate::scene::mount::Mount;
+use crate::geometry::mount::Mount;
 use crate::scene::photometric::{Distribution, Parts, Symmetry};
 use crate::scene::texture::{Alpha, Texture, Wrap};
-use crate::scene::{
-    Emitter, Light, Material, Measured, Polygon, Projection, Rig, Scene, Shading, Source, Spot,
-    View,
-};
+use crate::geometry::View;
+use crate::scene::{Emitter, Light, Material, Measured, Polygon, Projection, Rig, Scene, Shading, Source};
+use crate::show::Spot;
 use crate::units::Rgb;
 
 /// Version of everything here: raised when the way of addressing changes.

@@ -9,7 +9,9 @@ use super::*;
 use crate::files::MemoryStore;
 use crate::geometry::{Vec3, vec3};
 use crate::pool::address::Lights;
-use crate::scene::{Emitter, Light, Rig, Scene, Source, Spot, View};
+use crate::geometry::View;
+use crate::scene::{Emitter, Light, Rig, Scene, Source};
+use crate::show::Spot;
 use crate::units::Rgb;
 
 const SIZE: (usize, usize) = (5, 3);

@@ -20,7 +20,9 @@ use crate::radiosity::mesh::Layout;
 use crate::radiosity::step::Step;
 use crate::radiosity::visibility::raster::{ItemBuffer, NOTHING};
 use crate::renderer::{Cost, Quality, QualityParameter, Setup, Transport, TransportError};
-use crate::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, Spot, View};
+use crate::geometry::View;
+use crate::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source};
+use crate::show::Spot;
 use crate::units::Rgb;
 use crate::work::Work;
 

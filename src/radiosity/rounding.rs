@@ -195,7 +195,7 @@ mod tests {
     use super::*;
     use crate::geometry::vec3;
     use crate::scene::Scene;
-    use crate::scene::solid::Solid;
+    use crate::geometry::solid::Solid;
     use crate::units::Rgb;
 
     #[test]

@@ -293,7 +293,8 @@ impl Prepared for Sum {
 mod tests {
     use super::*;
     use crate::geometry::vec3;
-    use crate::scene::{Emitter, Scene, Source, View};
+    use crate::geometry::View;
+    use crate::scene::{Emitter, Scene, Source};
 
     /// Paints the coordinates of the setting into the picture, and remembers what it was asked.
     struct Painter;

@@ -21,7 +21,7 @@ use crate::picture::exr;
 use crate::picture::{Image, PictureError};
 use crate::renderer::contract::{check_memory, check_quality, check_settings};
 use crate::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError, Warning, seed};
-use crate::scene::View;
+use crate::geometry::View;
 use crate::work::Work;
 
 /// What stands for the path of the settings in the command.

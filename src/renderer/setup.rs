@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::scene::{Rig, Scene, View};
+use crate::geometry::View;
+use crate::scene::{Rig, Scene};
 
 /// What a renderer is given: what light meets, what emits it, and from where it is seen.
 ///

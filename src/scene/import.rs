@@ -93,35 +93,6 @@ pub struct Options {
     pub parts: Vec<String>,
 }
 
-/// Where a file's content stands: stretched, then turned about the vertical through its origin, then
-/// moved.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
-    /// Metres in one unit of the file.
-    pub scale: f64,
-    /// Anticlockwise seen from above, degrees.
-    pub turn: f64,
-    /// Where its origin comes to stand.
-    pub at: Vec3,
-}
-
-impl Default for Place {
-    fn default() -> Place {
-        Place {
-            scale: 1.0,
-            turn: 0.0,
-            at: Vec3::ZERO,
-        }
-    }
-}
-
-impl Place {
-    fn direction(&self, d: Vec3) -> Vec3 {
-        let (sine, cosine) = self.turn.to_radians().sin_cos();
-        vec3(cosine * d.x - sine * d.y, sine * d.x + cosine * d.y, d.z)
-    }
-}
-
 /// A file as imported.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Import {

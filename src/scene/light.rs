@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::gobo::Gobo;
-use super::mount::Mount;
 use super::photometric::Distribution;
-use crate::geometry::Vec3;
+use crate::geometry::mount::Mount;
 use crate::picture::Image;
+use crate::show::Spot;
 use crate::units::Rgb;
 
 /// A luminaire.
@@ -87,20 +87,4 @@ impl Projection {
         let [a, b] = Projection::half_size(gobo, field);
         4.0 * (a * b / (1.0 + a * a + b * b).sqrt()).atan()
     }
-}
-
-/// A point source with a round beam: half the peak intensity at half the beam angle from the
-/// axis, a tenth at half the field angle, by the law of [`super::profile`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct Spot {
-    /// Where it hangs.
-    pub position: Vec3,
-    /// The point it is focused on.
-    pub aim: Vec3,
-    /// Full angle at half the peak intensity, degrees.
-    pub beam: f64,
-    /// Full angle at a tenth of the peak intensity, degrees; more than `beam`.
-    pub field: f64,
-    /// Peak intensity at unit setting (cd).
-    pub intensity: Rgb,
 }

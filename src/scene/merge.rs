@@ -18,7 +18,8 @@ mod outline;
 
 use std::collections::HashMap;
 
-use super::{Polygon, Shading, polygon};
+use super::{Polygon, Shading};
+use crate::geometry::polygon;
 use crate::geometry::Vec3;
 
 /// Corners of a merged polygon at most.

@@ -19,7 +19,7 @@ use self::material::{Materials, Moved};
 use self::read::{Group, Obj};
 use super::gltf::{Imported, UNSTATED, limit};
 use super::import::{Options, SceneError};
-use super::polygon::{self, ShapeError};
+use crate::geometry::polygon::{self, ShapeError};
 use super::shading::{Corner, Shading};
 use super::texture::reader::TextureReader;
 use super::{Material, Polygon, Scene};

@@ -10,6 +10,7 @@
     reason = "arrays of two, three or four numbers, by constants"
 )]
 
+use crate::geometry::solid::Solid;
 use crate::geometry::{Vec3, newell, vec3};
 
 /// Cosine between normals that count as one: 1 degree.
@@ -47,6 +48,21 @@ pub struct Corner {
 }
 
 impl Shading {
+    /// Of the face of a solid in this plane (a point of it, its unit normal), where it is round.
+    pub fn of_solid(solid: &Solid, (point, normal): (Vec3, Vec3)) -> Option<Shading> {
+        match *solid {
+            Solid::Cylinder { from, to, .. } => {
+                let axis = (to - from).normalized();
+                let is_end = normal.dot(axis).abs() > 0.5;
+                (!is_end).then(|| Shading::round_axis(from, axis))
+            }
+            Solid::Sphere { centre, .. } if (point - centre).length() > 0.0 => {
+                Some(Shading::round_centre(centre))
+            }
+            _ => None,
+        }
+    }
+
     /// Of a planar polygon's corners; `None` where it is shaded flat and has no texture.
     ///
     /// # Errors

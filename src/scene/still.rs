@@ -10,15 +10,7 @@ use std::sync::Arc;
 use crate::files::{FileError, Files};
 use crate::picture::exr::layer;
 use crate::picture::{Image, PictureError, decode};
-
-/// Where a picture stands: a file next to the show, and perhaps a layer of it.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct ImageFile {
-    /// Relative to the show's folder.
-    pub path: String,
-    /// A layer of a multi-layer OpenEXR file.
-    pub layer: Option<String>,
-}
+use crate::show::ImageFile;
 
 /// Pictures by where they stand.
 pub type Images = BTreeMap<ImageFile, Arc<Image>>;

@@ -8,7 +8,7 @@ use footlight::files::Memory;
 use footlight::picture::Image;
 use footlight::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 use footlight::repl::{Console, Repl};
-use footlight::scene::View;
+use footlight::geometry::View;
 use footlight::work::Work;
 
 /// Coarse pictures, each of two qualities.

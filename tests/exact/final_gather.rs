@@ -5,7 +5,7 @@ use crate::meter::{INWARD, Meter, Room, cuboid, mean};
 use footlight::geometry::{Vec3, vec3};
 use footlight::radiosity::{MANY_POLYGONS, Radiosity};
 use footlight::renderer::{Quality, Setup, Transport};
-use footlight::scene::View;
+use footlight::geometry::View;
 use footlight::work::{Silent, Work};
 use std::f64::consts::PI;
 

@@ -6,7 +6,7 @@ use crate::meter::{GREY, INWARD, Meter, Room, aside, cuboid, level, qualities};
 use crate::reference::{errors, furnace, picture, render};
 use footlight::geometry::{Vec3, vec3};
 use footlight::picture::Image;
-use footlight::scene::View;
+use footlight::geometry::View;
 use std::f64::consts::PI;
 
 /// Largest deviation of a pixel from E / (1 - rho) in a closed room of walls alike.

@@ -5,7 +5,7 @@ use crate::meter::{GREY, Room, cuboid, level, qualities};
 use crate::reference::{Case, cornell, errors, render, stage};
 use footlight::geometry::{Vec3, vec3};
 use footlight::picture::Image;
-use footlight::scene::View;
+use footlight::geometry::View;
 use std::sync::Arc;
 
 fn small(mut case: Case) -> Case {

@@ -8,13 +8,13 @@ use footlight::picture::Image;
 use footlight::radiosity::Radiosity;
 use footlight::renderer::{Quality, Setup, Transport};
 use footlight::scene::gobo::Gobo;
-use footlight::scene::mount::Mount;
+use footlight::geometry::mount::Mount;
 use footlight::scene::photometric::Distribution;
-use footlight::scene::profile::Profile;
-use footlight::scene::shape::Shape;
-use footlight::scene::{
-    Emitter, Light, Material, Measured, Polygon, Projection, Rig, Scene, Source, Spot, View,
-};
+use footlight::geometry::profile::Profile;
+use footlight::geometry::shape::Shape;
+use footlight::geometry::View;
+use footlight::scene::{Emitter, Light, Material, Measured, Polygon, Projection, Rig, Scene, Source};
+use footlight::show::Spot;
 use footlight::units::Rgb;
 use footlight::work::Work;
 

@@ -8,9 +8,11 @@ use footlight::picture::png;
 use footlight::radiosity::Radiosity;
 use footlight::renderer::{Quality, Transport};
 use footlight::scene::import::{self, Options};
-use footlight::scene::profile::Profile;
+use footlight::geometry::profile::Profile;
 use footlight::scene::texture::{Alpha, Texture};
-use footlight::scene::{Emitter, Light, Material, Polygon, Scene, Spot, View};
+use footlight::geometry::View;
+use footlight::scene::{Emitter, Light, Material, Polygon, Scene};
+use footlight::show::Spot;
 use footlight::units::Rgb;
 
 /// Where every wall shines and reflects alike, radiosity is the same everywhere. What is left is

@@ -5,8 +5,9 @@ use crate::reference::{Case, cornell, furnace, render, stage, tavern};
 use footlight::geometry::vec3;
 use footlight::picture::Image;
 use footlight::scene::gobo::Gobo;
-use footlight::scene::mount::Mount;
-use footlight::scene::{Emitter, Light, Projection, Source, Spot};
+use footlight::geometry::mount::Mount;
+use footlight::scene::{Emitter, Light, Projection, Source};
+use footlight::show::Spot;
 use footlight::units::Rgb;
 use std::sync::Arc;
 

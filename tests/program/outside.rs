@@ -429,7 +429,7 @@ fn the_manual_shows_a_scene_and_a_renderer_of_it() {
     let (x, y) = (far * way[0], eye[1] + far * way[1]);
     let square = x * x + (y + 2.0).powi(2) + 9.0;
     let to_axis = ((y + 2.0) * 2.0 + 9.0) / (square.sqrt() * 13_f64.sqrt());
-    let profile = footlight::scene::profile::Profile::new(30.0, 60.0).unwrap();
+    let profile = footlight::geometry::profile::Profile::new(30.0, 60.0).unwrap();
     let share = profile.share(to_axis.acos());
     let wanted = 0.5 / std::f64::consts::PI * 900.0 * share * (3.0 / square.sqrt()) / square;
     let found = f64::from(image.pixel(16, 9).unwrap()[0]);

@@ -18,7 +18,8 @@ use footlight::picture::{Image, exr};
 use footlight::radiosity::Radiosity;
 use footlight::radiosity::emitter_mask;
 use footlight::renderer::{Quality, Setup, Transport};
-use footlight::scene::{Emitter, Light, Rig, Scene, Source, View, obj};
+use footlight::geometry::View;
+use footlight::scene::{Emitter, Light, Rig, Scene, Source, obj};
 use footlight::units::Rgb;
 use footlight::work::{Silent, Work};
 use std::path::{Path, PathBuf};
@@ -149,7 +150,7 @@ pub fn tavern() -> Case {
         .unwrap();
     let files = Folder::new(folder, 1 << 24);
     let scene = obj::import(&files, "tavern.obj", show.stages[0].z_up).unwrap();
-    let rig = show.rig(&scene).unwrap();
+    let rig = footlight::scene::rig::rig(&show, &scene).unwrap();
     Case {
         name: "tavern",
         view: show.views[0].camera.clone(),

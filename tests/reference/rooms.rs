@@ -12,7 +12,8 @@ use footlight::diagnostic::Sources;
 use footlight::files::Folder;
 use footlight::geometry::vec3;
 use footlight::lang;
-use footlight::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, View, obj};
+use footlight::geometry::View;
+use footlight::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, obj};
 use footlight::units::Rgb;
 
 /// The smallest show.
@@ -22,7 +23,7 @@ pub fn first() -> Case {
     let parsed = lang::parse(&mut Sources::default(), "first.lxq", &text);
     let show = parsed.show.unwrap();
     let scene = obj::import(&Folder::new(folder, 1 << 24), "first.obj", false).unwrap();
-    let rig = show.rig(&scene).unwrap();
+    let rig = footlight::scene::rig::rig(&show, &scene).unwrap();
     Case {
         name: "first",
         view: show.views[0].camera.clone(),

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use footlight::geometry::{Vec3, newell, vec3};
 use footlight::picture::{decode, png};
-use footlight::scene::View;
+use footlight::geometry::View;
 
 /// A face by what it is of, and its corners.
 pub type VertexBuffer = (String, Vec<Vec3>);

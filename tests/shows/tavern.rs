@@ -132,7 +132,7 @@ fn the_rig_fits_the_stage() {
     let round = faces.iter().filter(|f| !f.normals.is_empty()).count();
     let cut = scene.polygons.len() - faces.len();
     assert!(cut <= round, "{cut} more polygons than faces");
-    let rig = show.rig(&scene).unwrap();
+    let rig = footlight::scene::rig::rig(&show, &scene).unwrap();
     let lit = |s: &footlight::scene::Source| s.emitters.iter().map(|e| e.light).collect::<Vec<_>>();
     let mut lit: Vec<usize> = rig.sources.iter().flat_map(lit).collect();
     lit.sort_unstable();

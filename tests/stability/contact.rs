@@ -6,7 +6,7 @@ use footlight::geometry::{Vec3, vec3};
 use footlight::radiosity::{
     CellRequest, Hierarchy, Layout, Setting, Surfaces, hash_to_unit, is_interior,
 };
-use footlight::scene::View;
+use footlight::geometry::View;
 use footlight::work::Work;
 
 /// Two chambers under one roof, on one floor: the partition at y = 2.3 is `thick`, and only the

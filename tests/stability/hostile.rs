@@ -3,7 +3,9 @@
 use footlight::geometry::{Vec3, vec3};
 use footlight::radiosity::Radiosity;
 use footlight::renderer::{Quality, Setup, Transport, TransportError};
-use footlight::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, Spot, View};
+use footlight::geometry::View;
+use footlight::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source};
+use footlight::show::Spot;
 use footlight::units::Rgb;
 use footlight::work::{Silent, Work};
 use std::sync::Arc;

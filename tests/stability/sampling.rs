@@ -9,7 +9,9 @@ use footlight::radiosity::{
     Beam, Hemicube, Hierarchy, Setting, Surfaces, Table, VertexBuffer, camera, hash_to_unit,
     kept_inside,
 };
-use footlight::scene::{Light, Spot, View};
+use footlight::geometry::View;
+use footlight::scene::Light;
+use footlight::show::Spot;
 use footlight::units::Rgb;
 use std::f64::consts::PI;
 

@@ -7,8 +7,10 @@ use crate::lang::{SpanMap, codes, nearest};
 use crate::picture::PictureError;
 use crate::scene::import::SceneError;
 use crate::scene::still::{ImageError, Refused};
-use crate::scene::{Camera, ImageFile, Scene};
-use crate::show::{NodeId, RigError, Show, Stage, Surface, View};
+use crate::scene::rig::RigError;
+use crate::scene::{Camera, Scene};
+use crate::show::ImageFile;
+use crate::show::{NodeId, Show, Stage, Surface, View};
 
 /// What to do about a path as Windows has it.
 const NO_BACKSLASH: &str = "write `/` for `\\`; the file must be in the show's folder, or below it";

@@ -6,11 +6,11 @@ use crate::lang::ast::{self, Clause, Span, Word};
 use crate::lang::codes;
 use crate::lang::names::Kind;
 use crate::lang::quantity::{self, Unit, Wanted};
-use crate::scene::Spot;
-use crate::scene::mount::Mount;
-use crate::scene::profile::Profile;
-use crate::scene::shape::Shape;
-use crate::show::{ImportedLuminaire, Light, LightKind, Output, Strength};
+use crate::show::Spot;
+use crate::geometry::mount::Mount;
+use crate::geometry::profile::Profile;
+use crate::geometry::shape::Shape;
+use crate::show::{ImportedLuminaire, LightKind, Luminaire, Output, Strength};
 use crate::units::Rgb;
 
 /// A kind of light: what the language says of it.
@@ -195,7 +195,7 @@ impl<'a> Lower<'a, '_> {
         for ((light, span), spec) in lights.iter().zip(specs) {
             let id = self.node(*span);
             let kind = self.finished(light, &spec.unwrap_or_default());
-            self.show.lights.push(Light {
+            self.show.lights.push(Luminaire {
                 id,
                 name: light.name.text.to_owned(),
                 // A placeholder: there is an error, so that lowering returns no show.

@@ -10,7 +10,7 @@ use crate::lang::codes;
 use crate::lang::quantity::{self, Unit, Wanted};
 use crate::lang::report::Place;
 use crate::lang::unquoted;
-use crate::scene;
+use crate::geometry;
 
 use crate::show::{Stage, ToneCurve, View};
 use crate::units::{Tolerance, fraction};
@@ -19,7 +19,7 @@ use crate::units::{Tolerance, fraction};
 const FRAME: f64 = 0.024;
 
 /// A view of which nothing is known.
-const NOWHERE: scene::View = scene::View {
+const NOWHERE: geometry::View = geometry::View {
     from: Vec3::ZERO,
     to: Vec3::ZERO,
     fov: 0.0,
@@ -219,7 +219,7 @@ impl<'a> Lower<'a, '_> {
         let turn =
             value("turn").and_then(|w| self.within(*w, Wanted::Angle, (-360.0, 360.0), range));
         let at = find("at").and_then(|c| self.position(&c.values));
-        let place = scene::import::Place {
+        let place = geometry::Place {
             scale: scale.unwrap_or(1.0),
             turn: turn.unwrap_or(0.0),
             at: at.unwrap_or_default(),
@@ -258,7 +258,7 @@ impl<'a> Lower<'a, '_> {
         self.show.views.push(View {
             id,
             name: name.text.to_owned(),
-            camera: scene::View {
+            camera: geometry::View {
                 width,
                 height,
                 ..camera
@@ -268,7 +268,7 @@ impl<'a> Lower<'a, '_> {
     }
 
     /// The view of a camera of the stage: nothing of it is known yet.
-    fn imported_view(&mut self, name: Word<'a>, clauses: &[Clause<'a>]) -> scene::View {
+    fn imported_view(&mut self, name: Word<'a>, clauses: &[Clause<'a>]) -> geometry::View {
         let is_more = |c: &&Clause<'a>| !["from", "size"].contains(&c.word.text);
         if let Some(clause) = clauses.iter().find(is_more) {
             let message = format!("a camera of the stage has its own `{}`", clause.word.text);
@@ -280,7 +280,7 @@ impl<'a> Lower<'a, '_> {
         NOWHERE
     }
 
-    fn own_view(&mut self, span: Span, name: Word<'a>, clauses: &[Clause<'a>]) -> scene::View {
+    fn own_view(&mut self, span: Span, name: Word<'a>, clauses: &[Clause<'a>]) -> geometry::View {
         let find = |word: &str| clauses.iter().find(|c| c.word.text == word);
         let mut point = |word| find(word).map(|c| self.position(&c.values));
         let (from, to) = (point("from"), point("to"));
@@ -315,7 +315,7 @@ impl<'a> Lower<'a, '_> {
         let range = "a roll is -180 to 180 degrees";
         let roll = find("roll").and_then(|c| c.values.first());
         let roll = roll.and_then(|w| self.within(*w, Wanted::Angle, (-180.0, 180.0), range));
-        scene::View {
+        geometry::View {
             from: from.unwrap_or_default(),
             to: to.unwrap_or_default(),
             fov: fov.flatten().unwrap_or_default(),

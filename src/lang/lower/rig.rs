@@ -4,8 +4,8 @@ use super::Lower;
 use crate::lang::ast::{self, Declaration, ImageWords, Span, Statement, Word};
 use crate::lang::codes;
 use crate::lang::names::Kind;
-use crate::scene::ImageFile;
-use crate::show::{Bank, Dimmer, Fade, Fixed, Group, Light, LightKind, NodeId};
+use crate::show::ImageFile;
+use crate::show::{Bank, Dimmer, Fade, Fixed, Group, LightKind, Luminaire, NodeId};
 
 impl<'a> Lower<'a, '_> {
     /// Lowers the statements of this module.
@@ -92,7 +92,7 @@ impl<'a> Lower<'a, '_> {
                     .error::<()>(codes::MISSING, "the image has no name", at, help);
             }
         }
-        self.show.lights.push(Light {
+        self.show.lights.push(Luminaire {
             id,
             name: match layer {
                 None => format!("image {}", path.text),

@@ -7,7 +7,7 @@ use crate::geometry::Vec3;
 use crate::lang::ast::{self, Clause, Span, Word};
 use crate::lang::quantity::Wanted;
 use crate::lang::{codes, unquoted};
-use crate::scene::solid::Solid;
+use crate::geometry::solid::Solid;
 use crate::show::Surface;
 use crate::units::Rgb;
 
@@ -230,7 +230,7 @@ mod tests {
     use crate::diagnostic::Sources;
     use crate::geometry::vec3;
     use crate::lang::{codes, parse};
-    use crate::scene::solid::Solid;
+    use crate::geometry::solid::Solid;
 
     #[test]
     fn solids_are_what_they_say() {

@@ -19,7 +19,7 @@ use crate::radiosity::lists::Lists;
 use crate::radiosity::mesh::sample::kept_inside;
 use crate::radiosity::visibility::raster::{Camera, ItemBuffer, NOTHING};
 use crate::renderer::TransportError;
-use crate::scene::View;
+use crate::geometry::View;
 use crate::work::Work;
 use rayon::prelude::*;
 

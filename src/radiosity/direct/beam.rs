@@ -7,10 +7,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
 
 use crate::geometry::Vec3;
-use crate::scene::mount::Axes;
+use crate::geometry::mount::Axes;
 use crate::scene::photometric::Distribution;
-use crate::scene::profile::Profile;
-use crate::scene::{Measured, Projection, Spot};
+use crate::geometry::profile::Profile;
+use crate::scene::{Measured, Projection};
+use crate::show::Spot;
 
 /// A point source.
 #[derive(Clone, Debug)]
@@ -189,7 +190,7 @@ mod tests {
         let text = "TILT=NONE\n1 -1 1 3 5 1 2 0 0 0 1 1 0\n0 45 90\n0 90 180 270 360\n\
             500 100 0\n500 400 0\n500 100 0\n500 50 0\n500 100 0";
         let light = |turn: f64| Measured {
-            mount: crate::scene::mount::Mount {
+            mount: crate::geometry::mount::Mount {
                 position: vec3(1.0, 2.0, 3.0),
                 aim: vec3(1.0, 2.0, 0.0),
                 turn,

@@ -12,7 +12,7 @@ use crate::radiosity::visibility::raster::Camera;
 use crate::scene::Projection;
 use crate::scene::footprint::Taps;
 use crate::scene::gobo::Gobo;
-use crate::scene::mount::{Axes, Mount};
+use crate::geometry::mount::{Axes, Mount};
 
 /// A projector.
 #[derive(Clone, Debug)]

@@ -6,7 +6,7 @@ use crate::radiosity::final_gather::irradiance_filter::differ;
 use crate::radiosity::geometry::surface::Surfaces;
 use crate::radiosity::visibility::raster::ItemBuffer;
 use crate::renderer::{Cost, Quality, QualityParameter, Setup, TransportError};
-use crate::scene::View;
+use crate::geometry::View;
 
 /// What a step of quality spends.
 #[derive(Clone, Copy, Debug)]

@@ -104,7 +104,7 @@ mod tests {
     use crate::radiosity::geometry::rectangle;
     use crate::radiosity::geometry::surface::Surfaces;
     use crate::radiosity::visibility::Hierarchy;
-    use crate::scene::Spot;
+    use crate::show::Spot;
     use crate::units::Rgb;
 
     /// A floor, and a box without a bottom on it; the wall at y = 1 goes on behind the box.

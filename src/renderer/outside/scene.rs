@@ -7,9 +7,9 @@ use serde::Serialize;
 
 use crate::geometry::{Vec3, newell};
 use crate::renderer::Setup;
-use crate::scene::mount::Mount;
-use crate::scene::polygon::triangles;
-use crate::scene::profile::Profile;
+use crate::geometry::mount::Mount;
+use crate::geometry::polygon::triangles;
+use crate::geometry::profile::Profile;
 use crate::scene::texture::{Texture, Wrap};
 use crate::scene::{Light, Measured, Polygon, Projection, Scene};
 use crate::units::Rgb;

@@ -242,7 +242,8 @@ fn commands_without_their_marks_are_refused() {
 
 /// A floor of two triangles, a spot on it, and an l-shaped panel.
 fn lit_floor() -> Setup {
-    use crate::scene::{Emitter, Light, Material, Polygon, Spot};
+    use crate::scene::{Emitter, Light, Material, Polygon};
+    use crate::show::Spot;
     use crate::units::Rgb;
     let flat = |points: &[(f64, f64)]| points.iter().map(|&(x, y)| vec3(x, y, 0.0)).collect();
     let scene = Scene {
@@ -448,7 +449,7 @@ fn a_known_renderer_is_called_by_its_name() {
 #[test]
 fn projections_and_photometric_files_are_written_with_their_numbers() {
     use crate::scene::gobo::Gobo;
-    use crate::scene::mount::Mount;
+    use crate::geometry::mount::Mount;
     use crate::scene::photometric::Distribution;
     use crate::scene::{Light, Measured, Projection};
     use crate::units::Rgb;

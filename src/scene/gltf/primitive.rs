@@ -15,7 +15,8 @@ use super::{
 };
 use crate::geometry::vec3;
 use crate::scene::shading::{Corner, Shading};
-use crate::scene::{Polygon, polygon};
+use crate::geometry::polygon;
+use crate::scene::Polygon;
 
 /// Vertices with what they have.
 #[derive(Clone, Default)]

@@ -1,31 +1,10 @@
 //! Lights of the stage's file: what the file says, and over it what the show says.
 
-use super::{NodeId, Output, RigError};
-use crate::geometry::Vec3;
-use crate::scene::profile::Profile;
-use crate::scene::{Lamp, LampShape, Spot};
+use super::rig::RigError;
+use crate::geometry::profile::Profile;
+use super::{Lamp, LampShape};
+use crate::show::{ImportedLuminaire, NodeId, Output, Spot};
 use crate::units::Rgb;
-
-/// A light of the stage's file ([`scene::Lamp`]), and what the show says otherwise.
-#[derive(Clone, Debug, PartialEq)]
-pub struct ImportedLuminaire {
-    /// Its name in the file.
-    pub name: String,
-    /// Where it hangs; without an `aim` it keeps its direction.
-    pub position: Option<Vec3>,
-    /// The point it is focused on.
-    pub aim: Option<Vec3>,
-    /// Full angle at half the peak, degrees.
-    pub beam: Option<f64>,
-    /// Full angle at a tenth of the peak, degrees.
-    pub field: Option<f64>,
-    /// Its white in place of the file's colour.
-    pub white: Option<Rgb>,
-    /// The colour before it.
-    pub gel: Rgb,
-    /// How bright it is at full.
-    pub output: Output,
-}
 
 /// Beam and field of what shines everywhere: even to within 2e-5 up to 179 degrees from the axis,
 /// as the law of spots falls off so near its end.

@@ -70,7 +70,7 @@ impl Shape {
 }
 
 /// A polyhedron of a sphere's area, with `10 frequency^2 + 2` faces.
-pub(super) fn ball(centre: Vec3, radius: f64, frequency: usize) -> Vec<Vec<Vec3>> {
+pub fn ball(centre: Vec3, radius: f64, frequency: usize) -> Vec<Vec<Vec3>> {
     let place = |v: &Vec3| centre + *v * radius;
     let faces = sphere(frequency);
     let moved = faces.iter().map(|f| f.iter().map(place).collect());
@@ -78,7 +78,7 @@ pub(super) fn ball(centre: Vec3, radius: f64, frequency: usize) -> Vec<Vec<Vec3>
 }
 
 /// A regular polygon of the area of a circle, counter-clockwise seen from where `axis` points.
-pub(super) fn ring(centre: Vec3, axis: Vec3, radius: f64, corners: usize) -> Vec<Vec3> {
+pub fn ring(centre: Vec3, axis: Vec3, radius: f64, corners: usize) -> Vec<Vec3> {
     let [u, v] = frame(axis.normalized());
     let place = |(x, y): &(f64, f64)| centre + (u * *x + v * *y) * radius;
     disc(corners).iter().map(place).collect()

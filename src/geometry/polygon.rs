@@ -9,7 +9,7 @@ const PLANAR: f64 = 1e-4;
 const AREA: f64 = 1e-9;
 
 /// The most corners of a face that is cut: the work grows with their cube.
-pub(super) const BENT_LIMIT: usize = 64;
+pub const BENT_LIMIT: usize = 64;
 
 /// Why a face cannot be made polygons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -29,7 +29,7 @@ pub enum ShapeError {
 /// [`ShapeError::Crossing`] when two edges cross, seen along the normal, or when lobes of opposite
 /// sense cancel (a symmetric bow tie, which would otherwise vanish unseen); [`ShapeError::Bent`]
 /// for a bent face of many corners.
-pub(super) fn planar(mut corners: Vec<Vec3>) -> Result<Vec<Vec<Vec3>>, ShapeError> {
+pub fn planar(mut corners: Vec<Vec3>) -> Result<Vec<Vec<Vec3>>, ShapeError> {
     corners.dedup();
     while corners.len() > 1 && corners.first() == corners.last() {
         corners.pop();
@@ -56,19 +56,19 @@ pub(super) fn planar(mut corners: Vec<Vec3>) -> Result<Vec<Vec<Vec3>>, ShapeErro
 
 /// A simple polygon of at most [`BENT_LIMIT`] corners as triangles; `None` where there is no way to
 /// cut it.
-pub(crate) fn triangles(corners: &[Vec3]) -> Option<Vec<Vec<Vec3>>> {
+pub fn triangles(corners: &[Vec3]) -> Option<Vec<Vec<Vec3>>> {
     let mut triangles = Flat::new(corners, normal(corners)?).triangles()?;
     triangles.retain(|triangle| normal(triangle).is_some());
     Some(triangles)
 }
 
 /// True when the corners enclose an area beyond rounding.
-pub(super) fn has_area(corners: &[Vec3]) -> bool {
+pub fn has_area(corners: &[Vec3]) -> bool {
     normal(corners).is_some()
 }
 
 /// Twice the vector area, relative to a corner, as the products of large coordinates would cancel.
-pub(super) fn doubled_area(corners: &[Vec3]) -> Vec3 {
+pub fn doubled_area(corners: &[Vec3]) -> Vec3 {
     let origin = corners.first().copied().unwrap_or_default();
     let near: Vec<Vec3> = corners.iter().map(|v| *v - origin).collect();
     newell(&near)

@@ -6,7 +6,6 @@
 use crate::geometry::{Vec3, vec3};
 
 use super::polygon::{self, ShapeError};
-use super::shading::Shading;
 use super::shape::{ball, ring};
 
 /// Something that stands on the stage.
@@ -108,21 +107,6 @@ impl Solid {
                 radius,
                 sides,
             } => Ok(ball(centre, radius, sides.div_ceil(5))),
-        }
-    }
-
-    /// How the face of this plane (a point of it, its unit normal) is shaded, where it is round.
-    pub fn shading(&self, (point, normal): (Vec3, Vec3)) -> Option<Shading> {
-        match *self {
-            Solid::Cylinder { from, to, .. } => {
-                let axis = (to - from).normalized();
-                let is_end = normal.dot(axis).abs() > 0.5;
-                (!is_end).then(|| Shading::round_axis(from, axis))
-            }
-            Solid::Sphere { centre, .. } if (point - centre).length() > 0.0 => {
-                Some(Shading::round_centre(centre))
-            }
-            _ => None,
         }
     }
 
