@@ -1,6 +1,6 @@
 //! The terminal around the prompt: arguments, line editor, progress bars, pictures.
 //!
-//! Everything the program can do is a verb of [`crate::repl`]; this module only reads words from a
+//! Everything the program can do is a verb of [`footlight_prompt`]; this module only reads words from a
 //! person and shows what comes back. It is the only module that prints.
 
 mod argument;
@@ -28,17 +28,17 @@ use std::sync::{Arc, OnceLock};
 
 use clap::error::{ContextKind, ContextValue};
 
-use crate::engine::{Background, Engine, Host, PoolPlace, TEXT_LIMIT};
-use crate::files::{self, Disk, Folder, Monotonic, process};
+use footlight_engine::{Background, Engine, Host, PoolPlace, TEXT_LIMIT};
+use footlight_host::files::{self, Disk, Folder, Monotonic, process};
 #[cfg(feature = "lsp")]
-use crate::lsp;
-use crate::printable::Printable;
-use crate::radiosity::Radiosity;
-use crate::renderer::Transport;
-use crate::renderer::outside::{self, Outside};
-use crate::repl::{Call, Console, Error, Repl, help_of, removed};
-use crate::report::explain::explain;
-use crate::report::film::{Outlets, Pipe};
+use footlight_lsp as lsp;
+use footlight_show::printable::Printable;
+use footlight_transport::radiosity::Radiosity;
+use footlight_transport::Transport;
+use footlight_transport::outside::{self, Outside};
+use footlight_prompt::{Call, Console, Error, Repl, help_of, removed};
+use footlight_report::explain::explain;
+use footlight_report::film::{Outlets, Pipe};
 
 use self::argument::{OwnCommand, Settings, Task};
 use self::encoder::Ffmpeg;
@@ -317,7 +317,7 @@ fn load(
             Engine::from_text("standard input", &text, host)
         }
         Some(path) => {
-            let ending = crate::report::format::ending(path);
+            let ending = footlight_report::format::ending(path);
             let other = match ending.as_str() {
                 "obj" | "gltf" | "glb" => Some(("a stage", "stage", "")),
                 "mvr" => Some(("a plan", "import", " -o show.lxq")),

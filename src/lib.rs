@@ -38,61 +38,32 @@
 //! Without the feature `cli`, which is on by default, no terminal crate is compiled, and the
 //! library builds for `wasm32-unknown-unknown`; an embedding program there gives its own [`Clock`].
 //!
-//! # The way of the data
+//! # Crates
+//!
+//! This crate is a facade: it gives names of the crates below one place. Each imports only what
+//! stands above it in this table, as Cargo sees to.
 //!
 //! ```text
-//! text --lang--> Show --timeline--> key settings --plan--> basis, order, predicted error
-//!                                                    |
-//!           scene --renderer (G)--> images --pool--> key images --playback--> frames --> report
-//!                              \____________ engine ____________/
+//! text --show--> Show --timeline--> key settings --plan--> basis, order, predicted error
+//!                                                   |
+//!         stage --transport (G)--> images --pool--> key images --player--> frames --> report
+//!                             \____________ engine ____________/
 //! ```
 //!
-//! # Modules
+//! | crate | its job |
+//! |---|---|
+//! | `footlight-host` | what the embedding program gives: files, clock, programs, progress, cancel |
+//! | `footlight-show` | the text and what it means: language, model, timeline, checks |
+//! | `footlight-picture` | linear images: OpenEXR, PNG, tone, films |
+//! | `footlight-stage` | geometry, materials, lights; OBJ, glTF, photometric files, textures |
+//! | `footlight-transport` | the operator G: radiosity, and renderers outside |
+//! | `footlight-engine` | documents, images, plan, refinement, playback |
+//! | `footlight-desk` | shows and rigs of other programs, packets of the lighting network |
+//! | `footlight-report` | results as text, tables, charts, files |
+//! | `footlight-prompt` | verbs, completion, answers; no terminal |
+//! | `footlight-lsp`, `footlight-serve` | the language server; the live page |
 //!
-//! Each module is on a layer. It imports modules of lower layers that its row names, and the
-//! outside crates of its row belong to it alone (`serde` and `thiserror` are free to all, as they
-//! only derive traits). `tests/layering.rs` reads this table and the `use` lines and compares them.
-//! `build.rs` is the build script: it makes the operator's version of `radiosity` and what that
-//! imports, so that no image of older code is ever taken from a store.
-//!
-//! | layer | module | its job | may import | its own outside crates |
-//! |---|---|---|---|---|
-//! | 0 | `units` | times, levels, angles, colours | - | - |
-//! | 0 | `geometry` | points, polygons, transforms: plain three-dimensional mathematics | - | - |
-//! | 0 | `hash` | mixing of bits: numbers that look random and are the same everywhere | - | - |
-//! | 0 | `work` | progress, cancel, threads and memory as the embedding program gives them | - | - |
-//! | 0 | `linalg` | verified SVD, QR, Bernstein: mathematics only | - | nalgebra |
-//! | 0 | `files` | the one door to the outside: reading, writing, other programs, the clock | - | nix, shlex |
-//! | 0 | `printable` | text for a person, in which nothing is hidden | - | unicode_width |
-//! | 1 | `diagnostic` | one Diagnostic type; plain, coloured and JSON reports | printable | annotate_snippets, serde_json |
-//! | 1 | `picture` | linear float RGB image; EXR, PNG; tone mapping | units, files | base64, exr, image, nalgebra, png |
-//! | 2 | `chart` | axes, series, curves; PNG and SVG | units, picture, printable | base64, tiny_skia |
-//! | 2 | `scene` | geometry, materials, lights, images, views; OBJ and glTF import | units, geometry, files, picture, printable | base64, draco_core, gltf_json, serde_json, sha2 |
-//! | 3 | `show` | the model (IR): banks, fixed, looks, cues, parts, curves; no syntax, no spans | units, geometry, scene | - |
-//! | 3 | `renderer` | `Setup`, `Transport`, `Prepared`: the operator G with its quality and cost; banks given as images; an outside renderer | units, geometry, hash, work, files, scene, picture | serde_json |
-//! | 4 | `radiosity` | our own operator: geometry, visibility, mesh, direct and indirect light, camera | renderer, scene, picture, units, geometry, hash, work | arrayvec, nalgebra, rayon, wide |
-//! | 4 | `lang` | grammar, AST, names, units, lowering, in-place edits: text to Show and span map | show, scene, units, geometry, files, diagnostic | color, pest, pest_derive, strsim |
-//! | 4 | `timeline` | cues to polynomial segments, knots, positivity, key settings | show, units, hash, linalg | - |
-//! | 5 | `check` | what follows from the curves alone: levels out of range, overtaken cues | lang, timeline, show, units, diagnostic | - |
-//! | 5 | `plan` | pure: keys, durations, a metric, the pool's settings and costs in; basis, order, predicted error out | show, timeline, linalg, units | - |
-//! | 5 | `desk` | shows and rigs of other programs: USITT ASCII, QLC+, MVR and GDTF; packets of the lighting network | lang, timeline, show, scene, files, units, diagnostic, printable, work | flate2, roxmltree |
-//! | 6 | `pool` | coarse and refined images and their settings, the preview's coefficients; content addresses, the store on disk | renderer, plan, timeline, scene, linalg, picture, files, geometry, units, work | serde_json, sha2 |
-//! | 7 | `playback` | key images and their formats, the fused kernel, frames; the page that plays them in a browser | timeline, plan, pool, picture, printable, units, work | base64, multiversion, serde_json |
-//! | 8 | `engine` | `Document`, `Engine`, `LiveControl`: typed calls, no prose, no terminal; the public face | lang, check, show, scene, timeline, plan, pool, playback, radiosity, renderer, picture, linalg, files, diagnostic, geometry, units, work | - |
-//! | 9 | `report` | typed results as text, tables, sheets, charts, files | engine, desk, playback, pool, plan, renderer, timeline, lang, show, chart, picture, linalg, files, diagnostic, printable, units, work | base64, flate2, serde_json, sha2 |
-//! | 10 | `repl` | verbs, completion, dispatch: parse, engine, report; no terminal | report, engine, desk, lang, plan, playback, picture, chart, show, renderer, diagnostic, printable, files, units, work | serde_json |
-//! | 11 | `lsp` | the language server: an editor's texts in, diagnostics, completion, names, hints, pictures out | repl, engine, lang, diagnostic, show, timeline, picture, files, units, work | crossbeam_channel, lsp_server, lsp_types, serde_json |
-//! | 11 | `serve` | the live page: a show served to browsers of this machine | repl, report, engine, playback, picture, diagnostic, printable | getrandom, httparse, serde_json |
-//! | 12 | `cli` | arguments, line editor, progress bars, terminal pictures | lsp, serve, repl, report, engine, desk, lang, radiosity, renderer, timeline, show, units, diagnostic, printable, files, picture, work | clap, clap_complete, rustyline, indicatif, signal_hook, ctrlc, console |
-
-#![cfg_attr(
-    not(feature = "internals"),
-    allow(
-        dead_code,
-        unused_imports,
-        reason = "modules are also the ground of this project's tests and studies"
-    )
-)]
+//! A program that reads cue sheets and wants levels over time needs `footlight-show` alone.
 
 /// The manual. Each page answers one question.
 ///
@@ -139,90 +110,34 @@ pub mod manual {
     pub mod embedding {}
 }
 
-cfg_if::cfg_if! {
-    if #[cfg(feature = "internals")] {
-        pub mod chart;
-        pub mod check;
-        pub mod desk;
-        pub mod diagnostic;
-        pub mod engine;
-        pub mod files;
-        pub mod geometry;
-        pub mod hash;
-        pub mod lang;
-        pub mod linalg;
-        pub mod picture;
-        pub mod plan;
-        pub mod playback;
-        pub mod pool;
-        pub mod printable;
-        pub mod radiosity;
-        pub mod renderer;
-        pub mod repl;
-        pub mod report;
-        pub mod scene;
-        pub mod show;
-        pub mod timeline;
-        pub mod units;
-        pub mod work;
-    } else {
-        mod chart;
-        mod check;
-        mod desk;
-        mod diagnostic;
-        mod engine;
-        mod files;
-        mod geometry;
-        mod hash;
-        mod lang;
-        mod linalg;
-        mod picture;
-        mod plan;
-        mod playback;
-        mod pool;
-        mod printable;
-        mod radiosity;
-        mod renderer;
-        mod repl;
-        mod report;
-        mod scene;
-        mod show;
-        mod timeline;
-        mod units;
-        mod work;
-    }
-}
 #[cfg(feature = "cli")]
 mod cli;
-#[cfg(feature = "lsp")]
-mod lsp;
-#[cfg(feature = "serve")]
-mod serve;
 
-pub use crate::diagnostic::{Diagnostic, Diagnostics, Severity, Style};
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub use cli::main;
-pub use engine::{
+pub use footlight_engine::{
     Background, Document, Edited, Ended, Engine, Error, Event, Forecast, Goal, Host, LiveControl,
     Moves, PoolPlace, RefinementSummary, Status, Way, WayForecast,
 };
-pub use files::{
+pub use footlight_engine::plan::{Metric, PlanReport};
+pub use footlight_engine::playback::Player;
+pub use footlight_host::files::{
     AtomicWriter, Clock, Disk, Entry, FileError, Files, Folder, Memory, MemoryStore, Store,
 };
-pub use lang::edit::{Change, CueMove, CueText, Edit};
-pub use picture::Image;
-pub use picture::png::encode as encode_png;
-pub use picture::tone::Tone;
-pub use plan::{Metric, PlanReport};
-pub use playback::Player;
-pub use printable::Printable;
-pub use radiosity::Radiosity;
-pub use renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
-pub use repl::{Call, Console, Error as ReplError, Repl, Reply};
-pub use report::film::{Canvas, Shown};
-pub use scene::{Rig, Scene, View};
-pub use show::Show;
-pub use timeline::Timeline;
-pub use units::{CueNumber, ErrorUnit, Time, Tolerance};
-pub use work::{Progress, Work};
+pub use footlight_host::work::{Progress, Work};
+pub use footlight_picture::Image;
+pub use footlight_picture::png::encode as encode_png;
+pub use footlight_picture::tone::Tone;
+pub use footlight_prompt::{Call, Console, Error as ReplError, Repl, Reply};
+pub use footlight_report::film::{Canvas, Shown};
+pub use footlight_show::diagnostic::{Diagnostic, Diagnostics, Severity, Style};
+pub use footlight_show::geometry::View;
+pub use footlight_show::lang::edit::{Change, CueMove, CueText, Edit};
+pub use footlight_show::model::Show;
+pub use footlight_show::printable::Printable;
+pub use footlight_show::timeline::Timeline;
+pub use footlight_show::units::{CueNumber, ErrorUnit, Time, Tolerance};
+pub use footlight_stage::{Rig, Scene};
+pub use footlight_transport::radiosity::Radiosity;
+pub use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError};

@@ -1,6 +1,6 @@
 //! Random numbers of a seed: Vigna's splitmix64.
 
-use footlight::hash::{GOLDEN, mix};
+use footlight_show::hash::{GOLDEN, mix};
 
 pub struct Dice(pub u64);
 

@@ -6,13 +6,13 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use footlight::desk::{mvr, usitt};
-use footlight::diagnostic::Sources;
-use footlight::engine::PoolPlace;
-use footlight::files::{Memory, MemoryStore, Store};
-use footlight::lang;
-use footlight::picture::exr::{self, Precision};
-use footlight::work::Work;
+use footlight_desk::{mvr, usitt};
+use footlight_show::diagnostic::Sources;
+use footlight_engine::PoolPlace;
+use footlight_host::files::{Memory, MemoryStore, Store};
+use footlight_show::lang;
+use footlight_picture::exr::{self, Precision};
+use footlight_host::work::Work;
 use footlight::{Engine, Host, Image, Time};
 
 use crate::dice::Dice;
@@ -38,7 +38,7 @@ cue 1 at 0:00 { snap  a 80 }
 type Case = Vec<(&'static str, Vec<u8>)>;
 
 fn cases() -> Vec<Case> {
-    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let read = |name: &str| std::fs::read(examples.join(name)).unwrap();
     let luminaires = [
         "luminaires.lxq",

@@ -16,7 +16,7 @@ pub fn all(seed: u64, kills: usize) -> bool {
     let folder = tempfile::tempdir().unwrap();
     for name in ["first.lxq", "first.obj", "first.mtl"] {
         let from = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("examples")
+            .join("..")
             .join(name);
         fs::copy(from, folder.path().join(name)).unwrap();
     }

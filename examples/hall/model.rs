@@ -143,6 +143,6 @@ pub fn gltf() -> String {
 
 #[allow(dead_code, reason = "the test takes this file as a module")]
 fn main() -> std::io::Result<()> {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/hall/hall.gltf");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../hall/hall.gltf");
     std::fs::write(path, gltf())
 }

@@ -14,7 +14,7 @@ fn main() -> Result<()> {
     fs::write(folder.join("room.mtl"), mtl)?;
     fs::write(folder.join("batwing.ies"), batwing())?;
     let slide = window(240, 192);
-    let png = footlight::picture::png::encode(240, 192, &slide);
+    let png = footlight_picture::png::encode(240, 192, &slide);
     fs::write(
         folder.join("window.png"),
         png.map_err(std::io::Error::other)?,

@@ -53,7 +53,7 @@ pub fn mtl() -> String {
 }
 
 fn main() -> std::io::Result<()> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/tavern");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tavern");
     std::fs::write(folder.join("tavern.obj"), obj(&tavern()))?;
     std::fs::write(folder.join("tavern.mtl"), mtl())?;
     wavefront::write_images(&folder, PAINTERS)

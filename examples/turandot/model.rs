@@ -61,11 +61,11 @@ pub fn mtl() -> String {
 }
 
 fn main() -> std::io::Result<()> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/turandot");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../turandot");
     std::fs::write(folder.join("turandot.obj"), obj(&turandot()))?;
     std::fs::write(folder.join("turandot.mtl"), mtl())?;
     for (name, slide) in [("dusk.png", dusk()), ("night.png", night())] {
-        let png = footlight::picture::png::encode(WIDTH, HEIGHT, &slide);
+        let png = footlight_picture::png::encode(WIDTH, HEIGHT, &slide);
         std::fs::write(folder.join(name), png.map_err(std::io::Error::other)?)?;
     }
     wavefront::write_images(&folder, PAINTERS)

@@ -4,8 +4,8 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::draw;
-use crate::picture::terminal::{self, Room};
-use crate::report::film::{Canvas, Shown};
+use footlight_picture::terminal::{self, Room};
+use footlight_report::film::{Canvas, Shown};
 
 /// Widest picture in half blocks, in columns: beyond it one sees no more, only less text.
 const WIDEST: usize = 120;

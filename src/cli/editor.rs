@@ -11,10 +11,10 @@ use rustyline::history::{DefaultHistory, History};
 use rustyline::validate::{ValidationContext, ValidationResult, Validator};
 use rustyline::{Context, Helper};
 
-use crate::files::{Disk, FileError, Store};
-use crate::lang::{Token, tokens};
-use crate::printable::{is_hidden, visible};
-use crate::repl::{Vocabulary, finished};
+use footlight_host::files::{Disk, FileError, Store};
+use footlight_show::lang::{Token, tokens};
+use footlight_show::printable::{is_hidden, visible};
+use footlight_prompt::{Vocabulary, finished};
 
 /// Lines that are remembered from session to session.
 pub const REMEMBERED: usize = 2000;

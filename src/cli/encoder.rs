@@ -9,15 +9,15 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::thread::JoinHandle;
 
-use crate::files::process::Private;
-use crate::files::{AtomicWriter, Disk, FileError, Store as _};
-use crate::report::film::Encoder;
-use crate::report::format::ending;
+use footlight_host::files::process::Private;
+use footlight_host::files::{AtomicWriter, Disk, FileError, Store as _};
+use footlight_report::film::Encoder;
+use footlight_report::format::ending;
 
 /// The program.
 const PROGRAM: &str = "ffmpeg";
 
-/// Arguments for every film: its frames are those of [`crate::picture::y4m`], coded for a
+/// Arguments for every film: its frames are those of [`footlight_picture::y4m`], coded for a
 /// display by sRGB's curve; colour is shared by four pixels, so sides are made even.
 const ALWAYS: &str = "-hide_banner -loglevel error -y -f yuv4mpegpipe -i pipe:0 -pix_fmt yuv420p \
     -vf pad=ceil(iw/2)*2:ceil(ih/2)*2 -colorspace bt709 -color_primaries bt709 \

@@ -7,15 +7,15 @@ use clap::Args;
 use super::argument::Settings;
 use super::screen::Screen;
 use super::{complain, file_limit, print, stop};
-use crate::desk::{ImportError, Loss, mvr, usitt};
-use crate::diagnostic::Diagnostics;
-use crate::engine::{self, Host};
-use crate::files::{Disk, Folder, Store as _, is_same};
-use crate::printable;
-use crate::repl::Error;
-use crate::report::words::count;
-use crate::report::{self, exchange, format};
-use crate::work::Work;
+use footlight_desk::{ImportError, Loss, mvr, usitt};
+use footlight_show::diagnostic::Diagnostics;
+use footlight_engine::{self as engine, Host};
+use footlight_host::files::{Disk, Folder, Store as _, is_same};
+use footlight_show::printable;
+use footlight_prompt::Error;
+use footlight_report::words::count;
+use footlight_report::{self as report, exchange, format};
+use footlight_host::work::Work;
 
 /// Arguments of `import`.
 #[derive(Debug, Args)]

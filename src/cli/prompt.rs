@@ -11,9 +11,9 @@ use rustyline::{CompletionType, Config, Editor, ExternalPrinter};
 use super::editor::{self, Reader};
 use super::screen::Screen;
 use super::{complain, print, stop};
-use crate::engine::{Background, TEXT_LIMIT};
-use crate::printable::Printable;
-use crate::repl::{Error, Repl, Vocabulary, finished};
+use footlight_engine::{Background, TEXT_LIMIT};
+use footlight_show::printable::Printable;
+use footlight_prompt::{Error, Repl, Vocabulary, finished};
 
 /// What the prompt waits for.
 pub enum Event {

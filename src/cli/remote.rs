@@ -4,12 +4,12 @@ use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs as _, UdpSocket};
 
 use super::complain;
 use super::send::{address, refused, usage};
-use crate::desk::osc::{self, Argument};
-use crate::desk::performance::Performance;
-use crate::engine::Document;
-use crate::repl::{Call, Error};
-use crate::timeline::TimelineError;
-use crate::units::{CueNumber, Time};
+use footlight_desk::osc::{self, Argument};
+use footlight_desk::performance::Performance;
+use footlight_engine::Document;
+use footlight_prompt::{Call, Error};
+use footlight_show::timeline::TimelineError;
+use footlight_show::units::{CueNumber, Time};
 
 /// Messages that are read between two frames.
 const MOST_MESSAGES: usize = 64;

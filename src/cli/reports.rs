@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use super::screen::Screen;
 use super::{file_limit, folder_of, print};
-use crate::engine::{self, Document, StageFile, TEXT_LIMIT, Version};
-use crate::files::{Disk, Files as _, Folder, Store as _, is_same};
-use crate::repl::Error;
-use crate::report::{self, versions::Comparison};
+use footlight_engine::{self as engine, Document, StageFile, TEXT_LIMIT, Version};
+use footlight_host::files::{Disk, Files as _, Folder, Store as _, is_same};
+use footlight_prompt::Error;
+use footlight_report::{self as report, versions::Comparison};
 
 /// Formats files in place, or looks; 1 when a file was only looked at and would change.
 pub fn format(files: &[PathBuf], look: bool) -> Result<u8, Error> {

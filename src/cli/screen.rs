@@ -8,11 +8,11 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::drawing::{Drawing, InPlace};
 use super::stop::{INTERRUPTED, Stop};
 use super::{complain, draw, print};
-use crate::diagnostic::Style;
-use crate::printable::visible;
-use crate::repl::{Error, Reply};
-use crate::report::film::Canvas;
-use crate::work::Progress;
+use footlight_show::diagnostic::Style;
+use footlight_show::printable::visible;
+use footlight_prompt::{Error, Reply};
+use footlight_report::film::Canvas;
+use footlight_host::work::Progress;
 
 /// The terminal.
 #[derive(Clone, Debug)]

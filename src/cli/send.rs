@@ -12,14 +12,14 @@ use std::time::{Duration, Instant};
 use super::remote::Remote;
 use super::screen::Screen;
 use super::{complain, print};
-use crate::desk::patch::{Frames, Patch};
-use crate::desk::performance::Performance;
-use crate::desk::wire::{self, Source};
-use crate::engine::{self, Document};
-use crate::files::{Disk, Store as _};
-use crate::repl::{Call, Error, Repl};
-use crate::timeline::{Timeline, TimelineError};
-use crate::units::Time;
+use footlight_desk::patch::{Frames, Patch};
+use footlight_desk::performance::Performance;
+use footlight_desk::wire::{self, Source};
+use footlight_engine::{self as engine, Document};
+use footlight_host::files::{Disk, Store as _};
+use footlight_prompt::{Call, Error, Repl};
+use footlight_show::timeline::{Timeline, TimelineError};
+use footlight_show::units::Time;
 
 /// Frames a second: as many as DMX512 carries.
 const RATE: u32 = 44;
@@ -182,7 +182,7 @@ impl Network {
         let universes = patch.dark().last_key_value().map_or(1, |(last, _)| *last);
         let first = sacn.unwrap_or(1);
         if u32::from(first) + u32::from(universes)
-            > u32::from(crate::desk::patch::MOST_UNIVERSES) + 1
+            > u32::from(footlight_desk::patch::MOST_UNIVERSES) + 1
         {
             return usage(format!(
                 "{universes} universes from {first} on go beyond 63999"

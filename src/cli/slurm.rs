@@ -10,8 +10,8 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use super::argument::Settings;
-use crate::files::process::quote;
-use crate::report::farm::Farm;
+use footlight_host::files::process::quote;
+use footlight_report::farm::Farm;
 
 /// How often the queue is looked at.
 const REST: Duration = Duration::from_secs(1);
@@ -162,7 +162,7 @@ mod tests {
         let line = slurm.line(Path::new("/net/it's/tasks.json"));
         let line = line.unwrap_or_default();
         assert!(line.starts_with("exec ") && line.ends_with(" \"$SLURM_ARRAY_TASK_ID\""));
-        let (_, words) = crate::files::process::split(&line).unwrap_or_default();
+        let (_, words) = footlight_host::files::process::split(&line).unwrap_or_default();
         assert_eq!(
             words.get(2).map(String::as_str),
             Some("--renderer=python3 my render.py {settings}")

@@ -20,9 +20,9 @@ use nix::sys::termios::{self, SetArg, Termios};
 
 use super::screen::Screen;
 use super::slurm;
-use crate::engine;
-use crate::files::process;
-use crate::work::Cancelled;
+use footlight_engine as engine;
+use footlight_host::files::process;
+use footlight_host::work::Cancelled;
 
 /// How long a command may take to end by itself.
 const GRACE: Duration = Duration::from_millis(500);

@@ -9,12 +9,12 @@ use clap::Args;
 use super::argument::{Settings, time_limit};
 use super::screen::Screen;
 use super::{host, print, stop};
-use crate::engine::{self, Engine, LEASE, Task, TaskList, TaskState, Worked};
-use crate::files::Disk;
-use crate::printable;
-use crate::renderer::outside::{self, Outside};
-use crate::repl::Error;
-use crate::report::tasks;
+use footlight_engine::{self as engine, Engine, LEASE, Task, TaskList, TaskState, Worked};
+use footlight_host::files::Disk;
+use footlight_show::printable;
+use footlight_transport::outside::{self, Outside};
+use footlight_prompt::Error;
+use footlight_report::tasks;
 
 /// The exit code of what is to be tried again.
 const TRY_AGAIN: u8 = 75;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::lang;
+use footlight_show::lang;
 
 /// Letters of a name that is made of a label.
 const LONGEST: usize = 32;

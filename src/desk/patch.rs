@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::Loss;
-use crate::show::Show;
+use footlight_show::model::Show;
 
 /// Values of a universe (DMX512).
 pub const UNIVERSE: usize = 512;

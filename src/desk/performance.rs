@@ -6,9 +6,9 @@
 
 use std::collections::BTreeMap;
 
-use crate::show::{Cue, Fade, Motion, Move, NodeId, Part, Show, Trigger};
-use crate::timeline::{Timeline, TimelineError, lights, tracked};
-use crate::units::{CueNumber, Time};
+use footlight_show::model::{Cue, Fade, Motion, Move, NodeId, Part, Show, Trigger};
+use footlight_show::timeline::{Timeline, TimelineError, lights, tracked};
+use footlight_show::units::{CueNumber, Time};
 
 /// Started cues that are kept; beyond them what runs is cut off.
 const MOST: usize = 1000;

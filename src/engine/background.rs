@@ -18,9 +18,9 @@ use super::refiner::{Extent, Next, Refiner, Ticket};
 use super::rendering::{Job, Rendered, SetupImages};
 use super::ways::{Mixtures, Way};
 use super::{Engine, Error};
-use crate::renderer::Quality;
-use crate::units::ErrorUnit;
-use crate::work::{Progress, Work};
+use footlight_transport::Quality;
+use footlight_show::units::ErrorUnit;
+use footlight_host::work::{Progress, Work};
 
 /// How long a wait goes on before it looks at progress and cancel again.
 const GLANCE: Duration = Duration::from_millis(40);
@@ -176,7 +176,6 @@ pub struct Ahead {
 
 /// What happened without a call that returned it.
 #[derive(Debug)]
-#[non_exhaustive]
 pub enum Event {
     /// A refinement in the background ended, or failed; with the predicted error of the sequence
     /// then, where it is known.
@@ -206,7 +205,7 @@ impl Engine {
     }
 
     /// Refuses what would render the same images twice.
-    pub(crate) fn idle(&self) -> Result<(), Error> {
+    pub fn idle(&self) -> Result<(), Error> {
         match self.background {
             None => Ok(()),
             Some(_) => Err(Error::Busy),

@@ -3,13 +3,13 @@
 
 use super::setup::{self, Loaded};
 use super::{Error, decode};
-use crate::check;
-use crate::diagnostic::{Diagnostics, Sources};
-use crate::files::Files;
-use crate::lang::{self, SpanMap};
-use crate::renderer::Setup;
-use crate::show::Show;
-use crate::timeline::{KeySequence, Timeline};
+use footlight_show::check;
+use footlight_show::diagnostic::{Diagnostics, Sources};
+use footlight_host::files::Files;
+use footlight_show::lang::{self, SpanMap};
+use footlight_transport::Setup;
+use footlight_show::model::Show;
+use footlight_show::timeline::{KeySequence, Timeline};
 
 /// A text to compile, and where the files that it names are read from.
 #[derive(Clone, Copy)]

@@ -5,11 +5,11 @@
 //! pixels, with the slope at the 1st percentile of their darkest channels.
 
 use super::{Engine, Error};
-use crate::picture::Image;
-use crate::picture::tone;
+use footlight_picture::Image;
+use footlight_picture::tone;
 use crate::plan::Moment;
 use crate::pool::Pool;
-use crate::units::ErrorUnit;
+use footlight_show::units::ErrorUnit;
 
 /// The part of a picture's pixels that are darker than the one that counts.
 const DARK: f64 = 0.01;

@@ -10,14 +10,14 @@ use std::sync::Arc;
 use super::Error;
 use super::compile::{self, Compiled, Source};
 use super::setup::Loaded;
-use crate::diagnostic::{Diagnostics, Label};
-use crate::files::{self, FileError, Files, Store};
-use crate::lang;
-use crate::lang::edit::{self, Change, Edit, Splice};
-use crate::renderer::Setup;
-use crate::show::{NodeId, Show};
-use crate::timeline::{KeySequence, Timeline};
-use crate::units::Time;
+use footlight_show::diagnostic::{Diagnostics, Label};
+use footlight_host::files::{self, FileError, Files, Store};
+use footlight_show::lang;
+use footlight_show::lang::edit::{self, Change, Edit, Splice};
+use footlight_transport::Setup;
+use footlight_show::model::{NodeId, Show};
+use footlight_show::timeline::{KeySequence, Timeline};
+use footlight_show::units::Time;
 
 /// The largest text that is read, in bytes.
 pub const TEXT_LIMIT: u64 = 64 << 20;
@@ -88,7 +88,7 @@ impl Document {
     ///
     /// # Errors
     /// As [`Document::new`].
-    pub(crate) fn within(
+    pub fn within(
         name: &str,
         text: &[u8],
         files: &dyn Files,
@@ -184,7 +184,7 @@ impl Document {
     ///
     /// # Errors
     /// [`Error::OutsideShow`] if not.
-    pub(crate) fn check_time(&self, time: Time) -> Result<(), Error> {
+    pub fn check_time(&self, time: Time) -> Result<(), Error> {
         let (start, end) = (self.timeline().start(), self.timeline().end());
         if (start..=end).contains(&time) {
             Ok(())
@@ -392,8 +392,7 @@ impl Document {
     }
 
     /// Forgets what `undo` and `redo` would bring back.
-    #[cfg(feature = "lsp")]
-    pub(crate) fn forget_history(&mut self) {
+    pub fn forget_history(&mut self) {
         self.past.clear();
         self.future.clear();
     }

@@ -5,21 +5,20 @@ use std::path::PathBuf;
 
 use super::ManyKeys;
 
-use crate::diagnostic::{Diagnostics, Style};
-use crate::files::FileError;
-use crate::lang::nearest;
-use crate::picture::PictureError;
+use footlight_show::diagnostic::{Diagnostics, Style};
+use footlight_host::files::FileError;
+use footlight_show::lang::nearest;
+use footlight_picture::PictureError;
 use crate::plan::PlanError;
 use crate::playback::PlaybackError;
-use crate::renderer::TransportError;
-use crate::scene::import::SceneError;
-use crate::timeline::TooManyKeys;
-use crate::units::{CueNumber, Time};
-use crate::work::Cancelled;
+use footlight_transport::TransportError;
+use footlight_stage::import::SceneError;
+use footlight_show::timeline::TooManyKeys;
+use footlight_show::units::{CueNumber, Time};
+use footlight_host::work::Cancelled;
 
 /// Why a call of the engine failed. Nothing has changed then, but that finished images are kept.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum Error {
     /// The show, its stage files or an edit has errors; [`Diagnostics::render`] writes them.
     #[error("{}", .0.render(Style::Plain).trim_end())]
@@ -227,7 +226,7 @@ const NO_SETUP: &str = "the show has no stage (or surfaces of its own) or no vie
 
 impl ManyKeys {
     /// Key images that memory does not hold.
-    pub(crate) fn needs(&self) -> String {
+    pub fn needs(&self) -> String {
         format!(
             "to play, the show needs {} key images ({} MB), and {} MB are allowed",
             self.keys,
@@ -237,7 +236,7 @@ impl ManyKeys {
     }
 
     /// Names the way to fewer or smaller ones.
-    pub(crate) fn remedy(&self) -> String {
+    pub fn remedy(&self) -> String {
         const NAMED: usize = 4;
         let memory = "a view of a smaller `size` needs less, `--memory MB` allows more";
         let Some((_, bank)) = self.effects.first() else {

@@ -10,12 +10,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{Engine, Error};
-use crate::picture::Image;
-use crate::picture::tone::{self, Curve, Tone};
+use footlight_picture::Image;
+use footlight_picture::tone::{self, Curve, Tone};
 use crate::pool::Pool;
-use crate::show::ToneCurve;
-use crate::timeline::KeySequence;
-use crate::work::Work;
+use footlight_show::model::ToneCurve;
+use footlight_show::timeline::KeySequence;
+use footlight_host::work::Work;
 
 /// Key images that the exposure is found from; a show with effects has thousands, mostly alike.
 const MOST_KEYS: usize = 500;
@@ -91,7 +91,7 @@ impl Engine {
     }
 
     /// The show's own curve at an exposure, stops.
-    pub(crate) fn tone_at(&self, exposure: f64) -> Tone {
+    pub fn tone_at(&self, exposure: f64) -> Tone {
         let preview = &self.show().preview;
         Tone {
             exposure,

@@ -8,9 +8,9 @@ use serde::Serialize;
 use super::{Engine, Error};
 use crate::plan::{self, Moment, Weighting};
 use crate::pool::{Pool, Stated};
-use crate::renderer::Transport as _;
-use crate::renderer::{Cost, Quality};
-use crate::units::ErrorUnit;
+use footlight_transport::Transport as _;
+use footlight_transport::{Cost, Quality};
+use footlight_show::units::ErrorUnit;
 
 /// An image that could be refined next.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -197,8 +197,8 @@ fn newly_lit(lit: &mut [bool], setting: &[f64]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::Goal;
-    use crate::engine::ways::Mixtures;
+    use crate::Goal;
+    use crate::ways::Mixtures;
 
     fn forecast(each: f64) -> Forecast {
         let step = |i: usize| NextImage {

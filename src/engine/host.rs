@@ -6,12 +6,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::background::Background;
-use crate::files::{Clock, Disk, Files, Memory, Monotonic, Store};
+use footlight_host::files::{Clock, Disk, Files, Memory, Monotonic, Store};
 use crate::pool::disk_cache::DiskCache;
 use crate::pool::image_cache::ImageCache;
-use crate::radiosity::Radiosity;
-use crate::renderer::Transport;
-use crate::work::{Progress, Silent, Work};
+use footlight_transport::radiosity::Radiosity;
+use footlight_transport::Transport;
+use footlight_host::work::{Progress, Silent, Work};
 
 /// The means an embedding program gives to an [`Engine`](super::Engine). All of them are [`Send`],
 /// so that an engine can be moved to another thread.
@@ -46,7 +46,7 @@ pub struct Host {
     pub memory: usize,
     /// The longest that a call may take: [`Engine::coarse`](super::Engine::coarse) and what needs
     /// coarse images, [`refine`](super::Engine::refine), [`wait`](super::Engine::wait), and any
-    /// line of a [`Repl`](crate::repl::Repl); opening the show counts as a part of the first. Then it ends as if cancelled, with
+    /// line of a [`Repl`](footlight_prompt::Repl); opening the show counts as a part of the first. Then it ends as if cancelled, with
     /// [`Error::OutOfTime`](super::Error::OutOfTime); images that are finished are kept. `None`: no
     /// limit. A refinement in the background is not limited by it.
     pub time: Option<Duration>,
@@ -109,7 +109,8 @@ impl Host {
         ImageCache::new(self.pool.as_ref().map(disk_cache))
     }
 
-    pub(crate) fn work(&self) -> Work<'_> {
+    /// Progress, cancel, threads and memory for a call.
+    pub fn work(&self) -> Work<'_> {
         Work {
             progress: self.progress.as_ref(),
             threads: self.threads,

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use super::{Error, Host};
-use crate::files::Clock;
-use crate::work::Progress;
+use footlight_host::files::Clock;
+use footlight_host::work::Progress;
 
 const ORDER: Ordering = Ordering::SeqCst;
 
@@ -37,7 +37,7 @@ impl Deadline {
 
 /// A call within its limit of time. Dropped, the call has ended.
 #[derive(Debug)]
-pub(crate) struct TimedCall {
+pub struct TimedCall {
     /// `None` without a limit, and within another call, whose end holds.
     deadline: Option<Arc<Deadline>>,
 }
@@ -74,13 +74,13 @@ impl TimedCall {
     }
 
     /// The seconds that the call may take, where it was told to stop because it used them up.
-    pub(crate) fn exceeded(&self) -> Option<f64> {
+    pub fn exceeded(&self) -> Option<f64> {
         let deadline = self.deadline.as_ref()?;
         deadline.passed.load(ORDER).then_some(deadline.limit)
     }
 
     /// The same, where it has used them up by now, told or not.
-    pub(crate) fn exceeded_by(&self, now: f64) -> Option<f64> {
+    pub fn exceeded_by(&self, now: f64) -> Option<f64> {
         let deadline = self.deadline.as_ref()?;
         deadline.is_over(now).then_some(deadline.limit)
     }

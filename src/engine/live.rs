@@ -4,13 +4,13 @@
 use std::collections::BTreeSet;
 
 use super::{Document, Edited, Engine, Error};
-use crate::diagnostic::Diagnostics;
-use crate::files::Files;
-use crate::lang::edit::{CueMove, CueText, Edit};
-use crate::lang::{self, SetLevel};
-use crate::show::Show;
-use crate::timeline::{self, CueTime};
-use crate::units::{CueNumber, Time};
+use footlight_show::diagnostic::Diagnostics;
+use footlight_host::files::Files;
+use footlight_show::lang::edit::{CueMove, CueText, Edit};
+use footlight_show::lang::{self, SetLevel};
+use footlight_show::model::Show;
+use footlight_show::timeline::{self, CueTime};
+use footlight_show::units::{CueNumber, Time};
 
 /// Levels for some parameters, as `lamps 40  sky #203060` sets them.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use super::{Engine, Error};
-use crate::picture::tone::Tone;
+use footlight_picture::tone::Tone;
 use crate::playback::key::{self, Format};
 use crate::playback::{Playback, Player};
-use crate::units::{Time, srgb_decode};
-use crate::work::Cancelled;
+use footlight_show::units::{Time, srgb_decode};
+use footlight_host::work::Cancelled;
 
 /// Key images that memory does not hold.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -97,7 +97,7 @@ impl Engine {
     /// A half keeps light to 2^-11 of itself, a twentieth of a step of the display, down to 2^-29 of
     /// the brightest light of its image. So halves serve unless that is more than the light of half
     /// a step, as where the sun stands in sight.
-    pub(crate) fn player_of(
+    pub fn player_of(
         &self,
         playback: &Arc<Playback>,
         tone: Tone,
@@ -115,7 +115,7 @@ impl Engine {
     }
 
     /// Frames a second that playback alone reaches, measured over about half a second.
-    pub(crate) fn frame_rate(&self, player: &Player) -> f64 {
+    pub fn frame_rate(&self, player: &Player) -> f64 {
         let mut bytes = Vec::new();
         let begin = self.now();
         let mut frames = 0;

@@ -5,7 +5,7 @@ use super::rendering::Reused;
 use super::{Engine, Error, WayForecast};
 use crate::plan::worst_left;
 use crate::pool::{Pool, is_within};
-use crate::units::{ErrorUnit, Time, Tolerance};
+use footlight_show::units::{ErrorUnit, Time, Tolerance};
 
 /// When to stop refining; the first of these that is met ends it, and so does the end of the plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -38,18 +38,18 @@ impl Goal {
     }
 
     /// What its error is measured in.
-    pub(crate) fn unit(&self) -> ErrorUnit {
+    pub fn unit(&self) -> ErrorUnit {
         self.until.map_or(ErrorUnit::Light, |until| until.unit)
     }
 
     /// Whether it leaves open which images are rendered: for a number of them the plan's next are.
-    pub(crate) fn asks_for_a_way(&self) -> bool {
+    pub fn asks_for_a_way(&self) -> bool {
         let error = self.until.is_some_and(|until| until.error > 0.0);
         self.count.is_none() && (error || self.until.is_none() && self.budget.is_some())
     }
 
     /// One image where nothing is said.
-    pub(crate) fn or_one(self) -> Goal {
+    pub fn or_one(self) -> Goal {
         if self == Goal::default() {
             Goal::count(1)
         } else {
@@ -198,7 +198,7 @@ impl Engine {
 
     /// The same with `watch` called after each call of the operator; the time that this takes does
     /// not count.
-    pub(crate) fn refine_watched(
+    pub fn refine_watched(
         &mut self,
         goal: Goal,
         watch: &mut dyn FnMut(&mut Engine) -> Result<(), Error>,
@@ -342,7 +342,7 @@ impl Engine {
     ///
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered.
-    pub(crate) fn error_of(&self, left: f64) -> Result<f64, Error> {
+    pub fn error_of(&self, left: f64) -> Result<f64, Error> {
         let pool = self.rendered()?;
         if self.is_final() || pool.has_no_estimated_error() {
             return Ok(0.0);

@@ -11,11 +11,11 @@ use super::refine::{Ended, Goal, RefinementSummary, Warning};
 use super::rendering::{self, Job, Rendered, Reused};
 use super::ways::Mixtures;
 use super::{Engine, Error, WayForecast};
-use crate::picture::Image;
+use footlight_picture::Image;
 use crate::pool::Pool;
 use crate::pool::image_cache::Wanted;
-use crate::renderer::layered::images_alone;
-use crate::renderer::{Quality, Setup};
+use footlight_transport::layered::images_alone;
+use footlight_transport::{Quality, Setup};
 
 /// What is to be done next.
 pub(super) enum Next {

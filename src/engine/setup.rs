@@ -7,21 +7,22 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::compile::Source;
-use crate::diagnostic::Diagnostic;
-use crate::geometry::{Vec3, bounds, vec3};
-use crate::lang::SpanMap;
-use crate::picture::Image;
-use crate::renderer::Setup;
-use crate::renderer::layered::only_images;
-use crate::scene::import;
-use crate::scene::luminaire_asset::LuminaireAssets;
-use crate::geometry::shape::Shape;
-use crate::geometry::solid::Solid;
-use crate::geometry::View;
-use crate::scene::{Camera, Emitter, Images, Lamp, Light, Rig, Scene, Shading, still};
-use crate::show::ImageFile;
-use crate::show::{self, Show};
-use crate::units::Rgb;
+use footlight_show::diagnostic::Diagnostic;
+use footlight_show::geometry::{Vec3, bounds, vec3};
+use footlight_show::lang::SpanMap;
+use footlight_picture::Image;
+use footlight_transport::Setup;
+use footlight_transport::layered::only_images;
+use footlight_stage::import;
+use footlight_stage::rig;
+use footlight_stage::luminaire_asset::LuminaireAssets;
+use footlight_show::geometry::shape::Shape;
+use footlight_show::geometry::solid::Solid;
+use footlight_show::geometry::View;
+use footlight_stage::{Camera, Emitter, Images, Lamp, Light, Rig, Scene, Shading, still};
+use footlight_show::model::ImageFile;
+use footlight_show::model::{self as show, Show};
+use footlight_show::units::Rgb;
 
 /// Bytes of a polygon besides its corners, about.
 const POLYGON_BYTES: usize = 64;
@@ -154,7 +155,7 @@ pub(super) fn load(
         notes,
     } = stages;
     luminaires.lamps = lamps;
-    let rig = scene::rig::rig_with(show, &scene, &images, &luminaires);
+    let rig = rig::rig_with(show, &scene, &images, &luminaires);
     let rig = rig.map_err(|errors| {
         let diagnostics = errors.iter().map(|e| diagnostics::of_rig(e, &scene, spans));
         diagnostics.collect::<Vec<_>>()
@@ -341,7 +342,7 @@ fn read_scene(show: &Show, spans: &SpanMap, source: Source<'_>) -> Result<Stages
         errors = apply_materials(show, spans, &mut scene);
     }
     if errors.is_empty() {
-        scene::rig::add_light_geometry(show, &mut scene);
+        rig::add_light_geometry(show, &mut scene);
         Ok(Stages {
             scene: Arc::new(scene),
             lamps,

@@ -1,11 +1,11 @@
 //! What a stage's file holds, for those who do not know it yet.
 
 use super::{Engine, Error};
-use crate::files::Files;
-use crate::scene::import::{self, Options, Summary};
-use crate::scene::texture::Alpha;
-use crate::scene::{LampShape, Scene};
-use crate::units::Rgb;
+use footlight_host::files::Files;
+use footlight_stage::import::{self, Options, Summary};
+use footlight_stage::texture::Alpha;
+use footlight_stage::{LampShape, Scene};
+use footlight_show::units::Rgb;
 
 /// A stage's file as it is read without anything said of it.
 #[derive(Clone, Debug)]

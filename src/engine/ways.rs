@@ -15,8 +15,8 @@ use super::refine::Goal;
 use super::rendering::each_step;
 use super::{Engine, Error};
 use crate::pool::{Stated, is_within};
-use crate::renderer::{Quality, Transport as _};
-use crate::units::ErrorUnit;
+use footlight_transport::{Quality, Transport as _};
+use footlight_show::units::ErrorUnit;
 
 /// How a sequence becomes good enough.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]

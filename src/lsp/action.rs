@@ -10,8 +10,8 @@ use lsp_types::{
 
 use super::open_show::OpenShow;
 use super::text::{Encoding, Lines};
-use crate::diagnostic::Severity;
-use crate::lang;
+use footlight_show::diagnostic::Severity;
+use footlight_show::lang;
 
 /// Fixes that are tried for one message.
 const TRIED: usize = 6;
@@ -23,7 +23,7 @@ pub fn actions(
     range: lsp_types::Range,
     encoding: Encoding,
     own: impl Fn(usize) -> bool,
-    shown: impl Fn(&crate::diagnostic::Diagnostic) -> Diagnostic,
+    shown: impl Fn(&footlight_show::diagnostic::Diagnostic) -> Diagnostic,
 ) -> Vec<CodeActionOrCommand> {
     let lines = Lines::new(text, encoding);
     let asked = lines.bytes(range);
@@ -121,7 +121,7 @@ fn habit(here: &str) -> Option<String> {
     })
 }
 
-fn errors(diagnostics: &crate::diagnostic::Diagnostics) -> usize {
+fn errors(diagnostics: &footlight_show::diagnostic::Diagnostics) -> usize {
     let list = diagnostics.list.iter();
     list.filter(|d| d.severity == Severity::Error).count()
 }

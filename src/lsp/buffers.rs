@@ -8,9 +8,9 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use lsp_types::{TextDocumentContentChangeEvent, Uri};
 
 use super::text::{Encoding, Lines};
-use crate::engine::TEXT_LIMIT;
-use crate::files::{Disk, FileError, Files, Folder, Stamp, Store};
-use crate::lang;
+use footlight_engine::TEXT_LIMIT;
+use footlight_host::files::{Disk, FileError, Files, Folder, Stamp, Store};
+use footlight_show::lang;
 
 /// An open text.
 #[derive(Clone, Debug)]

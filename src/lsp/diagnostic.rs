@@ -5,7 +5,7 @@ use lsp_types::{DiagnosticRelatedInformation, DiagnosticSeverity, Location, Numb
 use super::buffers::uri_of;
 use super::open_show::OpenShow;
 use super::text::Lines;
-use crate::diagnostic::{Diagnostic, Label, Severity};
+use footlight_show::diagnostic::{Diagnostic, Label, Severity};
 
 /// A diagnostic as the protocol writes it; `lines` are those of each file.
 pub fn diagnostic_of(

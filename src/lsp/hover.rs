@@ -5,12 +5,12 @@ use std::fmt::Write as _;
 use std::ops::Range;
 
 use super::open_show::{OpenShow, name_at, statement_at};
-use crate::engine::Document;
-use crate::lang::{self, Token};
-use crate::repl::{help_of, help_of_word};
-use crate::show::{Motion, Show};
-use crate::timeline::{CueTime, tracked};
-use crate::units::{CueNumber, Time, percent};
+use footlight_engine::Document;
+use footlight_show::lang::{self, Token};
+use footlight_prompt::{help_of, help_of_word};
+use footlight_show::model::{Motion, Show};
+use footlight_show::timeline::{CueTime, tracked};
+use footlight_show::units::{CueNumber, Time, percent};
 
 /// Columns of a level over the show.
 const COLUMNS: i64 = 48;

@@ -8,7 +8,7 @@ use lsp_types::{DocumentHighlight, DocumentHighlightKind, Location, TextEdit, Ur
 use super::buffers::uri_of;
 use super::open_show::{OpenShow, name_at, places_of};
 use super::text::{Encoding, Lines};
-use crate::lang::{self, NamePlace};
+use footlight_show::lang::{self, NamePlace};
 
 /// Where the name at a place stands: all places, or those that declare it.
 pub fn locations(

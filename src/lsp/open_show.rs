@@ -7,15 +7,17 @@ use std::sync::Arc;
 
 use super::buffers::{Buffers, Overlay, normal};
 use super::text::{Encoding, Lines};
-use crate::diagnostic::{Diagnostic, Diagnostics};
-use crate::engine::{self, Document, Error};
-use crate::lang::{self, NamePlace, Token};
-use crate::repl::Vocabulary;
+use footlight_show::diagnostic::{Diagnostic, Diagnostics};
+use footlight_engine::{self as engine, Document, Error};
+use footlight_show::lang::{self, NamePlace, Token};
+use footlight_prompt::Vocabulary;
 
 /// Bytes that a show may take, and the largest file that it may name.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
+    /// Bytes that a show may take.
     pub memory: usize,
+    /// Bytes of the largest file that it may name.
     pub file: u64,
 }
 

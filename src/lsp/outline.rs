@@ -11,9 +11,9 @@ use super::background::Stop;
 use super::buffers::{normal, uri_of};
 use super::open_show::OpenShow;
 use super::text::{Encoding, Lines};
-use crate::lang::{self, Outlined, Token};
-use crate::timeline::CueTime;
-use crate::units::CueNumber;
+use footlight_show::lang::{self, Outlined, Token};
+use footlight_show::timeline::CueTime;
+use footlight_show::units::CueNumber;
 
 /// Statements, folds, hints and so on of a text that are told at most: each takes kilobytes on its way
 /// to the client.

@@ -11,12 +11,12 @@ use lsp_server::{ErrorCode, Message, Notification, Request, RequestId, Response}
 use serde_json::json;
 
 use super::buffers::uri_of;
-use crate::engine::{Engine, Host};
-use crate::files::process::Private;
-use crate::files::{Disk, Store};
-use crate::picture::png;
-use crate::units::CueNumber;
-use crate::work::Progress;
+use footlight_engine::{Engine, Host};
+use footlight_host::files::process::Private;
+use footlight_host::files::{Disk, Store};
+use footlight_picture::png;
+use footlight_show::units::CueNumber;
+use footlight_host::work::Progress;
 
 /// Messages to the client.
 pub type Outgoing = crossbeam_channel::Sender<Message>;

@@ -25,9 +25,9 @@ use super::open_show::{OpenShow, name_at};
 use super::server::{Server, key};
 use super::text::{Encoding, Lines};
 use super::{action, complete, hover, name, outline};
-use crate::diagnostic::Diagnostic;
-use crate::engine;
-use crate::lang::edit::difference;
+use footlight_show::diagnostic::Diagnostic;
+use footlight_engine as engine;
+use footlight_show::lang::edit::difference;
 
 /// What is to be sent.
 pub enum Answer {

@@ -28,7 +28,7 @@ use super::picture::{Client, Job, Pictures};
 use super::request::{self, Answer};
 use super::text::Encoding;
 use super::{End, Means};
-use crate::units::CueNumber;
+use footlight_show::units::CueNumber;
 
 /// Pause after the last keystroke before the show is read again.
 const AFTER_KEYSTROKE: Duration = Duration::from_millis(100);

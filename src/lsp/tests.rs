@@ -2,7 +2,7 @@ use super::buffers::{path_of, uri_of};
 use super::outline::PICTURE;
 use super::text::Lines;
 use super::*;
-use crate::files::Monotonic;
+use footlight_host::files::Monotonic;
 use lsp_server::{ErrorCode, Message, Notification, Request, RequestId, Response};
 use lsp_types::{NumberOrString, PublishDiagnosticsParams, Uri};
 use proptest::prelude::*;
@@ -344,7 +344,7 @@ fn the_text_is_outlined_coloured_and_formatted() {
     let mut formatted = SHOW.to_owned();
     let bytes = Lines::new(SHOW, Encoding::Utf16).bytes(range);
     formatted.replace_range(bytes, edits[0]["newText"].as_str().unwrap());
-    assert_eq!(formatted, crate::lang::format(SHOW).unwrap());
+    assert_eq!(formatted, footlight_show::lang::format(SHOW).unwrap());
     let cue = editor.on(
         "textDocument/hover",
         ("show.lxq", SHOW),

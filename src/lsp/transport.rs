@@ -11,7 +11,7 @@ use crossbeam_channel::bounded;
 use lsp_server::{Connection, ErrorCode, Message, RequestId, Response};
 use serde_json::{Value, json};
 
-use crate::engine::TEXT_LIMIT;
+use footlight_engine::TEXT_LIMIT;
 
 /// Bytes of a message: the largest text, in which every character may be escaped.
 pub const MESSAGE_LIMIT: u64 = 2 * TEXT_LIMIT;

@@ -9,7 +9,7 @@ use std::io::Cursor;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use super::{Codes, Image, PictureError, require_memory};
-use crate::units::srgb_decode;
+use footlight_show::units::srgb_decode;
 
 /// Bytes that the header of a PNG file may take, such as an inflated colour profile.
 const HEADER_BYTES: u64 = 16 << 20;
@@ -116,7 +116,7 @@ pub mod tests {
     #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
     use super::*;
-    use crate::picture::png::encode;
+    use crate::png::encode;
     use ::png::{BitDepth, ColorType, Encoder};
     use proptest::prelude::*;
 

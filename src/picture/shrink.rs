@@ -1,7 +1,7 @@
 //! Smaller pictures, by averages of light.
 
 use super::Image;
-use crate::units::{srgb_decode, srgb_encode};
+use footlight_show::units::{srgb_decode, srgb_encode};
 
 /// `image` with `width` x `height` pixels, neither larger than it was: each the mean of the light
 /// on its part of the picture, pixels cut by its edges counted in part. The mean of the whole

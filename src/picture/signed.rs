@@ -7,7 +7,7 @@
 
 use super::Image;
 use super::tone::{PERCENTILE, level};
-use crate::units::srgb_encode;
+use footlight_show::units::srgb_encode;
 
 /// Zero.
 const NEUTRAL: [f64; 3] = [0.075, 0.075, 0.08];

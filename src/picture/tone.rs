@@ -11,7 +11,7 @@ mod table;
 pub use self::table::{BLOCK, ByteTable};
 
 use super::Image;
-use crate::units::{srgb_decode, srgb_encode};
+use footlight_show::units::{srgb_decode, srgb_encode};
 
 /// How light becomes a displayed brightness. Both map 0 to 0 and mean "white" by exposed light 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -2,11 +2,11 @@
 
 use super::words::{count, figure, seconds};
 use crate::chart::{self, ChartError, Drawing, Sheet, Theme, Tile};
-use crate::engine::measure::Reference;
-use crate::engine::measure::comparison::{BankError, Compared, Comparison};
-use crate::picture::combine::{combine, dot};
-use crate::picture::{Image, signed};
-use crate::printable::{columns, left};
+use footlight_engine::measure::Reference;
+use footlight_engine::measure::comparison::{BankError, Compared, Comparison};
+use footlight_picture::combine::{combine, dot};
+use footlight_picture::{Image, signed};
+use footlight_show::printable::{columns, left};
 
 /// A line for each bank.
 pub fn describe(comparison: &Comparison) -> String {

@@ -1,10 +1,10 @@
 //! Curves: the light of banks over time, as a drawing.
 
 use crate::chart::{self, Drawing, Knot, Theme};
-use crate::engine::Document;
-use crate::show::{Coordinate, Show};
-use crate::timeline::{KeySequence, Segment, Timeline};
-use crate::units::Time;
+use footlight_engine::Document;
+use footlight_show::model::{Coordinate, Show};
+use footlight_show::timeline::{KeySequence, Segment, Timeline};
+use footlight_show::units::Time;
 
 /// Points drawn of each second of a curve, beside its knots.
 const POINTS_A_SECOND: f64 = 8.0;

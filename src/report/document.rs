@@ -5,14 +5,14 @@ use std::fmt::Write as _;
 
 use super::sheet::hex;
 use super::words::{count, label, seconds};
-use crate::diagnostic::{Diagnostic, Style};
-use crate::engine::measure::LongRun;
-use crate::engine::{Document, Edited, LiveControl, ManyKeys, UnlitBank};
-use crate::lang::{self, codes, edit::Action};
-use crate::printable::{Printable, left};
-use crate::show::{Cue, Link, Show};
-use crate::timeline;
-use crate::units::{Time, percent};
+use footlight_show::diagnostic::{Diagnostic, Style};
+use footlight_engine::measure::LongRun;
+use footlight_engine::{Document, Edited, LiveControl, ManyKeys, UnlitBank};
+use footlight_show::lang::{self, codes, edit::Action};
+use footlight_show::printable::{Printable, left};
+use footlight_show::model::{Cue, Link, Show};
+use footlight_show::timeline;
+use footlight_show::units::{Time, percent};
 
 /// Title, banks, cues and length, in a line.
 pub fn headline(document: &Document) -> String {
@@ -242,7 +242,7 @@ pub fn moment(document: &Document, live: &LiveControl) -> String {
 fn levels(document: &Document, live: &LiveControl) -> String {
     let levels = live.levels(document);
     let show = document.show();
-    let bent = |bank: &crate::show::Bank| bank.dimmer != crate::show::Dimmer::Linear;
+    let bent = |bank: &footlight_show::model::Bank| bank.dimmer != footlight_show::model::Dimmer::Linear;
     let bent = show.banks.iter().any(bent);
     let mut text = String::new();
     if bent {
@@ -319,7 +319,7 @@ pub fn views(document: &Document) -> String {
     }
     let mut sorted: Vec<_> = views.iter().collect();
     sorted.sort_unstable_by_key(|view| &view.name);
-    let line = |view: &&crate::show::View| {
+    let line = |view: &&footlight_show::model::View| {
         let name = &view.name;
         let mark = if document.view() == Some(name) {
             "*"

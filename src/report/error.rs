@@ -3,15 +3,14 @@
 use std::path::PathBuf;
 
 use crate::chart::ChartError;
-use crate::engine;
-use crate::files::FileError;
-use crate::picture::PictureError;
-use crate::playback::page::PageError;
-use crate::work::Cancelled;
+use footlight_engine as engine;
+use footlight_host::files::FileError;
+use footlight_picture::PictureError;
+use footlight_engine::playback::page::PageError;
+use footlight_host::work::Cancelled;
 
 /// Why results could not be written out.
 #[derive(Debug, thiserror::Error)]
-#[non_exhaustive]
 pub enum Error {
     /// The engine could not make them.
     #[error(transparent)]

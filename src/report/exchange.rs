@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::Error;
 use super::words::count;
-use crate::desk::Loss;
+use footlight_desk::Loss;
 
 #[derive(Serialize)]
 struct Losses<'a> {

@@ -1,7 +1,7 @@
 //! The manual's page about a message's code.
 
 use super::Error;
-use crate::lang;
+use footlight_show::lang;
 
 /// What a code means, with the smallest wrong sheet and its correction.
 pub fn explain(code: &str) -> Result<String, Error> {

@@ -7,9 +7,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::{Error, tasks};
-use crate::engine::{self, Engine, Goal, LEASE, TaskList, TaskState};
-use crate::files::{FileError, claim};
-use crate::work::Cancelled;
+use footlight_engine::{self as engine, Engine, Goal, LEASE, TaskList, TaskState};
+use footlight_host::files::{FileError, claim};
+use footlight_host::work::Cancelled;
 
 /// Tasks of one job: what farms take at once by default.
 const MOST: usize = 1000;

@@ -11,15 +11,15 @@ use super::Error;
 use super::format::header;
 use super::target::{Kind, Numbered};
 use super::words::count;
-use crate::engine::{self, Engine};
-use crate::files::{AtomicWriter, FileError};
-use crate::picture::exr;
-use crate::picture::tone::Tone;
-use crate::picture::y4m::{Chroma, Film};
-use crate::picture::{Image, png};
-use crate::playback::key::Format;
-use crate::playback::{Playback, Player};
-use crate::units::Time;
+use footlight_engine::{self as engine, Engine};
+use footlight_host::files::{AtomicWriter, FileError};
+use footlight_picture::exr;
+use footlight_picture::tone::Tone;
+use footlight_picture::y4m::{Chroma, Film};
+use footlight_picture::{Image, png};
+use footlight_engine::playback::key::Format;
+use footlight_engine::playback::{Playback, Player};
+use footlight_show::units::Time;
 
 /// A display-coded image.
 #[derive(Clone, Debug, PartialEq, Eq)]

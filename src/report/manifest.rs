@@ -12,9 +12,9 @@ use std::path::Path;
 use sha2::{Digest as _, Sha256};
 
 use super::Error;
-use crate::engine::Engine;
-use crate::files::{Entry, FileError, Store};
-use crate::units::CueNumber;
+use footlight_engine::Engine;
+use footlight_host::files::{Entry, FileError, Store};
+use footlight_show::units::CueNumber;
 
 /// The manifest's own name.
 pub const MANIFEST: &str = "files.sha256";

@@ -4,17 +4,17 @@ use std::collections::BTreeSet;
 
 use super::Error;
 use super::words::count;
-use crate::engine::{self, Document, Engine};
-use crate::picture::Image;
-use crate::picture::tone::Tone;
-use crate::playback::Playback;
-use crate::playback::page::{self, Contents, Cue, Fader, Law, Mixer};
-use crate::printable::visible;
-use crate::renderer::contract::check_memory;
-use crate::report::sheet::{fades, link, time, up_down};
-use crate::show::{Bank, Coordinate, Dimmer, Show};
-use crate::timeline::{self, Timeline};
-use crate::units::Time;
+use footlight_engine::{self as engine, Document, Engine};
+use footlight_picture::Image;
+use footlight_picture::tone::Tone;
+use footlight_engine::playback::Playback;
+use footlight_engine::playback::page::{self, Contents, Cue, Fader, Law, Mixer};
+use footlight_show::printable::visible;
+use footlight_transport::contract::check_memory;
+use crate::sheet::{fades, link, time, up_down};
+use footlight_show::model::{Bank, Coordinate, Dimmer, Show};
+use footlight_show::timeline::{self, Timeline};
+use footlight_show::units::Time;
 
 /// Levels at which the page gets a user's dimmer curve.
 const LEVELS: usize = 257;
@@ -154,7 +154,7 @@ fn straight(a: &[f64; 5], b: &[f64; 5], c: &[f64; 5]) -> bool {
 fn cues(document: &Document, coordinates: usize) -> Vec<Cue> {
     let timeline = document.timeline();
     let cues = document.show().cues.iter().zip(timeline.cues());
-    let cue = |(cue, time): (&crate::show::Cue, &timeline::CueTime)| Cue {
+    let cue = |(cue, time): (&footlight_show::model::Cue, &timeline::CueTime)| Cue {
         number: cue.number.to_string(),
         label: visible(&cue.label).into_owned(),
         go: time.go.seconds(),
@@ -180,7 +180,7 @@ fn arrival(moves: &[(Time, Time)], cue: &timeline::CueTime) -> Option<f64> {
 
 /// Time and delay of a cue's first fades, and what the cue starts, as they are written:
 /// `time 6/9, delay 2, hang 1`.
-fn timing(cue: &crate::show::Cue) -> String {
+fn timing(cue: &footlight_show::model::Cue) -> String {
     let mut words = Vec::new();
     if let Some(part) = cue.parts.iter().find(|part| fades(part)) {
         words.push(match up_down(part) {

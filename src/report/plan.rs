@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::words::{self, count, trimmed};
-use crate::plan::{LeftOut, PlanReport};
-use crate::pool::is_within;
-use crate::printable;
-use crate::units::ErrorUnit;
+use footlight_engine::plan::{LeftOut, PlanReport};
+use footlight_engine::pool::is_within;
+use footlight_show::printable;
+use footlight_show::units::ErrorUnit;
 
 /// The JSON form of a plan.
 #[derive(Serialize)]

@@ -6,10 +6,10 @@ use super::curves::cues_in_time;
 use super::results::ROUNDING;
 use super::words::{self, count};
 use crate::chart::{self, Axis, Drawing, Grid, Marker, Panel, Scale, Series, Stand, Theme, Tie};
-use crate::engine::Document;
-use crate::plan::{PlanReport, Predicted};
-use crate::timeline::KeySequence;
-use crate::units::ErrorUnit;
+use footlight_engine::Document;
+use footlight_engine::plan::{PlanReport, Predicted};
+use footlight_show::timeline::KeySequence;
+use footlight_show::units::ErrorUnit;
 
 /// The key settings in a grid, tied to the moments at which they count.
 pub fn keys(document: &Document, theme: Theme) -> (Drawing, String) {

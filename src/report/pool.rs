@@ -5,9 +5,9 @@ use std::fmt::Write as _;
 
 use super::document::headline;
 use super::words::{count, megabytes, qualities};
-use crate::engine::{self, Engine, Freed, PoolSummary, StoreSummary};
-use crate::pool::Pool;
-use crate::renderer::Quality;
+use footlight_engine::{self as engine, Engine, Freed, PoolSummary, StoreSummary};
+use footlight_engine::pool::Pool;
+use footlight_transport::Quality;
 
 /// Images in memory and in the store.
 ///

@@ -2,7 +2,7 @@
 
 use super::table::set_right;
 use super::words::{self, figure};
-use crate::engine::measure::quality::{QualityForecast, Seconds, Step};
+use footlight_engine::measure::quality::{QualityForecast, Seconds, Step};
 
 /// A line for each step, with a column for everything that any step sets.
 pub fn describe(forecast: &QualityForecast) -> String {
@@ -87,8 +87,8 @@ fn amount(step: &Step, name: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::engine::measure::Machine;
-    use crate::renderer::QualityParameter;
+    use footlight_engine::measure::Machine;
+    use footlight_transport::QualityParameter;
 
     #[test]
     fn a_table_has_a_column_for_every_setting_and_a_ratio_when_measured() {

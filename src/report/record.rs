@@ -11,13 +11,12 @@ use serde::{Deserialize, Serialize};
 
 use super::table::{csv_line, csv_remark};
 use super::words;
-use crate::engine::measure::{Machine, Origin};
-use crate::printable;
+use footlight_engine::measure::{Machine, Origin};
+use footlight_show::printable;
 
 /// What was studied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-#[non_exhaustive]
 pub enum Kind {
     /// The operator G: error against time over its scale of quality.
     Transport,

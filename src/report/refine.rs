@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::words::{count, percent, seconds};
-use crate::engine::{
+use footlight_engine::{
     Ended, Engine, Event, Forecast, JobStatus, RefinementSummary, Status, Warning,
 };
 
@@ -22,12 +22,6 @@ pub fn ended(ended: Ended) -> &'static str {
              was asked for"
         }
         Ended::Stopped => "stopped; what is finished is kept",
-    }
-}
-
-impl std::fmt::Display for Warning {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&warning(self))
     }
 }
 

@@ -8,12 +8,12 @@ use super::document::headline;
 use super::manifest::Results;
 use super::words::{count, error, exposure, percent, qualities};
 use super::{Error, results, sheet, ways};
-use crate::engine::{self, Ended, Engine, Goal, WayForecast, WorstMoment};
-use crate::plan::PlanReport;
-use crate::playback::Playback;
-use crate::pool::image_cache::CacheStatistics;
-use crate::units::ErrorUnit;
-use crate::work::Cancelled;
+use footlight_engine::{self as engine, Ended, Engine, Goal, WayForecast, WorstMoment};
+use footlight_engine::plan::PlanReport;
+use footlight_engine::playback::Playback;
+use footlight_engine::pool::image_cache::CacheStatistics;
+use footlight_show::units::ErrorUnit;
+use footlight_host::work::Cancelled;
 
 /// What a run did, and what it took.
 #[derive(Clone, Debug)]

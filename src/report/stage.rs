@@ -4,8 +4,8 @@ use std::fmt::Write;
 
 use super::table::Table;
 use super::words::{count, trimmed};
-use crate::engine::{Alpha, LampShape, StageFile, StageMaterial};
-use crate::printable::Printable;
+use footlight_engine::{Alpha, LampShape, StageFile, StageMaterial};
+use footlight_show::printable::Printable;
 
 /// Characters of a line at most.
 const WIDTH: usize = 240;
@@ -170,7 +170,7 @@ fn metres(length: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::files::Memory;
+    use footlight_host::files::Memory;
 
     const DESCRIBED: &str = "\
 a.obj: 4 x 3 x 2.5 m (across, deep, high), from 0, 0, 0 to 4, 3, 2.5

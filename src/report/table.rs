@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use crate::printable::{Printable, columns, left, right, visible};
+use footlight_show::printable::{Printable, columns, left, right, visible};
 
 /// A table; every row has as many cells as there are columns. Of ten thousand cues on five hundred
 /// banks nearly all cells have the same few texts: each text is held once.

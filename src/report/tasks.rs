@@ -7,8 +7,8 @@ use serde::Serialize;
 
 use super::Error;
 use super::words::{count, seconds};
-use crate::engine::{self, TEXT_LIMIT, Task, TaskFault, TaskList, TaskState, Worked};
-use crate::files::Store;
+use footlight_engine::{self as engine, TEXT_LIMIT, Task, TaskFault, TaskList, TaskState, Worked};
+use footlight_host::files::Store;
 
 /// Tasks that are named one by one.
 const NAMED: usize = 20;
@@ -40,7 +40,7 @@ fn absolute(path: &Path) -> Result<PathBuf, Error> {
     let absolute = std::path::absolute(path);
     absolute.map_err(|source| {
         let path = path.display().to_string();
-        crate::files::FileError::Io { path, source }.into()
+        footlight_host::files::FileError::Io { path, source }.into()
     })
 }
 
@@ -230,8 +230,8 @@ fn why(state: &TaskState) -> String {
 #[allow(clippy::unwrap_used, reason = "a test's own data")]
 mod tests {
     use super::*;
-    use crate::files::MemoryStore;
-    use crate::files::claim::Holder;
+    use footlight_host::files::MemoryStore;
+    use footlight_host::files::claim::Holder;
     use std::time::Duration;
 
     fn list(tasks: usize) -> TaskList {

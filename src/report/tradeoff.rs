@@ -3,7 +3,7 @@
 use super::words::{self, drawn, figure};
 use super::{Kind, Quantity, Record};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Theme};
-use crate::engine::measure::tradeoff::{Against, Measured, Tradeoff};
+use footlight_engine::measure::tradeoff::{Against, Measured, Tradeoff};
 
 /// Names of the series over all banks of a step.
 const MEAN: &str = "mean of the banks";
@@ -191,7 +191,7 @@ mod tests {
     #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
     use super::*;
-    use crate::engine::measure::{Machine, Origin};
+    use footlight_engine::measure::{Machine, Origin};
 
     fn tradeoff() -> Tradeoff {
         let step = |quality, seconds: f64, errors: [Option<f64>; 2]| Measured {

@@ -6,7 +6,7 @@ use super::curves::{cues_in_time, hue, points};
 use super::sheet::{self, CurveChange, Difference};
 use super::{Error, format};
 use crate::chart::{self, Theme};
-use crate::engine::Version;
+use footlight_engine::Version;
 
 /// Two versions of a show, and what changed from the first to the second.
 pub struct Comparison {

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::words::{count, error, seconds};
-use crate::engine::{Goal, Way, WayForecast};
+use footlight_engine::{Goal, Way, WayForecast};
 
 /// A table of ways, the one that is taken first; empty where nothing is known of them yet.
 pub fn describe(ways: &[WayForecast], goal: &Goal) -> String {

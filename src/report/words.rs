@@ -1,10 +1,10 @@
 //! Numbers and small things in words, the same in every report.
 
-use crate::engine::Engine;
-use crate::engine::measure::Machine;
-use crate::lang;
-use crate::show::{Cue, Preview, Show};
-use crate::units::{ErrorUnit, Time};
+use footlight_engine::Engine;
+use footlight_engine::measure::Machine;
+use footlight_show::lang;
+use footlight_show::model::{Cue, Preview, Show};
+use footlight_show::units::{ErrorUnit, Time};
 
 /// `1 cue`, `2 cues`.
 pub fn count(n: usize, what: &str) -> String {

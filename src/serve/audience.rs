@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
-use crate::playback::page;
-use crate::repl::Error;
+use footlight_engine::playback::page;
+use footlight_prompt::Error;
 
 /// Letters of a token, four bits each.
 const LETTERS: usize = 32;

@@ -4,13 +4,13 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::audience::{Audience, Files};
-use crate::engine::Engine;
-use crate::picture::Image;
-use crate::picture::tone::Tone;
-use crate::playback::page::{self, Picture};
-use crate::repl::Error;
-use crate::report;
-use crate::report::words::{count, percent};
+use footlight_engine::Engine;
+use footlight_picture::Image;
+use footlight_picture::tone::Tone;
+use footlight_engine::playback::page::{self, Picture};
+use footlight_prompt::Error;
+use footlight_report as report;
+use footlight_report::words::{count, percent};
 
 /// Refined images are shown after so many times as long as showing them takes.
 const REST: u32 = 4;

@@ -17,13 +17,13 @@ mod cue_sheet;
 
 use cue_sheet::{Size, cue_sheet};
 use divan::{Bencher, black_box};
-use footlight::check::check;
-use footlight::diagnostic::Sources;
-use footlight::engine::{Engine, Host};
-use footlight::lang::edit::Edit;
-use footlight::lang::{self, Parsed};
-use footlight::plan::{Plan, Weighting};
-use footlight::timeline::{KeySequence, Timeline};
+use footlight_show::check::check;
+use footlight_show::diagnostic::Sources;
+use footlight_engine::{Engine, Host};
+use footlight_show::lang::edit::Edit;
+use footlight_show::lang::{self, Parsed};
+use footlight_engine::plan::{Plan, Weighting};
+use footlight_show::timeline::{KeySequence, Timeline};
 
 #[global_allocator]
 static ALLOCATOR: divan::AllocProfiler = divan::AllocProfiler::system();

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use footlight::engine::{Engine, Goal, Host};
-use footlight::files::Memory;
-use footlight::picture::Image;
-use footlight::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError};
-use footlight::repl::{Console, Repl};
-use footlight::geometry::View;
-use footlight::work::Work;
+use footlight_engine::{Engine, Goal, Host};
+use footlight_host::files::Memory;
+use footlight_picture::Image;
+use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError};
+use footlight_prompt::{Console, Repl};
+use footlight_show::geometry::View;
+use footlight_host::work::Work;
 
 /// Coarse pictures, each of two qualities.
 const BANKS: usize = 24;

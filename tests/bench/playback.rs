@@ -25,12 +25,12 @@ use std::hint::black_box;
 use std::process::Command;
 use std::time::Instant;
 
-use footlight::picture::Image;
-use footlight::picture::combine::combine;
-use footlight::picture::tone::Tone;
-use footlight::playback::kernel::{Factors, Keys, Target};
-use footlight::playback::key::{Format, KeyImage};
-use footlight::timeline::{Blend, blend};
+use footlight_picture::Image;
+use footlight_picture::combine::combine;
+use footlight_picture::tone::Tone;
+use footlight_engine::playback::kernel::{Factors, Keys, Target};
+use footlight_engine::playback::key::{Format, KeyImage};
+use footlight_show::timeline::{Blend, blend};
 
 /// Banks of the naive sum: as many as the tavern's sources.
 const BANKS: usize = 22;

@@ -5,7 +5,7 @@ use crate::meter::{
     GREY, INWARD, Meter, Room, assert_better, both_ends, contour, cuboid, level, mean, qualities,
     upright, worst,
 };
-use footlight::geometry::{Vec3, vec3};
+use footlight_show::geometry::{Vec3, vec3};
 use std::f64::consts::PI;
 
 const SIDE: [f64; 2] = [0.0, 4.0];

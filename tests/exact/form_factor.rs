@@ -5,7 +5,7 @@ use crate::meter::{
     GREY, INWARD, Meter, Room, aside, assert_better, both_ends, contour, level, mean, qualities,
     upright, worst,
 };
-use footlight::geometry::{Vec3, newell, vec3};
+use footlight_show::geometry::{Vec3, newell, vec3};
 use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 

@@ -1,12 +1,12 @@
 //! Intensity and colour of a bank as two things; colours by name, by hue, by the number of a gel.
 
-use footlight::diagnostic::Sources;
-use footlight::files::Memory;
-use footlight::lang::{codes, parse_with_files};
-use footlight::report::sheet::hex;
-use footlight::show::Show;
-use footlight::timeline::Timeline;
-use footlight::units::Time;
+use footlight_show::diagnostic::Sources;
+use footlight_host::files::Memory;
+use footlight_show::lang::{codes, parse_with_files};
+use footlight_report::sheet::hex;
+use footlight_show::model::Show;
+use footlight_show::timeline::Timeline;
+use footlight_show::units::Time;
 
 const RIG: &str = "show \"t\"\nlight l spot at 0, 0, 4  aim 0, 0, 0  beam 20  field 40  100 cd\n\
     light m like l\nlight n like l\nbank a = l\nbank b = m\nbank c = n  rgb\n";

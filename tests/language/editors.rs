@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 use std::fs;
 
-use footlight::lang;
+use footlight_show::lang;
 
 fn read(path: &str) -> String {
     let root = env!("CARGO_MANIFEST_DIR");

@@ -1,11 +1,11 @@
 //! The paper's Figure 4, from its text to its key settings: three segments of which two are linear,
 //! six keys, rank four.
 
-use footlight::diagnostic::Sources;
-use footlight::lang;
-use footlight::plan::{Plan, Weighting};
-use footlight::report::plan::form;
-use footlight::timeline::{KeySequence, Timeline};
+use footlight_show::diagnostic::Sources;
+use footlight_show::lang;
+use footlight_engine::plan::{Plan, Weighting};
+use footlight_report::plan::form;
+use footlight_show::timeline::{KeySequence, Timeline};
 
 #[test]
 fn the_simple_example_has_three_segments_and_six_keys() {

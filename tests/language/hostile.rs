@@ -1,10 +1,10 @@
 //! Bad input is answered, quickly, without a panic: arbitrary text, real shows with random damage,
 //! files that are large, deep, binary or empty.
 
-use footlight::check::check;
-use footlight::diagnostic::{Sources, Style, WARNINGS, render};
-use footlight::lang;
-use footlight::lang::edit::{self, Edit};
+use footlight_show::check::check;
+use footlight_show::diagnostic::{Sources, Style, WARNINGS, render};
+use footlight_show::lang;
+use footlight_show::lang::edit::{self, Edit};
 use proptest::prelude::*;
 
 const SHOWS: [&str; 2] = [
@@ -135,7 +135,7 @@ proptest! {
     #[test]
     fn edits_keep_every_other_byte(show in 0..SHOWS.len(), thousandths in 5_001..9_999_999_u32) {
         let source = SHOWS[show];
-        let number = footlight::units::CueNumber::from_thousandths(thousandths).unwrap();
+        let number = footlight_show::units::CueNumber::from_thousandths(thousandths).unwrap();
         let declared = |source, text: &str| edit::apply(source, &Edit::Declare(text.to_owned())).unwrap().source;
         let added = declared(source, &format!("cue {number} {{ blackout }}"));
         prop_assert_eq!(added.len(), source.len() + format!("cue {number} {{ blackout }}\n").len());

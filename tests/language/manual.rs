@@ -4,8 +4,8 @@
 use std::fs;
 use std::path::PathBuf;
 
-use footlight::diagnostic::{Sources, Style, render};
-use footlight::files::{Files, Folder, Memory};
+use footlight_show::diagnostic::{Sources, Style, render};
+use footlight_host::files::{Files, Folder, Memory};
 use footlight::{check, lang};
 
 fn root() -> PathBuf {

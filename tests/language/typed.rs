@@ -4,10 +4,10 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use footlight::engine::{Document, Error};
-use footlight::files::Memory;
-use footlight::lang;
-use footlight::repl::Call;
+use footlight_engine::{Document, Error};
+use footlight_host::files::Memory;
+use footlight_show::lang;
+use footlight_prompt::Call;
 
 /// Where the words of a message may be meant to stand, at `@`.
 const PLACES: &[&str] = &[
@@ -62,7 +62,7 @@ fn faults(text: &str) -> BTreeSet<String> {
 fn works(words: &str) -> bool {
     let line = words.strip_prefix("footlight ").unwrap_or(words);
     let first = line.split_whitespace().next().unwrap_or_default();
-    let is_verb = footlight::repl::find(first).is_ok() && !lang::is_declaration(line);
+    let is_verb = footlight_prompt::find(first).is_ok() && !lang::is_declaration(line);
     if is_verb && Call::parse(line).is_ok() {
         return true;
     }

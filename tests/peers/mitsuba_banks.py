@@ -116,7 +116,7 @@ class Scene:
 
 def spot(line):
     """Of a line `light NAME spot at X,Y,Z aim X,Y,Z beam DEGREES field DEGREES N cd`: an image of the law of
-    `src/scene/profile.rs` is thrown, so that its light is ours."""
+    `src/show/geometry/profile.rs` is thrown, so that its light is ours."""
     number = r"(-?[\d.]+)"
     place = ",".join([number] * 3)
     words = rf"spot at {place} aim {place} beam {number} field {number} {number} cd"

@@ -1,10 +1,10 @@
 //! The way of the paper's hardware: key images coded for the display and blended as they are. It is
 //! wrong wherever keys differ, since the code is no measure of light.
 
-use footlight::picture::tone::Tone;
-use footlight::playback::Playback;
-use footlight::timeline::{Blend, KeySequence, blend};
-use footlight::units::Time;
+use footlight_picture::tone::Tone;
+use footlight_engine::playback::Playback;
+use footlight_show::timeline::{Blend, KeySequence, blend};
+use footlight_show::units::Time;
 
 /// The paper's hardware: keys coded for the display, blended as they are, each blend rounded to 8
 /// bits.

@@ -7,12 +7,12 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
 
-use footlight::engine::{Engine, Host};
-use footlight::files::{Clock, Memory, MemoryStore, Store};
-use footlight::picture::exr::{self, Precision, layer};
-use footlight::picture::{Image, decode};
-use footlight::repl::{Console, Repl};
-use footlight::report::film::{Canvas, Outlets, Pipe, Shown};
+use footlight_engine::{Engine, Host};
+use footlight_host::files::{Clock, Memory, MemoryStore, Store};
+use footlight_picture::exr::{self, Precision, layer};
+use footlight_picture::{Image, decode};
+use footlight_prompt::{Console, Repl};
+use footlight_report::film::{Canvas, Outlets, Pipe, Shown};
 
 const WIDTH: usize = 32;
 const HEIGHT: usize = 18;
@@ -210,7 +210,7 @@ fn layers_that_do_not_fit_into_memory_are_refused_with_a_way_out() {
     assert!(least(line) > frames);
     let (mut scarce, store) = open_within(frames, None);
     let error = scarce.execute(line).unwrap_err();
-    let said = error.report(footlight::diagnostic::Style::Plain);
+    let said = error.report(footlight_show::diagnostic::Style::Plain);
     assert!(said.contains("frame####.exr"), "{said}");
     assert!(names(&store).is_empty());
     scarce.execute("play -o frame####.exr").unwrap();

@@ -5,14 +5,14 @@
 use std::path::Path;
 use std::process::Command;
 
-use footlight::engine::{Engine, Host};
-use footlight::files::{Memory, MemoryStore, Store};
-use footlight::picture::exr::{self, Precision};
-use footlight::picture::tone::{Curve, Tone};
-use footlight::picture::{Image, decode};
-use footlight::repl::{Console, Repl};
-use footlight::timeline::settings as settings_of;
-use footlight::units::Time;
+use footlight_engine::{Engine, Host};
+use footlight_host::files::{Memory, MemoryStore, Store};
+use footlight_picture::exr::{self, Precision};
+use footlight_picture::tone::{Curve, Tone};
+use footlight_picture::{Image, decode};
+use footlight_prompt::{Console, Repl};
+use footlight_show::timeline::settings as settings_of;
+use footlight_show::units::Time;
 use serde_json::{Value, json};
 
 use crate::browser::{Browser, WEBGL, apart};
@@ -406,8 +406,8 @@ fn go_runs_the_cues_as_the_prompt_does_whenever_it_is_pressed() {
         let (json, script) = (folder.path().join("show.json"), folder.path().join("go.js"));
         std::fs::write(&json, data).unwrap();
         let code = [
-            include_str!("../../src/playback/page/light.js"),
-            include_str!("../../src/playback/page/go.js"),
+            include_str!("../../src/engine/playback/page/light.js"),
+            include_str!("../../src/engine/playback/page/go.js"),
             PRESSES,
         ];
         std::fs::write(&script, code.concat()).unwrap();

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use footlight::engine::{Engine, Host};
-use footlight::files::{Memory, MemoryStore, Store};
-use footlight::repl::{self, Console, Repl};
+use footlight_engine::{Engine, Host};
+use footlight_host::files::{Memory, MemoryStore, Store};
+use footlight_prompt::{self as repl, Console, Repl};
 
 /// A bank called `keys` among others; its curve touches zero at 0:00.8, where a knot must be put
 /// in.
@@ -40,7 +40,7 @@ fn open(text: &str) -> (Repl, MemoryStore) {
         ..Host::default()
     };
     let engine = Engine::from_text("knots.lxq", text.as_bytes(), host).map_err(repl::Error::from);
-    let engine = engine.map_err(|e| e.report(footlight::diagnostic::Style::Plain));
+    let engine = engine.map_err(|e| e.report(footlight_show::diagnostic::Style::Plain));
     (Repl::new(engine.unwrap(), Console::default()), store)
 }
 

@@ -9,11 +9,11 @@ use std::sync::Mutex;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use footlight::engine::{Engine, Goal, Host, LEASE, PoolPlace, Way, Worked};
-use footlight::files::{Disk, Folder};
-use footlight::picture::exr;
-use footlight::report::farm::{Farm, refine};
-use footlight::report::tasks;
+use footlight_engine::{Engine, Goal, Host, LEASE, PoolPlace, Way, Worked};
+use footlight_host::files::{Disk, Folder};
+use footlight_picture::exr;
+use footlight_report::farm::{Farm, refine};
+use footlight_report::tasks;
 
 const SHOW: &str = "show \"Farm\"
 preview { tolerance 1%  coarse 1  refined 2 }

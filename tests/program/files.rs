@@ -11,8 +11,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use footlight::picture::exr::{self, Precision};
-use footlight::picture::{Image, png};
+use footlight_picture::exr::{self, Precision};
+use footlight_picture::{Image, png};
 use tempfile::TempDir;
 
 /// Longer than any of these commands takes, and a hang is none.

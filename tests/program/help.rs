@@ -7,9 +7,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use footlight::engine::{Background, Engine, Host};
-use footlight::files::{Folder, MemoryStore};
-use footlight::repl::{Console, Repl, VERBS};
+use footlight_engine::{Background, Engine, Host};
+use footlight_host::files::{Folder, MemoryStore};
+use footlight_prompt::{Console, Repl, VERBS};
 
 /// With all that the examples name.
 const SHOW: &str = r#"show "Examples"
@@ -176,11 +176,11 @@ fn every_verb_does_its_example_at_the_prompt() {
     for spec in VERBS {
         let store = MemoryStore::default();
         let bytes = fs::read(place.path().join("show.lxq")).unwrap();
-        footlight::files::Store::write(&store, Path::new("show.lxq"), &bytes).unwrap();
+        footlight_host::files::Store::write(&store, Path::new("show.lxq"), &bytes).unwrap();
         for bank in ["lamps", "sky"] {
             let name = format!("refs/{bank}.exr");
             let bytes = fs::read(place.path().join(&name)).unwrap();
-            footlight::files::Store::write(&store, Path::new(&name), &bytes).unwrap();
+            footlight_host::files::Store::write(&store, Path::new(&name), &bytes).unwrap();
         }
         let host = Host {
             files: Box::new(Folder::new(place.path(), 1 << 20)),
@@ -200,7 +200,7 @@ fn every_verb_does_its_example_at_the_prompt() {
         };
         for line in before.iter().chain([&spec.example]) {
             if let Err(error) = show.execute(line) {
-                let report = error.report(footlight::diagnostic::Style::Plain);
+                let report = error.report(footlight_show::diagnostic::Style::Plain);
                 panic!("{line}: {report}");
             }
         }

@@ -8,8 +8,8 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use footlight::Image;
-use footlight::picture::exr::{self, Precision};
-use footlight::picture::png;
+use footlight_picture::exr::{self, Precision};
+use footlight_picture::png;
 
 /// What the program may take beside its budget, MB.
 const BESIDE: u64 = 64;

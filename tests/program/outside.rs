@@ -6,15 +6,15 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use assert_cmd::Command;
-use footlight::engine::{Ended, Engine, Error, Goal, Host, Way};
-use footlight::files::process::{Done, Job};
-use footlight::files::{Memory, MemoryStore};
-use footlight::picture::Image;
-use footlight::picture::exr::{self, Precision};
-use footlight::renderer::Quality;
-use footlight::renderer::outside::{Call, Outside};
-use footlight::repl::{Console, Repl};
-use footlight::work::Progress;
+use footlight_engine::{Ended, Engine, Error, Goal, Host, Way};
+use footlight_host::files::process::{Done, Job};
+use footlight_host::files::{Memory, MemoryStore};
+use footlight_picture::Image;
+use footlight_picture::exr::{self, Precision};
+use footlight_transport::Quality;
+use footlight_transport::outside::{Call, Outside};
+use footlight_prompt::{Console, Repl};
+use footlight_host::work::Progress;
 
 /// What one run of the renderer paints: each coordinate lights its own column, and step of quality
 /// `q` adds an error of 0.1/q of it to the next.
@@ -429,7 +429,7 @@ fn the_manual_shows_a_scene_and_a_renderer_of_it() {
     let (x, y) = (far * way[0], eye[1] + far * way[1]);
     let square = x * x + (y + 2.0).powi(2) + 9.0;
     let to_axis = ((y + 2.0) * 2.0 + 9.0) / (square.sqrt() * 13_f64.sqrt());
-    let profile = footlight::geometry::profile::Profile::new(30.0, 60.0).unwrap();
+    let profile = footlight_show::geometry::profile::Profile::new(30.0, 60.0).unwrap();
     let share = profile.share(to_axis.acos());
     let wanted = 0.5 / std::f64::consts::PI * 900.0 * share * (3.0 / square.sqrt()) / square;
     let found = f64::from(image.pixel(16, 9).unwrap()[0]);

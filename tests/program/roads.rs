@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use assert_cmd::Command;
-use footlight::desk::osc::{self, Argument};
+use footlight_desk::osc::{self, Argument};
 use std::net::UdpSocket;
 use std::process::Stdio;
 use std::time::{Duration, Instant};

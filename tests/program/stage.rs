@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use footlight::picture::png;
+use footlight_picture::png;
 
 fn stage(folder: &Path, name: &str) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_footlight"))

@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use crate::operator::Altered;
 use crate::{Stopped, prompt};
-use footlight::engine::Host;
-use footlight::files::{Folder, MemoryStore};
-use footlight::renderer::Cost;
-use footlight::repl::Repl;
+use footlight_engine::Host;
+use footlight_host::files::{Folder, MemoryStore};
+use footlight_transport::Cost;
+use footlight_prompt::Repl;
 
 const SHARED: Cost = Cost {
     prepare: 2.0,

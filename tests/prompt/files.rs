@@ -1,8 +1,8 @@
 //! A show on disk: what it is read from is spared, and read again when it was edited elsewhere.
 
-use footlight::engine::Host;
-use footlight::files::{Disk, Folder, MemoryStore};
-use footlight::repl::{Call, Repl, find};
+use footlight_engine::Host;
+use footlight_host::files::{Disk, Folder, MemoryStore};
+use footlight_prompt::{Call, Repl, find};
 use std::path::PathBuf;
 use tempfile::TempDir;
 
@@ -77,7 +77,7 @@ fn a_stage_edited_elsewhere_is_read_again() {
     let pixel = |show: &mut Repl| {
         let image = show
             .engine_mut()
-            .render(&[1.0, 1.0], footlight::renderer::Quality(1));
+            .render(&[1.0, 1.0], footlight_transport::Quality(1));
         image.unwrap().data().to_vec()
     };
     let before = pixel(&mut show);
@@ -105,7 +105,7 @@ fn a_stage_edited_elsewhere_is_read_again() {
 #[test]
 fn a_part_of_a_show_is_played() {
     let text = include_str!("../../examples/first.lxq").replace("size 480x270", "size 16x9");
-    let (files, store) = (footlight::files::Memory::default(), MemoryStore::default());
+    let (files, store) = (footlight_host::files::Memory::default(), MemoryStore::default());
     let host = Host {
         files: Box::new(
             files

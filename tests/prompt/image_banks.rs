@@ -4,12 +4,12 @@
 use std::path::{Path, PathBuf};
 
 use crate::prompt;
-use footlight::diagnostic::Style;
-use footlight::engine::{Ended, Goal, Host, TEXT_LIMIT};
-use footlight::files::{Folder, Memory, MemoryStore, Store};
-use footlight::picture::exr::{self, Precision};
-use footlight::picture::{Image, png};
-use footlight::repl::{Error, Repl};
+use footlight_show::diagnostic::Style;
+use footlight_engine::{Ended, Goal, Host, TEXT_LIMIT};
+use footlight_host::files::{Folder, Memory, MemoryStore, Store};
+use footlight_picture::exr::{self, Precision};
+use footlight_picture::{Image, png};
+use footlight_prompt::{Error, Repl};
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
@@ -57,7 +57,7 @@ fn a_show_of_images_needs_neither_stage_nor_view_and_nothing_is_left_to_refine()
     // One sum at full precision: rendered and from the pool it is the same picture.
     let summed = show
         .engine_mut()
-        .render(&[1.0, 0.5], footlight::renderer::Quality(1))
+        .render(&[1.0, 0.5], footlight_transport::Quality(1))
         .unwrap();
     assert_eq!((summed.width(), summed.height()), (8, 4));
     for (x, a) in summed.data().iter().zip(ramp(8, 4, 1.0).data()) {
@@ -98,7 +98,7 @@ fn an_image_is_kept_while_the_text_means_the_same_and_an_edit_replaces_it() {
     assert!(show.engine().pool().is_none());
     let all = show
         .engine_mut()
-        .render(&[0.0, 2.0], footlight::renderer::Quality(1))
+        .render(&[0.0, 2.0], footlight_transport::Quality(1))
         .unwrap();
     // 188/255 is half the light, to 0.3 %.
     assert!((all.data()[0] - 1.0).abs() < 6e-3, "{}", all.data()[0]);
@@ -114,7 +114,7 @@ fn fixed_lights_and_rgb_banks_may_be_images() {
     let setting = show.engine().document().timeline().last().to_vec();
     let found = show
         .engine_mut()
-        .render(&setting, footlight::renderer::Quality(1))
+        .render(&setting, footlight_transport::Quality(1))
         .unwrap();
     for (i, (x, a)) in found.data().iter().zip(ramp(8, 4, 1.0).data()).enumerate() {
         let wanted = if i % 3 == 0 {
@@ -140,7 +140,7 @@ fn images_add_to_lights_on_a_stage() {
     let alone = format!("{lamp}bank lamps = lamp\ncue 1 {{ lamps full }}\n");
     let mut alone = open(&alone, files()).unwrap();
     for step in [1, 2] {
-        let quality = footlight::renderer::Quality(step);
+        let quality = footlight_transport::Quality(step);
         let found = both.engine_mut().render(&[1.5, -2.0], quality).unwrap();
         let lamp = alone.engine_mut().render(&[1.5], quality).unwrap();
         assert!(lamp.data().iter().any(|v| *v > 0.1));
@@ -284,7 +284,7 @@ fn light_groups_of_a_renderer_add_up_to_its_picture() {
     let mut show = prompt("s.lxq", text.as_bytes(), host(folder)).unwrap();
     let sum = show
         .engine_mut()
-        .render(&[1.0; 8], footlight::renderer::Quality(1))
+        .render(&[1.0; 8], footlight_transport::Quality(1))
         .unwrap();
     let all = exr::layer::decode(&bytes, &[Some("ViewLayer.Combined")], 1 << 30).unwrap();
     let all = all[0].as_ref().unwrap();

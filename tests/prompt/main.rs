@@ -30,8 +30,8 @@ mod ways;
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use footlight::engine::{self, Engine, Host};
-use footlight::repl::{Console, Repl};
+use footlight_engine::{self as engine, Engine, Host};
+use footlight_prompt::{Console, Repl};
 
 /// A prompt on a show's text.
 fn prompt(name: &str, text: &[u8], host: Host) -> Result<Repl, engine::Error> {
@@ -53,7 +53,7 @@ fn open(path: &Path, host: Host) -> Repl {
 /// depend on the machine.
 struct Stopped;
 
-impl footlight::files::Clock for Stopped {
+impl footlight_host::files::Clock for Stopped {
     fn seconds(&self) -> f64 {
         0.0
     }
@@ -72,7 +72,7 @@ impl Ticking {
     }
 }
 
-impl footlight::files::Clock for Ticking {
+impl footlight_host::files::Clock for Ticking {
     fn seconds(&self) -> f64 {
         self.reads.fetch_add(1, Ordering::Relaxed) as f64 * self.seconds
     }

@@ -5,13 +5,13 @@ use std::sync::Arc;
 
 use crate::dice::Dice;
 use crate::{Stopped, prompt};
-use footlight::engine::{Ended, Goal, Host, Way};
-use footlight::files::{Folder, MemoryStore};
-use footlight::picture::Image;
-use footlight::picture::combine::{combine, dot};
-use footlight::renderer::{Cost, Prepared, Quality, Setup, Transport, TransportError, seed};
-use footlight::repl::Repl;
-use footlight::work::Work;
+use footlight_engine::{Ended, Goal, Host, Way};
+use footlight_host::files::{Folder, MemoryStore};
+use footlight_picture::Image;
+use footlight_picture::combine::{combine, dot};
+use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError, seed};
+use footlight_prompt::Repl;
+use footlight_host::work::Work;
 
 /// Noise of a picture of one bank at a sample a pixel, as a share of its light in each pixel.
 const NOISE: f64 = 0.8;

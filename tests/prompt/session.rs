@@ -7,17 +7,17 @@ use std::time::Duration;
 
 use crate::operator::Altered;
 use crate::prompt;
-use footlight::diagnostic::Style;
-use footlight::engine::{self, Ended, Goal, Host, Version};
-use footlight::files::{Clock, Memory, MemoryStore, Store};
-use footlight::picture::tone::Tone;
-use footlight::playback::Player;
-use footlight::playback::key::Format;
-use footlight::repl::{self, Repl};
-use footlight::report;
-use footlight::report::versions::Comparison;
-use footlight::units::Time;
-use footlight::work::{Progress, Work};
+use footlight_show::diagnostic::Style;
+use footlight_engine::{self as engine, Ended, Goal, Host, Version};
+use footlight_host::files::{Clock, Memory, MemoryStore, Store};
+use footlight_picture::tone::Tone;
+use footlight_engine::playback::Player;
+use footlight_engine::playback::key::Format;
+use footlight_prompt::{self as repl, Repl};
+use footlight_report as report;
+use footlight_report::versions::Comparison;
+use footlight_show::units::Time;
+use footlight_host::work::{Progress, Work};
 
 const SHOW: &str = r#"// a comment that must survive
 show "Session"
@@ -77,7 +77,7 @@ fn seconds(s: f64) -> Time {
     Time::from_seconds(s).unwrap()
 }
 
-fn largest_difference(a: &footlight::picture::Image, b: &footlight::picture::Image) -> f32 {
+fn largest_difference(a: &footlight_picture::Image, b: &footlight_picture::Image) -> f32 {
     let pairs = a.data().iter().zip(b.data());
     pairs.map(|(x, y)| (x - y).abs()).fold(0.0, f32::max)
 }
@@ -220,7 +220,7 @@ fn refining_everything_makes_previews_equal_to_rendering() {
         let setting = show.engine().document().timeline().evaluate(seconds(at));
         let rendered = show
             .engine_mut()
-            .render(&setting, footlight::renderer::Quality(3))
+            .render(&setting, footlight_transport::Quality(3))
             .unwrap();
         let peak = rendered.data().iter().copied().fold(0.0, f32::max);
         let off = largest_difference(&preview, &rendered);
@@ -297,9 +297,9 @@ fn run_leaves_its_results_and_no_keys_of_an_earlier_run() {
         );
     }
     let key = store.read(Path::new("o/keys/key001.exr"), 1 << 24).unwrap();
-    let image = footlight::picture::exr::decode(&key, 1 << 24).unwrap();
+    let image = footlight_picture::exr::decode(&key, 1 << 24).unwrap();
     assert_eq!((image.width(), image.height()), (64, 40));
-    let header = footlight::picture::exr::attributes(&key).unwrap();
+    let header = footlight_picture::exr::attributes(&key).unwrap();
     assert!(
         header
             .iter()
@@ -318,7 +318,7 @@ fn playback_shows_what_the_pool_previews() {
     show.engine_mut().refine(Goal::count(2)).unwrap();
     let playback = show.engine_mut().playback().unwrap();
     let player = Player::new(&playback, Format::Float, Tone::default(), Work::silent()).unwrap();
-    let mut frame = footlight::picture::Image::new(0, 0);
+    let mut frame = footlight_picture::Image::new(0, 0);
     for at in [0.5, 2.5, 4.1, 5.5, 7.9] {
         player.light(seconds(at), &mut frame);
         let preview = show.engine_mut().picture(seconds(at)).unwrap();
@@ -579,7 +579,7 @@ fn the_forecast_never_rises_and_copies_are_refused_with_the_reason() {
         let mut known = vec![first, twice, near];
         known.extend((0..n).map(|_| (0..n).map(|_| number()).collect::<Vec<f64>>()));
         let forecast = |m: usize| {
-            footlight::plan::forecast(
+            footlight_engine::plan::forecast(
                 show.engine().document().keys(),
                 &known[..m],
                 &weighting,
@@ -593,7 +593,7 @@ fn the_forecast_never_rises_and_copies_are_refused_with_the_reason() {
             "{all:?}"
         );
         assert!(all[known.len()] < 1e-6 * all[0], "they span all: {all:?}");
-        let next = footlight::plan::next(
+        let next = footlight_engine::plan::next(
             show.engine().document().keys(),
             &known[..3],
             &weighting,

@@ -6,11 +6,11 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::operator::Altered;
 use crate::{Ticking, prompt};
-use footlight::engine::{Goal, Host, NextImage, PoolPlace};
-use footlight::files::{Entry, FileError, Memory, MemoryStore, Store};
-use footlight::picture::Image;
-use footlight::repl::Repl;
-use footlight::work::Work;
+use footlight_engine::{Goal, Host, NextImage, PoolPlace};
+use footlight_host::files::{Entry, FileError, Memory, MemoryStore, Store};
+use footlight_picture::Image;
+use footlight_prompt::Repl;
+use footlight_host::work::Work;
 
 const SHOW: &str = r#"show "Store"
 preview { tolerance 1%  coarse 1  refined 3  rate 5 }

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use crate::operator::Altered;
 use crate::{Ticking, prompt};
-use footlight::diagnostic::Style;
-use footlight::engine::{Ended, Goal, Host, Way};
-use footlight::files::{Disk, Folder, MemoryStore, Store};
-use footlight::picture::Image;
-use footlight::picture::exr::{self, Precision};
-use footlight::renderer::Quality;
-use footlight::repl::{Call, Repl, find};
-use footlight::report::{Kind, Record};
+use footlight_show::diagnostic::Style;
+use footlight_engine::{Ended, Goal, Host, Way};
+use footlight_host::files::{Disk, Folder, MemoryStore, Store};
+use footlight_picture::Image;
+use footlight_picture::exr::{self, Precision};
+use footlight_transport::Quality;
+use footlight_prompt::{Call, Repl, find};
+use footlight_report::{Kind, Record};
 use std::sync::Arc;
 
 /// The furnace, small, with a store of its own.

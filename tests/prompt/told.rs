@@ -1,8 +1,8 @@
 //! What the prompt says of its own accord: banks without light, the exposure and how to hold it.
 
-use footlight::engine::Host;
-use footlight::files::MemoryStore;
-use footlight::repl::Repl;
+use footlight_engine::Host;
+use footlight_host::files::MemoryStore;
+use footlight_prompt::Repl;
 
 use crate::prompt;
 

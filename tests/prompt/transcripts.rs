@@ -5,9 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::Stopped;
-use footlight::engine::Host;
-use footlight::files::{Folder, MemoryStore, Store};
-use footlight::repl::finished;
+use footlight_engine::Host;
+use footlight_host::files::{Folder, MemoryStore, Store};
+use footlight_prompt::finished;
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
@@ -49,7 +49,7 @@ fn replay(transcript: &str, path: &Path, show: &[u8]) -> String {
         }
         match show.execute(&std::mem::take(&mut pending)) {
             Ok(reply) => out += &reply.text,
-            Err(error) => out += &error.report(footlight::diagnostic::Style::Plain),
+            Err(error) => out += &error.report(footlight_show::diagnostic::Style::Plain),
         }
     }
     assert!(

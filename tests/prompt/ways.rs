@@ -6,13 +6,13 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::operator::Altered;
 use crate::{Stopped, prompt};
-use footlight::engine::{Ended, Goal, Host, Way};
-use footlight::files::{Folder, MemoryStore};
-use footlight::picture::Image;
-use footlight::picture::combine::{combine, dot};
-use footlight::renderer::Cost;
-use footlight::repl::Repl;
-use footlight::units::ErrorUnit;
+use footlight_engine::{Ended, Goal, Host, Way};
+use footlight_host::files::{Folder, MemoryStore};
+use footlight_picture::Image;
+use footlight_picture::combine::{combine, dot};
+use footlight_transport::Cost;
+use footlight_prompt::Repl;
+use footlight_show::units::ErrorUnit;
 
 /// What each step is off by, as the operator of these tests states it.
 const STATED: [f64; 3] = [0.04, 0.02, 0.0005];
@@ -225,7 +225,7 @@ fn what_is_promised_of_a_room_is_true() {
     let engine = show.engine_mut();
     let cues = engine.document().timeline().cues().to_vec();
     let both =
-        |c: &footlight::timeline::CueTime| [c.go + (c.completion - c.go).scaled(0.5), c.completion];
+        |c: &footlight_show::timeline::CueTime| [c.go + (c.completion - c.go).scaled(0.5), c.completion];
     let settings: Vec<Vec<f64>> = cues
         .iter()
         .flat_map(both)

@@ -7,21 +7,21 @@
     reason = "test support, used by several test programs"
 )]
 
-use footlight::diagnostic::Sources;
-use footlight::engine::measure::Reference;
-use footlight::engine::measure::difference::away_from;
-use footlight::engine::measure::difference::difference;
-use footlight::files::Folder;
-use footlight::geometry::vec3;
-use footlight::lang;
-use footlight::picture::{Image, exr};
-use footlight::radiosity::Radiosity;
-use footlight::radiosity::emitter_mask;
-use footlight::renderer::{Quality, Setup, Transport};
-use footlight::geometry::View;
-use footlight::scene::{Emitter, Light, Rig, Scene, Source, obj};
-use footlight::units::Rgb;
-use footlight::work::{Silent, Work};
+use footlight_show::diagnostic::Sources;
+use footlight_engine::measure::Reference;
+use footlight_engine::measure::difference::away_from;
+use footlight_engine::measure::difference::difference;
+use footlight_host::files::Folder;
+use footlight_show::geometry::vec3;
+use footlight_show::lang;
+use footlight_picture::{Image, exr};
+use footlight_transport::radiosity::Radiosity;
+use footlight_transport::radiosity::emitter_mask;
+use footlight_transport::{Quality, Setup, Transport};
+use footlight_show::geometry::View;
+use footlight_stage::{Emitter, Light, Rig, Scene, Source, obj};
+use footlight_show::units::Rgb;
+use footlight_host::work::{Silent, Work};
 use std::path::{Path, PathBuf};
 
 /// A scene with one source for each of its banks.
@@ -150,7 +150,7 @@ pub fn tavern() -> Case {
         .unwrap();
     let files = Folder::new(folder, 1 << 24);
     let scene = obj::import(&files, "tavern.obj", show.stages[0].z_up).unwrap();
-    let rig = footlight::scene::rig::rig(&show, &scene).unwrap();
+    let rig = footlight_stage::rig::rig(&show, &scene).unwrap();
     Case {
         name: "tavern",
         view: show.views[0].camera.clone(),

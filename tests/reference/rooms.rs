@@ -8,13 +8,13 @@
 )]
 
 use crate::reference::Case;
-use footlight::diagnostic::Sources;
-use footlight::files::Folder;
-use footlight::geometry::vec3;
-use footlight::lang;
-use footlight::geometry::View;
-use footlight::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source, obj};
-use footlight::units::Rgb;
+use footlight_show::diagnostic::Sources;
+use footlight_host::files::Folder;
+use footlight_show::geometry::vec3;
+use footlight_show::lang;
+use footlight_show::geometry::View;
+use footlight_stage::{Emitter, Light, Material, Polygon, Rig, Scene, Source, obj};
+use footlight_show::units::Rgb;
 
 /// The smallest show.
 pub fn first() -> Case {
@@ -23,7 +23,7 @@ pub fn first() -> Case {
     let parsed = lang::parse(&mut Sources::default(), "first.lxq", &text);
     let show = parsed.show.unwrap();
     let scene = obj::import(&Folder::new(folder, 1 << 24), "first.obj", false).unwrap();
-    let rig = footlight::scene::rig::rig(&show, &scene).unwrap();
+    let rig = footlight_stage::rig::rig(&show, &scene).unwrap();
     Case {
         name: "first",
         view: show.views[0].camera.clone(),

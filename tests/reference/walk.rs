@@ -14,14 +14,14 @@
 )]
 
 use crate::reference::Case;
-use footlight::geometry::{Vec3, frame};
-use footlight::hash::{GOLDEN, mix};
-use footlight::radiosity::{
+use footlight_show::geometry::{Vec3, frame};
+use footlight_show::hash::{GOLDEN, mix};
+use footlight_transport::radiosity::{
     Camera, Hierarchy, Luminaire, Precision, Receiver, Receivers, Setting, Shining, Surfaces,
     camera, irradiance, luminaires,
 };
-use footlight::scene::Light;
-use footlight::work::Work;
+use footlight_stage::Light;
+use footlight_host::work::Work;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 

@@ -3,13 +3,13 @@
 use std::fs;
 use std::path::PathBuf;
 
-use footlight::desk::usitt;
-use footlight::diagnostic::Sources;
-use footlight::files::Folder;
-use footlight::lang;
-use footlight::show::Show;
-use footlight::timeline::Timeline;
-use footlight::work::Work;
+use footlight_desk::usitt;
+use footlight_show::diagnostic::Sources;
+use footlight_host::files::Folder;
+use footlight_show::lang;
+use footlight_show::model::Show;
+use footlight_show::timeline::Timeline;
+use footlight_host::work::Work;
 
 fn parsed(name: &str, text: &str) -> Show {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
@@ -22,7 +22,7 @@ fn parsed(name: &str, text: &str) -> Show {
 /// By cue and channel, levels in percent when the cue is complete and nothing overtakes it.
 fn levels(show: &Show) -> Vec<Vec<(u32, f64)>> {
     let mut held = vec![0.0; show.parameters().len()];
-    let moves = footlight::timeline::cue_moves(show).unwrap();
+    let moves = footlight_show::timeline::cue_moves(show).unwrap();
     let mut out = Vec::new();
     for moves in moves {
         for one in moves {

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use footlight::diagnostic::Style;
-use footlight::engine::{Engine, Error, Host};
-use footlight::files::{Folder, Memory};
-use footlight::repl::{Console, Repl};
-use footlight::scene::import::{Options, read};
+use footlight_show::diagnostic::Style;
+use footlight_engine::{Engine, Error, Host};
+use footlight_host::files::{Folder, Memory};
+use footlight_prompt::{Console, Repl};
+use footlight_stage::import::{Options, read};
 
 #[path = "../../examples/hall/model.rs"]
 mod model;

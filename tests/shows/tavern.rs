@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use crate::set;
-use footlight::diagnostic::Sources;
-use footlight::files::Folder;
-use footlight::geometry::vec3;
-use footlight::lang;
-use footlight::scene::obj;
-use footlight::show::{Dimmer, Fade, Interpolation, Link, Motion, Move, Part, Show, Trigger};
+use footlight_show::diagnostic::Sources;
+use footlight_host::files::Folder;
+use footlight_show::geometry::vec3;
+use footlight_show::lang;
+use footlight_stage::obj;
+use footlight_show::model::{Dimmer, Fade, Interpolation, Link, Motion, Move, Part, Show, Trigger};
 
 #[allow(dead_code, reason = "the program's `main` is not wanted here")]
 #[path = "../../examples/tavern/model.rs"]
@@ -111,7 +111,7 @@ fn the_show_is_as_large_as_it_says() {
     assert_eq!(show.stages[0].path, "tavern.obj");
     let names: Vec<&str> = model::MATERIALS.iter().map(|m| m.name).collect();
     for light in &show.lights {
-        if let footlight::show::LightKind::Panel { material, .. } = &light.kind {
+        if let footlight_show::model::LightKind::Panel { material, .. } = &light.kind {
             assert!(
                 names.contains(&material.as_str()),
                 "{material} is on no panel"
@@ -132,8 +132,8 @@ fn the_rig_fits_the_stage() {
     let round = faces.iter().filter(|f| !f.normals.is_empty()).count();
     let cut = scene.polygons.len() - faces.len();
     assert!(cut <= round, "{cut} more polygons than faces");
-    let rig = footlight::scene::rig::rig(&show, &scene).unwrap();
-    let lit = |s: &footlight::scene::Source| s.emitters.iter().map(|e| e.light).collect::<Vec<_>>();
+    let rig = footlight_stage::rig::rig(&show, &scene).unwrap();
+    let lit = |s: &footlight_stage::Source| s.emitters.iter().map(|e| e.light).collect::<Vec<_>>();
     let mut lit: Vec<usize> = rig.sources.iter().flat_map(lit).collect();
     lit.sort_unstable();
     lit.dedup();
@@ -142,7 +142,7 @@ fn the_rig_fits_the_stage() {
         rig.lights.len(),
         "a light hangs that no bank drives"
     );
-    let emits = |m: usize| scene.materials[m].emission != footlight::units::Rgb::default();
+    let emits = |m: usize| scene.materials[m].emission != footlight_show::units::Rgb::default();
     let glowing = scene.polygons.iter().filter(|p| emits(p.material)).count();
     assert!(glowing <= 40, "{glowing} emitting polygons");
 }

@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use crate::set;
-use footlight::engine::{Engine, Host};
-use footlight::files::Folder;
-use footlight::lang;
-use footlight::picture::{Image, decode, png};
-use footlight::plan::{Plan, Weighting};
-use footlight::renderer::Quality;
-use footlight::show::LightKind;
-use footlight::units::Time;
+use footlight_engine::{Engine, Host};
+use footlight_host::files::Folder;
+use footlight_show::lang;
+use footlight_picture::{Image, decode, png};
+use footlight_engine::plan::{Plan, Weighting};
+use footlight_transport::Quality;
+use footlight_show::model::LightKind;
+use footlight_show::units::Time;
 
 #[allow(dead_code, reason = "the program's `main` is not wanted here")]
 #[path = "../../examples/turandot/model.rs"]

@@ -3,7 +3,7 @@
 use crate::methods::decomposition::{nalgebra, ours};
 use crate::methods::hard::{Hard, Verdict, judge, list};
 use crate::methods::orthogonality::{Way, condition, families, loss, near_copies, shipped};
-use footlight::linalg::svd;
+use footlight_show::linalg::svd;
 
 #[test]
 fn every_hard_matrix_is_decomposed_to_rounding() {

@@ -1,13 +1,13 @@
 //! Stages made to break the operator: each gives pictures of finite numbers or a clear error.
 
-use footlight::geometry::{Vec3, vec3};
-use footlight::radiosity::Radiosity;
-use footlight::renderer::{Quality, Setup, Transport, TransportError};
-use footlight::geometry::View;
-use footlight::scene::{Emitter, Light, Material, Polygon, Rig, Scene, Source};
-use footlight::show::Spot;
-use footlight::units::Rgb;
-use footlight::work::{Silent, Work};
+use footlight_show::geometry::{Vec3, vec3};
+use footlight_transport::radiosity::Radiosity;
+use footlight_transport::{Quality, Setup, Transport, TransportError};
+use footlight_show::geometry::View;
+use footlight_stage::{Emitter, Light, Material, Polygon, Rig, Scene, Source};
+use footlight_show::model::Spot;
+use footlight_show::units::Rgb;
+use footlight_host::work::{Silent, Work};
 use std::sync::Arc;
 
 /// A stage, its lights (one source each) and the eye.

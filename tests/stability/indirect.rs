@@ -3,16 +3,16 @@
 pub use crate::methods::furnace::scene;
 use crate::methods::furnace::{self, Furnace, room, rows};
 use crate::reference::{Case, render, stage};
-use footlight::geometry::vec3;
-use footlight::picture::Image;
-use footlight::radiosity::cost::Counts;
-use footlight::radiosity::step::Step;
-use footlight::radiosity::{
+use footlight_show::geometry::vec3;
+use footlight_picture::Image;
+use footlight_transport::radiosity::cost::Counts;
+use footlight_transport::radiosity::step::Step;
+use footlight_transport::radiosity::{
     Bounces, Hemicube, Hierarchy, Mesh, Radiosity, Row, Setting, Surfaces, Table, VertexBuffer,
     hash_to_unit,
 };
-use footlight::renderer::{Quality, Transport, TransportError};
-use footlight::work::{Progress, Work};
+use footlight_transport::{Quality, Transport, TransportError};
+use footlight_host::work::{Progress, Work};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// About so many elements of what is open half a metre over the floor.

@@ -1,6 +1,6 @@
 //! Pseudo-random numbers that are the same on every machine.
 
-use footlight::hash::{GOLDEN, mix};
+use footlight_show::hash::{GOLDEN, mix};
 
 /// Vigna's splitmix64.
 #[derive(Clone, Debug)]

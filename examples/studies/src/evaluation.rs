@@ -3,7 +3,7 @@
 use crate::dice::Dice;
 use crate::projection::{Projection, keys_alike};
 use crate::trial::{Order, Shown, Trial};
-use footlight::plan::{Metric, PlanError, Weighting};
+use footlight_engine::plan::{Metric, PlanError, Weighting};
 
 /// Refined pictures that previews are tried with.
 const REFINED: usize = 4;

@@ -5,8 +5,8 @@
 
 use std::fmt::Write as _;
 
-use footlight::engine::{Engine, Host};
-use footlight::files::Memory;
+use footlight_engine::{Engine, Host};
+use footlight_host::files::Memory;
 
 use crate::dice::Dice;
 

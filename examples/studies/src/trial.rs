@@ -12,15 +12,15 @@
     reason = "matrices are indexed by the sources and settings they were made of"
 )]
 
-use footlight::engine::Engine;
-use footlight::linalg::Matrix;
-use footlight::picture::Image;
-use footlight::picture::combine::{combine, dot};
-use footlight::plan::{self, Metric, Moment, PlanError, Weighting};
-use footlight::pool::{Evidence, Fit, Pool};
-use footlight::renderer::{Quality, TransportError};
-use footlight::timeline::KeySequence;
-use footlight::work::{Cancelled, Work};
+use footlight_engine::Engine;
+use footlight_show::linalg::Matrix;
+use footlight_picture::Image;
+use footlight_picture::combine::{combine, dot};
+use footlight_engine::plan::{self, Metric, Moment, PlanError, Weighting};
+use footlight_engine::pool::{Evidence, Fit, Pool};
+use footlight_transport::{Quality, TransportError};
+use footlight_show::timeline::KeySequence;
+use footlight_host::work::{Cancelled, Work};
 
 /// Scalar products of the images of a show's n sources, with its keys.
 #[derive(Clone, Debug)]

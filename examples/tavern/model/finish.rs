@@ -116,7 +116,7 @@ pub fn mean(painter: Painter) -> f64 {
     let image = paint(painter);
     let light = image.iter().map(|code| {
         let coded = f64::from(*code) / 255.0;
-        footlight::units::srgb_decode(coded)
+        footlight_show::units::srgb_decode(coded)
     });
     let mean = light.sum::<f64>() / (SIDE * SIDE) as f64;
     (mean * 1000.0).round() / 1000.0

@@ -5,7 +5,7 @@ use roxmltree::{Document, Node};
 
 use super::frame::Frame;
 use super::{Fault, said};
-use crate::work::Work;
+use footlight_host::work::Work;
 
 /// Geometries inside geometries.
 const DEPTH: usize = 32;

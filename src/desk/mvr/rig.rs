@@ -7,14 +7,14 @@ use std::fmt::Write as _;
 use super::gdtf::{self, Fixture};
 use super::zip::Archive;
 use super::{Carried, Fault, Hung, Plan, Set, addressed};
-use crate::desk::Loss;
-use crate::desk::names::Names;
-use crate::files::Memory;
-use crate::lang::{self, quoted};
-use crate::scene::gltf::named_files;
-use crate::scene::import::{self, SceneError};
-use crate::units::Rgb;
-use crate::work::Work;
+use crate::Loss;
+use crate::names::Names;
+use footlight_host::files::Memory;
+use footlight_show::lang::{self, quoted};
+use footlight_stage::gltf::named_files;
+use footlight_stage::import::{self, SceneError};
+use footlight_show::units::Rgb;
+use footlight_host::work::Work;
 
 /// Of a fixture whose type says nothing: angles of a profile, and the light of a 575 W lamp.
 const BEAM: f64 = 20.0;

@@ -15,10 +15,10 @@ use proptest::prelude::*;
 use super::Fault;
 use super::zip::Archive;
 use super::{addressed, import};
-use crate::desk::{ImportError, Loss};
-use crate::diagnostic::Sources;
-use crate::lang;
-use crate::work::{Progress, Work};
+use crate::{ImportError, Loss};
+use footlight_show::diagnostic::Sources;
+use footlight_show::lang;
+use footlight_host::work::{Progress, Work};
 
 /// A ZIP archive of deflated files.
 fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {

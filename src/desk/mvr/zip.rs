@@ -10,7 +10,7 @@ use flate2::Crc;
 use flate2::read::DeflateDecoder;
 
 use super::{Fault, said};
-use crate::work::Work;
+use footlight_host::work::Work;
 
 /// Files of an archive.
 const MOST_FILES: usize = 10_000;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::units::{CueNumber, Time};
+use footlight_show::units::{CueNumber, Time};
 
 /// A level in tenths of a percent.
 pub type Tenths = u16;

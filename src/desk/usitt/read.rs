@@ -12,10 +12,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::model::{Channel, Desk, Group, Tenths};
 use super::record::{Record, records};
 use super::{LIMIT, MOST_CHANNELS, MOST_GROUPS};
-use crate::desk::{ImportError, Loss};
-use crate::diagnostic::Diagnostic;
-use crate::units::Time;
-use crate::work::Work;
+use crate::{ImportError, Loss};
+use footlight_show::diagnostic::Diagnostic;
+use footlight_show::units::Time;
+use footlight_host::work::Work;
 
 type Refused = Box<Diagnostic>;
 

@@ -2,8 +2,8 @@
 
 use std::ops::Range;
 
-use crate::diagnostic::Diagnostic;
-use crate::units::{CueNumber, Time};
+use footlight_show::diagnostic::Diagnostic;
+use footlight_show::units::{CueNumber, Time};
 
 use super::model::{FULL, Tenths, tenths};
 

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::model::{Cue, Desk, Fade, Part, Tenths};
-use crate::desk::Loss;
-use crate::units::{CueNumber, Rgb, Time};
-use crate::work::{Cancelled, Work};
+use crate::Loss;
+use footlight_show::units::{CueNumber, Rgb, Time};
+use footlight_host::work::{Cancelled, Work};
 
 /// A cue with what it moves.
 #[derive(Debug)]

@@ -6,11 +6,11 @@ use std::fmt::Write as _;
 
 use super::model::{Curve, Desk, FULL, Tenths};
 use super::settle::{FIVE, Move, Settled, Step, Timing, timing_of};
-use crate::desk::names::Names;
-use crate::desk::{ImportError, Loss};
-use crate::lang::{self, quoted};
-use crate::units::Time;
-use crate::work::Work;
+use crate::names::Names;
+use crate::{ImportError, Loss};
+use footlight_show::lang::{self, quoted};
+use footlight_show::units::Time;
+use footlight_host::work::Work;
 
 /// Columns of a line.
 const WIDTH: usize = 92;

@@ -13,13 +13,13 @@ use proptest::prelude::*;
 
 use super::model::{step, tenths};
 use super::{import, write};
-use crate::desk::{Carried, ImportError};
-use crate::diagnostic::{Sources, Style, render};
-use crate::lang;
-use crate::show::{Link, Show};
-use crate::timeline::{Timeline, cue_moves};
-use crate::units::{Rgb, Time};
-use crate::work::{Progress, Work};
+use crate::{Carried, ImportError};
+use footlight_show::diagnostic::{Sources, Style, render};
+use footlight_show::lang;
+use footlight_show::model::{Link, Show};
+use footlight_show::timeline::{Timeline, cue_moves};
+use footlight_show::units::{Rgb, Time};
+use footlight_host::work::{Progress, Work};
 
 fn parsed(text: &str) -> Show {
     let mut sources = Sources::default();

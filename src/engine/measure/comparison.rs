@@ -5,10 +5,10 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::{Reference, difference};
-use crate::engine::{Engine, Error};
-use crate::picture::Image;
-use crate::radiosity::emitter_mask;
-use crate::renderer::Quality;
+use crate::{Engine, Error};
+use footlight_picture::Image;
+use footlight_transport::radiosity::emitter_mask;
+use footlight_transport::Quality;
 
 /// A quality against references.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -114,7 +114,7 @@ impl Engine {
 
     /// Images of settings from an operator prepared for the purpose, where the caller holds so many
     /// bytes, with the seconds to prepare it and to render them.
-    pub(in crate::engine) fn render_alone(
+    pub fn render_alone(
         &self,
         settings: &[Vec<f64>],
         quality: Quality,
@@ -131,7 +131,7 @@ impl Engine {
     }
 
     /// Names of the banks; a show without any has nothing to measure.
-    pub(in crate::engine) fn bank_names(&self) -> Result<Vec<String>, Error> {
+    pub fn bank_names(&self) -> Result<Vec<String>, Error> {
         let names: Vec<String> = self.show().banks.iter().map(|b| b.name.clone()).collect();
         if names.is_empty() {
             return Err(Error::NoBanks);
@@ -140,7 +140,7 @@ impl Engine {
     }
 
     /// The setting of each bank alone at full.
-    pub(in crate::engine) fn alone_each(&self, names: &[String]) -> Result<Vec<Vec<f64>>, Error> {
+    pub fn alone_each(&self, names: &[String]) -> Result<Vec<Vec<f64>>, Error> {
         names.iter().map(|name| self.alone(name)).collect()
     }
 }

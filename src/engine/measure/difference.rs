@@ -5,7 +5,7 @@
 //! mean (x-b)² that their noise does not enter. Being an estimate, it may come out negative.
 
 use super::Reference;
-use crate::picture::Image;
+use footlight_picture::Image;
 
 /// A picture held against its reference.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::Engine;
+use crate::Engine;
 
 /// Where something was measured.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -43,14 +43,15 @@ pub struct Origin {
 
 impl Engine {
     /// The show and the machine that a result is of.
-    pub(crate) fn origin(&self) -> Origin {
+    pub fn origin(&self) -> Origin {
         Origin {
             subject: self.show().title.clone(),
             machine: self.machine(),
         }
     }
 
-    pub(crate) fn machine(&self) -> Machine {
+    /// The machine that measures.
+    pub fn machine(&self) -> Machine {
         Machine::here(self.host.threads, self.host.processor.clone())
     }
 }

@@ -5,9 +5,9 @@ use std::collections::BTreeMap;
 use serde::{Serialize, Serializer};
 
 use super::Machine;
-use crate::engine::{Engine, Error};
-use crate::picture::Image;
-use crate::renderer::{Quality, QualityParameter, Transport as _};
+use crate::{Engine, Error};
+use footlight_picture::Image;
+use footlight_transport::{Quality, QualityParameter, Transport as _};
 
 /// A step is measured again while all its runs took less than this, seconds; the shortest counts.
 const ENOUGH: f64 = 0.5;

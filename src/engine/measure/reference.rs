@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use crate::engine::error::ReferenceError;
-use crate::files::Store;
-use crate::picture::{Image, exr};
+use crate::error::ReferenceError;
+use footlight_host::files::Store;
+use footlight_picture::{Image, exr};
 
 /// The largest reference file that is read, in bytes.
 const LARGEST: u64 = 1 << 30;

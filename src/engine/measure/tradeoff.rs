@@ -4,9 +4,9 @@ use std::path::Path;
 
 use super::quality::Seconds;
 use super::{BankError, Origin, Reference, difference};
-use crate::engine::{Engine, Error};
-use crate::radiosity::emitter_mask;
-use crate::renderer::Quality;
+use crate::{Engine, Error};
+use footlight_transport::radiosity::emitter_mask;
+use footlight_transport::Quality;
 
 /// The error of every step of quality against the time that it takes.
 #[derive(Clone, Debug, PartialEq)]

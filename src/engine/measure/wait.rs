@@ -4,9 +4,9 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
-use crate::engine::{Engine, Error};
-use crate::renderer::{Cost, Quality};
-use crate::show::LightKind;
+use crate::{Engine, Error};
+use footlight_transport::{Cost, Quality};
+use footlight_show::model::LightKind;
 
 /// Seconds from which a run is worth a warning.
 pub const LONG: f64 = 60.0;

@@ -2,13 +2,13 @@
 //! on.
 
 use super::SetupImages;
-use crate::picture::Image;
-use crate::renderer::layered::Layered;
-use crate::renderer::{Prepared, Quality, Setup, Transport, TransportError};
-use crate::work::Work;
+use footlight_picture::Image;
+use footlight_transport::layered::Layered;
+use footlight_transport::{Prepared, Quality, Setup, Transport, TransportError};
+use footlight_host::work::Work;
 
 /// A call of the operator.
-pub(in crate::engine) struct Job {
+pub(crate) struct Job {
     pub setup: Setup,
     pub quality: Quality,
     pub settings: Vec<Vec<f64>>,
@@ -17,7 +17,7 @@ pub(in crate::engine) struct Job {
 }
 
 /// What a job gives back.
-pub(in crate::engine) struct Rendered {
+pub(crate) struct Rendered {
     /// To be given back to the rendering, unless preparing it failed.
     pub operator: Option<Box<dyn Prepared>>,
     /// One for each setting.

@@ -6,15 +6,15 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::SetupImages;
-use crate::files::Store;
-use crate::linalg::Orthonormal;
-use crate::picture::Image;
+use footlight_host::files::Store;
+use footlight_show::linalg::Orthonormal;
+use footlight_picture::Image;
 use crate::pool::Pool;
 use crate::pool::address::{Address, Lighting};
 use crate::pool::disk_cache::Place;
 use crate::pool::image_cache::ImageCache;
 use crate::pool::linear_span;
-use crate::renderer::Quality;
+use footlight_transport::Quality;
 
 /// The least share of a known setting, in the pool's metric, that must be outside the span of those
 /// taken before it. Of two settings nearer than this the difference would count a thousandfold, and
@@ -31,7 +31,7 @@ pub(super) struct Known {
 }
 
 /// A refined image to be added to the pool.
-pub(in crate::engine) struct Reused {
+pub(crate) struct Reused {
     pub setting: Vec<f64>,
     pub image: Arc<Image>,
     pub quality: Quality,

@@ -3,15 +3,15 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::diagnostic::Diagnostic;
-use crate::lang::SpanMap;
-use crate::scene::gobo::Gobo;
-use crate::scene::luminaire_asset::LuminaireAssets;
-use crate::scene::photometric::Distribution;
-use crate::show::{LightKind, NodeId, Show};
+use footlight_show::diagnostic::Diagnostic;
+use footlight_show::lang::SpanMap;
+use footlight_stage::gobo::Gobo;
+use footlight_stage::luminaire_asset::LuminaireAssets;
+use footlight_stage::photometric::Distribution;
+use footlight_show::model::{LightKind, NodeId, Show};
 
 use super::diagnostics;
-use crate::engine::compile::Source;
+use crate::compile::Source;
 
 /// The luminaire files of `show`, in about `memory` bytes; those that `old` has are taken from there.
 /// Warnings of what was not taken of a file come with them.

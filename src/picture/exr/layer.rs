@@ -12,7 +12,7 @@ use exr::math::Vec2;
 use exr::meta::header::Header;
 
 use super::{Canvas, guard_sizes, malformed, rgb_part, text};
-use crate::picture::{Image, PictureError, require_memory};
+use crate::{Image, PictureError, require_memory};
 
 /// Where a layer stands: its part, and its R, G and B among the part's channels.
 type Place = (usize, [usize; 3]);

@@ -19,7 +19,7 @@ use exr::meta::{BlockDescription, Headers};
 use exr::prelude::{SmallVec, f16};
 
 use super::{Precision, layer_attributes, malformed, require_finite, require_half_range};
-use crate::picture::{Image, PictureError};
+use crate::{Image, PictureError};
 
 /// The most bytes of a layer's name.
 const NAME_LIMIT: usize = 29;

@@ -1,9 +1,9 @@
 //! The cue sheet: what each cue does, in the order of the show.
 
 use super::level::{self, by_bank, clock, motion, time};
-use crate::report::table::Table;
-use crate::show::{Cue, Fade, Link, Part, Show, Trigger};
-use crate::timeline::{CueTime, Timeline};
+use crate::table::Table;
+use footlight_show::model::{Cue, Fade, Link, Part, Show, Trigger};
+use footlight_show::timeline::{CueTime, Timeline};
 
 /// The cue sheet of a show: a row for each cue, and one for each further part.
 pub fn cue_sheet(show: &Show, timeline: &Timeline) -> Table {
@@ -38,9 +38,9 @@ fn cue_rows(show: &Show, cue: &Cue, at: &CueTime, before: Option<&Cue>) -> Vec<V
         number: 1,
         written: true,
         label: String::new(),
-        delay: crate::units::Time::ZERO,
-        up: crate::units::Time::ZERO,
-        down: crate::units::Time::ZERO,
+        delay: footlight_show::units::Time::ZERO,
+        up: footlight_show::units::Time::ZERO,
+        down: footlight_show::units::Time::ZERO,
         by_default: [false; 2],
         curve: Fade::LINEAR,
         moves: Vec::new(),
@@ -103,7 +103,7 @@ fn starts(cue: &Cue, at: &CueTime, before: Option<&Cue>) -> String {
 
 /// Paths have times of their own; without any, the part's times count.
 pub fn fades(part: &Part) -> bool {
-    let fade = |m: &crate::show::Move| matches!(m.motion, crate::show::Motion::To(_));
+    let fade = |m: &footlight_show::model::Move| matches!(m.motion, footlight_show::model::Motion::To(_));
     part.moves.is_empty() || part.moves.iter().any(fade)
 }
 

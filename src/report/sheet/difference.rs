@@ -7,13 +7,13 @@ use std::fmt::Write;
 
 use self::shift::Shifts;
 use super::level::{self, by_bank, clock, motion, number, time, up_down};
-use crate::engine::Version;
-use crate::lang;
-use crate::linalg::{Bernstein, mass};
-use crate::printable::{columns, left};
-use crate::show::{Cue, Part, Show, Trigger};
-use crate::timeline::{Piece, Timeline};
-use crate::units::{Time, percent};
+use footlight_engine::Version;
+use footlight_show::lang;
+use footlight_show::linalg::{Bernstein, mass};
+use footlight_show::printable::{columns, left};
+use footlight_show::model::{Cue, Part, Show, Trigger};
+use footlight_show::timeline::{Piece, Timeline};
+use footlight_show::units::{Time, percent};
 
 /// One change.
 #[derive(Clone, Debug, PartialEq, Eq)]

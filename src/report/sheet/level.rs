@@ -1,8 +1,8 @@
 //! Levels of banks in a designer's words.
 
-use crate::report::words::trimmed;
-use crate::show::{Bank, Link, Motion, Move, Part, Show};
-use crate::units::{Rgb, Time, percent};
+use crate::words::trimmed;
+use footlight_show::model::{Bank, Link, Motion, Move, Part, Show};
+use footlight_show::units::{Rgb, Time, percent};
 
 /// A number with at most two decimals, none that are zero.
 pub fn number(value: f64) -> String {

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::level;
-use crate::report::table::Table;
-use crate::show::{Bank, Cue, Motion, Show};
-use crate::work::{Cancelled, Work};
+use crate::table::Table;
+use footlight_show::model::{Bank, Cue, Motion, Show};
+use footlight_host::work::{Cancelled, Work};
 
 /// How a bank comes to its level in a cue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,9 +2,9 @@
 //! style, and the curves are judged.
 #![no_main]
 
-use footlight::check::check;
-use footlight::diagnostic::{Diagnostic, Severity, Sources, Style, render};
-use footlight::lang;
+use footlight_show::check::check;
+use footlight_show::diagnostic::{Diagnostic, Severity, Sources, Style, render};
+use footlight_show::lang;
 use libfuzzer_sys::fuzz_target;
 
 fn told(found: &[Diagnostic], sources: &Sources) {

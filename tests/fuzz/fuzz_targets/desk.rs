@@ -1,10 +1,10 @@
 //! Any file of a desk or a plan is answered: with a text that is a show, or with an error.
 #![no_main]
 
-use footlight::desk::{mvr, osc, usitt};
-use footlight::diagnostic::Sources;
-use footlight::lang;
-use footlight::work::Work;
+use footlight_desk::{mvr, osc, usitt};
+use footlight_show::diagnostic::Sources;
+use footlight_show::lang;
+use footlight_host::work::Work;
 use libfuzzer_sys::fuzz_target;
 
 fn is_show(text: &str) {

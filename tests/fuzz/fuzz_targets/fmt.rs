@@ -1,9 +1,9 @@
 //! What is formatted is the same show, and is formatted already; what does not parse is refused.
 #![no_main]
 
-use footlight::diagnostic::Sources;
-use footlight::lang;
-use footlight::show::Show;
+use footlight_show::diagnostic::Sources;
+use footlight_show::lang;
+use footlight_show::model::Show;
 use libfuzzer_sys::fuzz_target;
 
 fn show(text: &str) -> Option<Show> {

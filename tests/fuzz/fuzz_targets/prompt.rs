@@ -3,9 +3,9 @@
 
 use std::path::Path;
 
-use footlight::engine::{Engine, Host};
-use footlight::files::{MemoryStore, Store};
-use footlight::repl::{Console, Repl};
+use footlight_engine::{Engine, Host};
+use footlight_host::files::{MemoryStore, Store};
+use footlight_prompt::{Console, Repl};
 use libfuzzer_sys::fuzz_target;
 
 /// A show without a stage, so that what renders is refused at once.

@@ -6,7 +6,7 @@
 )]
 
 use super::hard::{Found, Hard, Verdict, judge, list};
-use footlight::linalg::{Matrix, svd};
+use footlight_show::linalg::{Matrix, svd};
 
 /// A decomposition on trial; `None` where it has no answer.
 pub type Solver = fn(&Matrix) -> Option<Found>;

@@ -9,7 +9,7 @@
 
 use super::wide::singular_values;
 use crate::dice::Dice;
-use footlight::linalg::{Matrix, Orthonormal};
+use footlight_show::linalg::{Matrix, Orthonormal};
 
 /// A matrix and its singular values.
 #[derive(Clone, Debug)]

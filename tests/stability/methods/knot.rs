@@ -1,8 +1,8 @@
 //! Knots that keep all key settings positive: the fewest, and those of halving, on random shows.
 
 use crate::dice::Dice;
-use footlight::linalg::Bernstein;
-use footlight::timeline::fewest_knots;
+use footlight_show::linalg::Bernstein;
+use footlight_show::timeline::fewest_knots;
 
 /// Banks that move at once.
 pub const BANKS: [usize; 6] = [1, 2, 4, 8, 16, 24];

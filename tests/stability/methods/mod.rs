@@ -16,7 +16,7 @@ use self::furnace::{Furnace, REFLECTANCES, Solved};
 use self::knot::Knots;
 use self::lamp::{Aliasing, Lamp, Seen};
 use self::orthogonality::{Family, Way};
-use footlight::renderer::TransportError;
+use footlight_transport::TransportError;
 
 /// Random matrices of each random kind.
 const RANDOM: usize = 60;

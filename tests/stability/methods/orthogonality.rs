@@ -9,7 +9,7 @@
 use super::hard::{hilbert, lauchli};
 use super::wide::singular_values;
 use crate::dice::Dice;
-use footlight::linalg::{Matrix, Orthonormal};
+use footlight_show::linalg::{Matrix, Orthonormal};
 
 /// A way to make the columns of a matrix orthonormal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! Fits the unit costs of `src/radiosity/cost.rs` to measurements of every shipped scene at every
+//! Fits the unit costs of `src/transport/radiosity/cost.rs` to measurements of every shipped scene at every
 //! step, and prints prediction over measurement for each: `cargo run --release -p footlight-studies --bin cost`.
 //!
 //! `--check` only prints, `--quick` leaves out the finest step. Times are in units of cost,
@@ -18,11 +18,11 @@ mod reference;
 #[path = "../../../../tests/reference/rooms.rs"]
 mod rooms;
 
-use footlight::radiosity::Radiosity;
-use footlight::radiosity::cost::{self, Counts, LIGHTS, PICTURE, PREPARE};
-use footlight::radiosity::step::Step;
-use footlight::renderer::{Quality, Transport};
-use footlight::work::{Silent, Work};
+use footlight_transport::radiosity::Radiosity;
+use footlight_transport::radiosity::cost::{self, Counts, LIGHTS, PICTURE, PREPARE};
+use footlight_transport::radiosity::step::Step;
+use footlight_transport::{Quality, Transport};
+use footlight_host::work::{Silent, Work};
 use reference::{Case, cornell, furnace, stage, tavern};
 use rooms::{first, room};
 use std::time::Instant;

@@ -17,15 +17,15 @@
 use std::error::Error;
 use std::path::Path;
 
-use footlight::chart::{self, Axis, Marker, Panel, Scale, Series, Theme};
-use footlight::engine::{Engine, Host};
-use footlight::files::Folder;
-use footlight::geometry::vec3;
-use footlight::picture::combine::{combine, dot};
-use footlight::picture::tone::Tone;
-use footlight::picture::{Image, png};
-use footlight::renderer::Quality;
-use footlight::units::ErrorUnit;
+use footlight_report::chart::{self, Axis, Marker, Panel, Scale, Series, Theme};
+use footlight_engine::{Engine, Host};
+use footlight_host::files::Folder;
+use footlight_show::geometry::vec3;
+use footlight_picture::combine::{combine, dot};
+use footlight_picture::tone::Tone;
+use footlight_picture::{Image, png};
+use footlight_transport::Quality;
+use footlight_show::units::ErrorUnit;
 use footlight_studies::dice;
 use footlight_studies::random_show::{RandomShow, random_show};
 
@@ -262,7 +262,7 @@ fn norms(images: &[Image], from: Option<&[Image]>, moments: &[Vec<f64>]) -> Vec<
     moments.iter().map(norm).collect()
 }
 
-fn area_of(vertices: &[footlight::geometry::Vec3]) -> f64 {
+fn area_of(vertices: &[footlight_show::geometry::Vec3]) -> f64 {
     let first = vertices[0];
     let pairs = vertices.windows(2);
     let sum = pairs.fold(vec3(0.0, 0.0, 0.0), |sum, w| {
@@ -320,7 +320,7 @@ fn random(seed: u64) -> Result<Engine, Failure> {
         _ => {}
     }
     let image = png::encode(64, 64, &cloth(seed))?;
-    let files = footlight::files::Memory::default()
+    let files = footlight_host::files::Memory::default()
         .with("room.obj", stage)
         .with("room.mtl", materials)
         .with("cloth.png", image);

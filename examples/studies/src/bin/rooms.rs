@@ -16,9 +16,9 @@
 #[path = "../../../../tests/reference/results.rs"]
 mod results;
 
-use footlight::engine::measure::Reference;
-use footlight::engine::measure::difference::difference;
-use footlight::files::{Disk, Folder};
+use footlight_engine::measure::Reference;
+use footlight_engine::measure::difference::difference;
+use footlight_host::files::{Disk, Folder};
 use footlight::{Engine, Host, Quality, Radiosity, Transport, Work};
 use std::path::Path;
 use std::process::Command;
@@ -49,7 +49,7 @@ fn main() {
 /// Renders all banks of a room at a step and prints what it took.
 fn alone(path: &str, step: &str) {
     // As the program does.
-    footlight::files::return_large_blocks();
+    footlight_host::files::return_large_blocks();
     let path = Path::new(path);
     let folder = path.parent().unwrap();
     let host = Host {

@@ -4,8 +4,8 @@ use super::super::model::{Cue, Fade, Part, Tenths};
 use super::super::record::Record;
 use super::super::{MOST_CHANNELS, MOST_CUES};
 use super::{EMITTERS, Reader, Refused, Section, Text, utf16, why};
-use crate::desk::Loss;
-use crate::units::Time;
+use crate::Loss;
+use footlight_show::units::Time;
 
 impl Reader {
     /// `Cue NUMBER LIST`, or `Cue NUMBER/PART LIST`.

@@ -6,7 +6,7 @@ use super::super::model::{Curve, FULL, Look};
 use super::super::record::Record;
 use super::super::{MOST_CHANNELS, MOST_MEMBERS};
 use super::{EMITTERS, Reader, Refused, Section, Values, label, utf16};
-use crate::desk::Loss;
+use crate::Loss;
 
 impl Reader {
     /// `Patch PAGE CHANNEL<DIMMER@LEVEL …`.

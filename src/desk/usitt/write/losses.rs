@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 
 use super::{Writer, of};
-use crate::desk::Loss;
-use crate::show::{Cue, Dimmer, Trigger};
-use crate::timeline::Moved;
-use crate::units::{Rgb, Time};
+use crate::Loss;
+use footlight_show::model::{Cue, Dimmer, Trigger};
+use footlight_show::timeline::Moved;
+use footlight_show::units::{Rgb, Time};
 
 /// Moments at which a curve is held against a straight fade.
 const SAMPLES: i32 = 64;

@@ -1,8 +1,8 @@
 //! Cues whose times moved alike, in one line.
 
 use super::Change;
-use crate::report::sheet::level::{clock, number};
-use crate::units::Time;
+use crate::sheet::level::{clock, number};
+use footlight_show::units::Time;
 
 /// Cues in a row whose clock time, or whose GO, moved by the same time, which one line says.
 #[derive(Default)]

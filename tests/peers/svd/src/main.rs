@@ -17,9 +17,9 @@ mod results;
 #[allow(dead_code, reason = "the tests use the rest")]
 mod methods;
 
-use footlight::linalg::Matrix;
-use footlight::report::{Kind, Quantity, Record};
-use footlight::engine::measure::{Machine, Origin};
+use footlight_show::linalg::Matrix;
+use footlight_report::{Kind, Quantity, Record};
+use footlight_engine::measure::{Machine, Origin};
 use methods::decomposition::{Failures, Solver, failures, nalgebra, ours};
 use methods::hard::Found;
 use std::path::Path;

@@ -22,12 +22,12 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use footlight::engine::measure::quality::Seconds;
-use footlight::engine::measure::{Machine, Origin};
-use footlight::engine::{Engine, Host};
-use footlight::files::Folder;
-use footlight::plan::Metric;
-use footlight::report::{Kind, Quantity, Record, words};
+use footlight_engine::measure::quality::Seconds;
+use footlight_engine::measure::{Machine, Origin};
+use footlight_engine::{Engine, Host};
+use footlight_host::files::Folder;
+use footlight_engine::plan::Metric;
+use footlight_report::{Kind, Quantity, Record, words};
 use footlight_studies::projection::keys_alike;
 use footlight_studies::trial::{Shown, Trial, trial};
 
@@ -69,7 +69,7 @@ impl Method {
         name: &'static str,
         trial: &Trial,
         order: Vec<Vec<f64>>,
-        show: impl Fn(&[Vec<f64>]) -> Result<Shown, footlight::plan::PlanError>,
+        show: impl Fn(&[Vec<f64>]) -> Result<Shown, footlight_engine::plan::PlanError>,
     ) -> Result<Method, Box<dyn Error>> {
         let mut errors = Vec::new();
         for count in 0..=order.len() {

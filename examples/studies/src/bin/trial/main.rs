@@ -48,9 +48,9 @@ use footlight_studies::evaluation::{Needed, Previewed, Rule, Verdict, median};
 use footlight_studies::random_show::random_show;
 use footlight_studies::trial::trial;
 
-use footlight::engine::measure::Machine;
-use footlight::engine::{Engine, Host};
-use footlight::files::Folder;
+use footlight_engine::measure::Machine;
+use footlight_engine::{Engine, Host};
+use footlight_host::files::Folder;
 use record::record;
 
 const SHOWS: u64 = 20;

@@ -1,7 +1,7 @@
 //! Verdicts on metrics, previews and predictions as one table.
 
-use footlight::engine::measure::{Machine, Origin};
-use footlight::report::{Kind, Quantity, Record};
+use footlight_engine::measure::{Machine, Origin};
+use footlight_report::{Kind, Quantity, Record};
 use footlight_studies::evaluation::Verdict;
 
 /// The table: a series for each order, preview and prediction, a point for each row of each show.

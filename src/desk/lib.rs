@@ -1,0 +1,143 @@
+//! Shows and rigs of other programs, in and out: lighting desks, plans, the lighting network.
+//!
+//! Readers turn the bytes of a foreign file into the text of a show, writers turn a [`Show`] and its
+//! curves into a foreign file. Each keeps a list of what does not go across ([`Loss`]): nothing is
+//! dropped without a line in it. Invariants: no count in a file is trusted for memory; bad input is a
+//! [`Diagnostic`] with its line; nothing here opens a file or a socket.
+//!
+//! [`Show`]: footlight_show::model::Show
+//! [`Diagnostic`]: footlight_show::diagnostic::Diagnostic
+
+pub mod mvr;
+mod names;
+pub mod osc;
+pub mod patch;
+pub mod performance;
+pub mod qlc;
+pub mod usitt;
+pub mod wire;
+
+#[cfg(test)]
+mod tests;
+
+use std::fmt;
+
+use serde::Serialize;
+
+use footlight_show::diagnostic::Diagnostic;
+use footlight_show::timeline::TimelineError;
+use footlight_host::work::Cancelled;
+
+/// Something that does not go across, or only nearly.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Loss {
+    /// The line of the file that was read, from 1.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub line: Option<usize>,
+    /// The cue's number.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cue: Option<String>,
+    /// What it is.
+    pub what: String,
+    /// By how much the light of a bank may be off, at most, as a fraction of its full; `None` where
+    /// it changes no light that the show has.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub light: Option<f64>,
+}
+
+impl Loss {
+    /// One that stands at no place and changes no light.
+    pub fn new(what: impl Into<String>) -> Loss {
+        Loss {
+            line: None,
+            cue: None,
+            what: what.into(),
+            light: None,
+        }
+    }
+
+    /// With its line.
+    #[must_use]
+    pub fn line(mut self, line: usize) -> Loss {
+        self.line = Some(line);
+        self
+    }
+
+    /// With its cue.
+    #[must_use]
+    pub fn cue(mut self, cue: impl fmt::Display) -> Loss {
+        self.cue = Some(cue.to_string());
+        self
+    }
+
+    /// With the light that it is, as a fraction of full.
+    #[must_use]
+    pub fn light(mut self, light: f64) -> Loss {
+        self.light = Some(light);
+        self
+    }
+}
+
+impl fmt::Display for Loss {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match (self.line, &self.cue) {
+            (Some(line), Some(cue)) => write!(f, "line {line}, cue {cue}: ")?,
+            (Some(line), None) => write!(f, "line {line}: ")?,
+            (None, Some(cue)) => write!(f, "cue {cue}: ")?,
+            (None, None) => {}
+        }
+        f.write_str(&self.what)?;
+        match self.light {
+            Some(light) => write!(f, " ({} % of the light)", round(100.0 * light)),
+            None => Ok(()),
+        }
+    }
+}
+
+/// To two decimals, so that a rounding is not said to be nothing.
+fn round(percent: f64) -> f64 {
+    (percent * 100.0 - 1e-6).ceil() / 100.0
+}
+
+/// Why a file of another program is not imported.
+#[derive(Debug, thiserror::Error)]
+pub enum ImportError {
+    /// It cannot be read.
+    #[error("the file cannot be read")]
+    Refused(Box<Diagnostic>),
+    /// It was stopped.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl From<Box<Diagnostic>> for ImportError {
+    fn from(diagnostic: Box<Diagnostic>) -> ImportError {
+        ImportError::Refused(diagnostic)
+    }
+}
+
+/// Why a show is not written for another program.
+#[derive(Debug, thiserror::Error)]
+pub enum ExportError {
+    /// The cues make no timeline.
+    #[error("the cues make no timeline")]
+    Timeline(Vec<TimelineError>),
+    /// It was stopped.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl From<Vec<TimelineError>> for ExportError {
+    fn from(errors: Vec<TimelineError>) -> ExportError {
+        ExportError::Timeline(errors)
+    }
+}
+
+/// The text of a foreign file, with what it does not hold of the show.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Carried {
+    /// The text.
+    pub text: String,
+    /// What does not go across.
+    pub losses: Vec<Loss>,
+}

@@ -1,0 +1,298 @@
+//! What to render well, and in which order: a pure function of keys, durations, a metric and the
+//! settings that the pool already has.
+//!
+//! With K a segment's control points, B its Bernstein mass matrix and h its length, the integral of
+//! L·Lᵀ over the sequence is M = A·Aᵀ for A = [K · chol(h·B)] over all segments; the singular value
+//! decomposition of W·A (W diagonal, one weight for each coordinate) orders directions of light by
+//! the weighted error that they remove. M itself is never decomposed: squaring costs half the digits.
+//! Weights of zero (a bank that no pixel sees) count as a millionth of the largest, so that every
+//! key can still be expressed while such banks come last. Where single moments count
+//! ([`Weighting::at`]), their weighted settings are the columns of A.
+
+mod express;
+mod moment;
+mod next;
+mod projection;
+mod report;
+mod worst;
+
+#[cfg(test)]
+mod tests;
+
+pub use moment::{second_moment, sequence_norm};
+pub use next::{Direction, NextSteps, next};
+pub use projection::{forecast, projection};
+pub use report::{BankReport, LeftOut, PlanReport, Predicted, SegmentReport};
+pub use worst::{Moment, worst_left};
+
+use footlight_show::linalg::{Matrix, Orthonormal, SvdError, svd};
+use footlight_show::timeline::KeySequence;
+
+/// What the weights w_i of the coordinates mean, the diagonal of W; C_i is coordinate i's coarse
+/// image at full, ‖·‖ the square root of the sum of squares over pixels and channels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Metric {
+    /// w_i = 1: light as the desk sees it.
+    Settings,
+    /// w_i = ‖C_i‖: how bright the coordinate is at full.
+    Norm,
+    /// w_i = ‖C_i‖ · |(1/T) ∫ l_i(t) dt|, with l_i the coordinate's setting over the sequence of
+    /// length T (Dorsey, Arvo and Greenberg, "Interactive Design of Complex Time-Dependent
+    /// Lighting", 1995).
+    Influence,
+    /// w_i = ‖D_i‖, with D_i the difference of i's coarse images at two qualities: what its coarse
+    /// image is estimated to be wrong by.
+    Error,
+}
+
+impl Metric {
+    /// Those that can be chosen; [`Metric::Norm`] stands in where no error is estimated.
+    pub const ALL: [Metric; 3] = [Metric::Settings, Metric::Influence, Metric::Error];
+
+    /// As reports write it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Metric::Settings => "settings",
+            Metric::Norm => "brightness",
+            Metric::Influence => "influence",
+            Metric::Error => "error",
+        }
+    }
+}
+
+/// Why there is no plan.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PlanError {
+    /// A weight is negative or not finite.
+    #[error("the weight of coordinate {coordinate} is {weight}")]
+    Weight {
+        /// Which coordinate.
+        coordinate: usize,
+        /// Its weight.
+        weight: f64,
+    },
+    /// All weights are zero: nothing is wrong with any coarse image, so nothing is worth refining.
+    #[error("all weights are zero: nothing is left to improve")]
+    NoWeight,
+    /// Weights, settings and keys must have the same number of coordinates.
+    #[error("{found} numbers were given for {wanted} coordinates")]
+    Shape {
+        /// How many there are.
+        found: usize,
+        /// How many the keys have.
+        wanted: usize,
+    },
+    /// The decomposition failed its check.
+    #[error(transparent)]
+    Svd(#[from] SvdError),
+    /// Keys are not the product of weights and basis.
+    #[error("the basis misses a key by {off:e} of the largest")]
+    Unverified {
+        /// By how much.
+        off: f64,
+    },
+}
+
+/// Zero weights count as this share of the largest.
+const FLOOR: f64 = 1e-6;
+/// Singular values below this many eps·max(rows, columns) of the largest are rounding.
+const RANK: f64 = 8.0 * f64::EPSILON;
+
+/// The diagonal metric W, and what of the sequence counts.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weighting {
+    metric: Metric,
+    weights: Vec<f64>,
+    moments: Vec<Moment>,
+}
+
+impl Weighting {
+    /// Weights of a metric, one for each coordinate.
+    ///
+    /// # Errors
+    /// A negative or not finite weight; all weights zero.
+    pub fn new(metric: Metric, weights: Vec<f64>) -> Result<Weighting, PlanError> {
+        for (coordinate, &weight) in weights.iter().enumerate() {
+            if !weight.is_finite() || weight < 0.0 {
+                return Err(PlanError::Weight { coordinate, weight });
+            }
+        }
+        if !weights.is_empty() && weights.iter().all(|w| *w == 0.0) {
+            return Err(PlanError::NoWeight);
+        }
+        Ok(Weighting {
+            metric,
+            weights,
+            moments: Vec::new(),
+        })
+    }
+
+    /// The metric `settings` for this many coordinates.
+    pub fn settings(coordinates: usize) -> Weighting {
+        Weighting {
+            metric: Metric::Settings,
+            weights: vec![1.0; coordinates],
+            moments: Vec::new(),
+        }
+    }
+
+    /// The same where not all of the time counts, by its length, but these moments, each by its
+    /// scale. Directions in the order of their singular values then bring the worst moment's error
+    /// down with few images: an average over the time hides dark or short cues.
+    #[must_use]
+    pub fn at(self, moments: Vec<Moment>) -> Weighting {
+        Weighting { moments, ..self }
+    }
+
+    /// The metric `influence`: w_i = ‖C_i‖ · (1/T) ∫ l_i dt, from the norms of the coarse images at
+    /// full.
+    ///
+    /// # Errors
+    /// As [`Weighting::new`]; as many norms as coordinates.
+    pub fn influence(norms: &[f64], keys: &KeySequence) -> Result<Weighting, PlanError> {
+        same_shape(norms.len(), keys)?;
+        let means = moment::means(keys);
+        let weights = norms.iter().zip(means).map(|(n, m)| n * m.abs());
+        Weighting::new(Metric::Influence, weights.collect())
+    }
+
+    /// What the weights mean.
+    pub fn metric(&self) -> Metric {
+        self.metric
+    }
+
+    /// The weights as given.
+    pub fn weights(&self) -> &[f64] {
+        &self.weights
+    }
+
+    /// The weights with zeros lifted.
+    fn lifted(&self) -> Vec<f64> {
+        let largest = self.weights.iter().fold(0.0f64, |m, w| m.max(*w));
+        let lift = |w: &f64| w.max(FLOOR * largest);
+        self.weights.iter().map(lift).collect()
+    }
+}
+
+/// Settings as the columns of a matrix, each coordinate times its weight.
+fn weighted_columns(settings: &[impl AsRef<[f64]>], w: &[f64]) -> Matrix {
+    let mut out = Matrix::zeros(w.len(), settings.len());
+    for (mut column, setting) in out.column_iter_mut().zip(settings) {
+        for ((to, x), w) in column.iter_mut().zip(setting.as_ref()).zip(w) {
+            *to = x * w;
+        }
+    }
+    out
+}
+
+fn same_shape(found: usize, keys: &KeySequence) -> Result<(), PlanError> {
+    let wanted = keys.coordinates();
+    if found == wanted {
+        Ok(())
+    } else {
+        Err(PlanError::Shape { found, wanted })
+    }
+}
+
+/// A basis of all key settings in the order of what it is worth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Plan {
+    /// The metric it was made in.
+    pub metric: Metric,
+    /// The error of the sequence that was aimed for.
+    pub tolerance: f64,
+    /// False where the sequence has no length and all looks count alike.
+    pub time_weighted: bool,
+    /// One for each basis setting, descending: weighted light times the square root of seconds.
+    pub singular_values: Vec<f64>,
+    /// Settings, each scaled so that its largest number (disregarding signs) is 1. Many are
+    /// negative in places: G takes settings of any sign.
+    pub basis: Vec<Vec<f64>>,
+    /// For each key, a number for each basis setting: key = sum of weight · basis setting.
+    pub weights: Vec<Vec<f64>>,
+    /// Predicted error of the sequence after each number of refined images, 0 to the rank.
+    pub predicted: Vec<f64>,
+    /// How many of the basis settings the tolerance needs.
+    pub used: usize,
+    /// Coordinates whose weight is zero.
+    pub unseen: Vec<usize>,
+}
+
+impl Plan {
+    /// Plans a sequence.
+    ///
+    /// `tolerance` is the error of the sequence that is aimed for (0: no error at all); `norm` is
+    /// the sequence's own norm in the units of the weights, sqrt of ∫ ‖I(t)‖² dt
+    /// ([`sequence_norm`]); without it errors are relative to the weighted norm of the settings.
+    ///
+    /// The basis has full numerical rank. Where a key lasts so short that the time weights lose it
+    /// in rounding (a last look without length, a zero weight), a direction for it comes last.
+    ///
+    /// # Errors
+    /// Weights of another number than the coordinates; a decomposition that fails its check.
+    pub fn new(
+        keys: &KeySequence,
+        weighting: &Weighting,
+        tolerance: f64,
+        norm: Option<f64>,
+    ) -> Result<Plan, PlanError> {
+        same_shape(weighting.weights.len(), keys)?;
+        let w = weighting.lifted();
+        let a = moment::factor(keys, &weighting.moments, &w);
+        let total = a.lower.norm();
+        let found = svd(&a.lower)?;
+        let count = found.rank(RANK * w.len().max(a.columns) as f64);
+        let mut directions = Orthonormal::new();
+        let mut sigma: Vec<f64> = Vec::new();
+        for (k, s) in found.sigma.iter().take(count).enumerate() {
+            let u: Vec<f64> = found.u.column(k).iter().copied().collect();
+            if directions.push(&u).is_ok() {
+                sigma.push(*s);
+            }
+        }
+        express::complete(keys, &w, &a.lower, &mut directions, &mut sigma)?;
+        let (basis, weights) = express::express(keys, &w, &directions);
+        let (before, after) = predicted(&sigma, norm.unwrap_or(total));
+        let mut predicted = vec![before];
+        predicted.extend(after);
+        let enough = |e: &f64| tolerance > 0.0 && *e <= tolerance;
+        let used = predicted.iter().position(enough).unwrap_or(basis.len());
+        let zero = |(i, w): (usize, &f64)| (*w == 0.0).then_some(i);
+        Ok(Plan {
+            metric: weighting.metric,
+            tolerance,
+            time_weighted: keys.duration() > 0.0,
+            singular_values: sigma,
+            basis,
+            weights,
+            predicted,
+            used,
+            unseen: weighting
+                .weights
+                .iter()
+                .enumerate()
+                .filter_map(zero)
+                .collect(),
+        })
+    }
+
+    /// The numerical rank of the key settings.
+    pub fn rank(&self) -> usize {
+        self.basis.len()
+    }
+}
+
+/// The error of no direction, and those once each of the directions is refined: square roots of the
+/// sums of squares of the singular values that are left, over `norm`; 0 where that is 0.
+fn predicted(sigma: &[f64], norm: f64) -> (f64, Vec<f64>) {
+    let mut sum = 0.0;
+    let mut error = 0.0;
+    let mut after = Vec::with_capacity(sigma.len());
+    for s in sigma.iter().rev() {
+        after.push(error);
+        sum += s * s;
+        error = if norm > 0.0 { sum.sqrt() / norm } else { 0.0 };
+    }
+    after.reverse();
+    (error, after)
+}

@@ -1,0 +1,97 @@
+//! Second moments of a sequence, as factors.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "a segment's indices are those of its sequence's keys (timeline's invariant)"
+)]
+
+use super::Moment;
+use footlight_show::linalg::{Matrix, Triangle, mass_factor};
+use footlight_show::timeline::KeySequence;
+
+/// Length of each segment in seconds; all alike when the sequence has none.
+fn lengths(keys: &KeySequence) -> Vec<f64> {
+    let timeless = keys.duration() <= 0.0;
+    let of = |s: &footlight_show::timeline::Segment| if timeless { 1.0 } else { s.duration() };
+    keys.segments().iter().map(of).collect()
+}
+
+/// Gives `take` the columns of W · [K · chol(h·B)] over all segments, one for each control point.
+fn weighted(keys: &KeySequence, w: &[f64], mut take: impl FnMut(&[f64])) {
+    let factors: Vec<Matrix> = (0..=3).map(mass_factor).collect();
+    let mut column = vec![0.0; keys.coordinates()];
+    for (segment, length) in keys.segments().iter().zip(lengths(keys)) {
+        let factor = &factors[segment.degree.min(3)];
+        let root = length.sqrt();
+        for j in 0..segment.keys.len() {
+            column.fill(0.0);
+            // Lower: column j has the rows from j on.
+            for (i, key) in segment.keys.iter().enumerate().skip(j) {
+                let share = root * factor[(i, j)];
+                let weighted = keys.keys()[*key].iter().zip(w).map(|(x, w)| w * x * share);
+                column.iter_mut().zip(weighted).for_each(|(to, x)| *to += x);
+            }
+            take(&column);
+        }
+    }
+}
+
+/// The sequence's weighted light as a factor A of its second moment in the metric.
+pub(super) struct Factor {
+    /// A triangular factor of A·Aᵀ, coordinates x coordinates at most.
+    pub lower: Matrix,
+    /// How many columns A has.
+    pub columns: usize,
+}
+
+/// What is decomposed: the weighted control points by time, or, unless there are none, moments.
+pub(super) fn factor(keys: &KeySequence, moments: &[Moment], w: &[f64]) -> Factor {
+    let mut triangle = Triangle::new(keys.coordinates());
+    let mut columns = 0;
+    let mut push = |column: &[f64]| {
+        columns += 1;
+        triangle.push(column);
+    };
+    match moments {
+        [] => weighted(keys, w, push),
+        some => some.iter().for_each(|moment| push(&moment.weighted(w))),
+    }
+    Factor {
+        lower: triangle.lower(),
+        columns,
+    }
+}
+
+/// Time-averaged settings; the average of a segment is that of its control points.
+pub(super) fn means(keys: &KeySequence) -> Vec<f64> {
+    let lengths = lengths(keys);
+    let total: f64 = lengths.iter().sum();
+    let mut out = vec![0.0; keys.coordinates()];
+    for (segment, length) in keys.segments().iter().zip(&lengths) {
+        let share = length / total / segment.keys.len() as f64;
+        for key in &segment.keys {
+            for (m, x) in out.iter_mut().zip(&keys.keys()[*key]) {
+                *m += share * x;
+            }
+        }
+    }
+    out
+}
+
+/// The sequence's second moment M = ∫ L(t) L(t)ᵀ dt (t in seconds): Σ h · K · B · Kᵀ, exactly. For
+/// a sequence without length the sum over its looks.
+pub fn second_moment(keys: &KeySequence) -> Matrix {
+    let mut columns = Vec::new();
+    let ones = vec![1.0; keys.coordinates()];
+    weighted(keys, &ones, |column| columns.extend_from_slice(column));
+    let count = keys.segments().iter().map(|s| s.keys.len()).sum();
+    let a = Matrix::from_vec(keys.coordinates(), count, columns);
+    &a * a.transpose()
+}
+
+/// The norm of a sequence of images: sqrt of ∫ ‖I(t)‖² dt = sqrt(Σ_ij G_ij M_ij), with `gram` the
+/// inner products of the coordinates' images at full.
+pub fn sequence_norm(gram: &Matrix, moment: &Matrix) -> f64 {
+    let sum: f64 = gram.iter().zip(moment.iter()).map(|(g, m)| g * m).sum();
+    sum.max(0.0).sqrt()
+}

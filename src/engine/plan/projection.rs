@@ -1,0 +1,73 @@
+//! A setting in terms of the refined ones: c = (Sᵀ W² S)⁻¹ Sᵀ W² L, by QR of W·S.
+
+use super::next::span;
+use super::{PlanError, Weighting, moment, same_shape, weighted_columns};
+use footlight_show::linalg::{Matrix, least_squares};
+use footlight_show::timeline::KeySequence;
+
+/// For each of `settings`, one coefficient for each setting of `pool`, which make the weighted
+/// difference least. A setting of the pool itself comes back as itself. Settings of the pool in the
+/// span of those before them get 0.
+///
+/// # Errors
+/// Settings of another number of coordinates than there are weights.
+pub fn projection(
+    pool: &[Vec<f64>],
+    weighting: &Weighting,
+    settings: &[Vec<f64>],
+) -> Result<Vec<Vec<f64>>, PlanError> {
+    let w = weighting.lifted();
+    for setting in pool.iter().chain(settings) {
+        let (found, wanted) = (setting.len(), w.len());
+        if found != wanted {
+            return Err(PlanError::Shape { found, wanted });
+        }
+    }
+    let right = weighted_columns(settings, &w);
+    let mut used: Vec<usize> = (0..pool.len()).collect();
+    let solved = loop {
+        let columns: Vec<&Vec<f64>> = used.iter().filter_map(|i| pool.get(*i)).collect();
+        match least_squares(&weighted_columns(&columns, &w), &right) {
+            Ok(x) => break x,
+            Err(dependent) if dependent.index < used.len() => {
+                used.remove(dependent.index);
+            }
+            Err(_) => break Matrix::zeros(0, settings.len()),
+        }
+    };
+    let mut out = vec![vec![0.0; pool.len()]; settings.len()];
+    for (row, column) in out.iter_mut().zip(solved.column_iter()) {
+        for (i, c) in used.iter().zip(column.iter()) {
+            if let Some(to) = row.get_mut(*i) {
+                *to = *c;
+            }
+        }
+    }
+    Ok(out)
+}
+
+/// Predicted error of the sequence when every setting L is shown as its projection on the refined
+/// images plus the coarse rest: sqrt of ∫ ‖W (L − S c)‖² dt over `norm` (as in
+/// [`super::Plan::new`]). It never rises with a new image.
+///
+/// # Errors
+/// Weights or settings of another number than the coordinates.
+pub fn forecast(
+    keys: &KeySequence,
+    pool: &[Vec<f64>],
+    weighting: &Weighting,
+    norm: Option<f64>,
+) -> Result<f64, PlanError> {
+    same_shape(weighting.weights.len(), keys)?;
+    let w = weighting.lifted();
+    let a = moment::factor(keys, &[], &w).lower;
+    let norm = norm.unwrap_or(a.norm());
+    let (span, _) = span(keys, pool, &w)?;
+    let mut sum = 0.0;
+    for column in a.column_iter() {
+        let mut rest: Vec<f64> = column.iter().copied().collect();
+        span.remove_from(&mut rest);
+        sum += rest.iter().map(|x| x * x).sum::<f64>();
+    }
+    Ok(if norm > 0.0 { sum.sqrt() / norm } else { 0.0 })
+}

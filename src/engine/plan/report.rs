@@ -1,0 +1,279 @@
+//! A plan with the show that it is for: no pool, clock or machine in it, so that every run gives the
+//! same.
+
+use serde::Serialize;
+
+use super::{Plan, PlanError, weighted_columns};
+use footlight_show::linalg::{Matrix, svd};
+use footlight_show::model::Show;
+use footlight_show::timeline::KeySequence;
+use footlight_show::units::ErrorUnit;
+
+/// The whole plan.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct PlanReport {
+    /// The show's title.
+    pub show: String,
+    /// Banks, then fixed lights.
+    pub banks: Vec<BankReport>,
+    /// Names of a setting's numbers, in order.
+    pub coordinates: Vec<String>,
+    /// The segments in time.
+    pub segments: Vec<SegmentReport>,
+    /// The key settings.
+    pub keys: Vec<Vec<f64>>,
+    /// Whether directions are weighted by how long they are lit.
+    pub time_weighted: bool,
+    /// The error of the worst moment aimed for.
+    pub tolerance: f64,
+    /// What errors are in.
+    pub unit: ErrorUnit,
+    /// Numerical rank.
+    pub rank: usize,
+    /// How many basis settings the tolerance needs.
+    pub used: usize,
+    /// One for each basis setting.
+    pub singular_values: Vec<f64>,
+    /// Basis settings.
+    pub basis: Vec<Vec<f64>>,
+    /// For each key, a number for each basis setting.
+    pub weights: Vec<Vec<f64>>,
+    /// Predicted errors.
+    pub predicted: Vec<Predicted>,
+    /// What needs no work, or none of its own, and why.
+    #[serde(skip)]
+    pub left_out: Vec<LeftOut>,
+}
+
+/// A bank or fixed lights.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct BankReport {
+    /// Its name.
+    pub name: String,
+    /// `bank` or `fixed`.
+    pub kind: &'static str,
+    /// Console channel.
+    pub channel: Option<u32>,
+}
+
+/// A segment.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct SegmentReport {
+    /// First instant, seconds.
+    pub start: f64,
+    /// Last instant, seconds.
+    pub end: f64,
+    /// Degree.
+    pub degree: usize,
+    /// Indices of its control points among the keys.
+    pub keys: Vec<usize>,
+}
+
+/// An error after some refined images.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Predicted {
+    /// How many refined images.
+    pub refined: usize,
+    /// Error of the sequence.
+    pub error: f64,
+}
+
+/// Something that the plan does without, and why.
+#[derive(Clone, Debug, PartialEq)]
+pub enum LeftOut {
+    /// A coordinate that gives no light in the sequence.
+    StaysOut {
+        /// Its name.
+        name: String,
+    },
+    /// A coordinate whose light never changes.
+    Constant {
+        /// Its name.
+        name: String,
+        /// Its setting, 1 for full.
+        setting: f64,
+    },
+    /// A coordinate that always gives a multiple of another's light: they share refined images.
+    MultipleOf {
+        /// Its name.
+        name: String,
+        /// The other's name.
+        other: String,
+        /// How much of the other's light.
+        factor: f64,
+    },
+    /// A coordinate that adds nothing to the error of the view.
+    Unseen {
+        /// Its name.
+        name: String,
+    },
+    /// Segments in which nothing changes: they have one key each and no blends.
+    HeldSegments(usize),
+    /// Knots where nothing bends: the segments on both sides are one.
+    JoinedKnots(usize),
+    /// Control points that equal another key.
+    MergedKeys(usize),
+    /// Knots that were added so that no key is negative.
+    InsertedKnots(usize),
+    /// Basis settings that the tolerance does without.
+    SparedDirections {
+        /// How many.
+        count: usize,
+        /// How many are refined.
+        used: usize,
+        /// The predicted error of the sequence after those.
+        error: f64,
+        /// The error that is enough.
+        tolerance: f64,
+    },
+    /// Fixed lights are part of every key and raise the rank by one.
+    FixedRaisesRank,
+    /// The operator has one step of quality: the first images are final.
+    OneQuality,
+}
+
+impl Plan {
+    /// The plan of `keys`, which were made from `show`, as data to be written.
+    ///
+    /// # Errors
+    /// [`PlanError::Svd`] when a decomposition fails its check.
+    pub fn report(&self, show: &Show, keys: &KeySequence) -> Result<PlanReport, PlanError> {
+        let bank = |name: &str, kind, channel| BankReport {
+            name: name.to_owned(),
+            kind,
+            channel,
+        };
+        let mut banks: Vec<BankReport> = Vec::new();
+        banks.extend(show.banks.iter().map(|b| bank(&b.name, "bank", b.channel)));
+        banks.extend(show.fixed.iter().map(|f| bank(&f.name, "fixed", None)));
+        let coordinates: Vec<String> = show.coordinates().into_iter().map(|c| c.name).collect();
+        let segment = |s: &footlight_show::timeline::Segment| SegmentReport {
+            start: s.start(),
+            end: s.end(),
+            degree: s.degree,
+            keys: s.keys.clone(),
+        };
+        let predicted = self.predicted.iter().enumerate();
+        Ok(PlanReport {
+            show: show.title.clone(),
+            banks,
+            segments: keys.segments().iter().map(segment).collect(),
+            keys: keys.keys().to_vec(),
+            time_weighted: self.time_weighted,
+            tolerance: self.tolerance,
+            unit: ErrorUnit::Light,
+            rank: self.rank(),
+            used: self.used,
+            singular_values: self.singular_values.clone(),
+            basis: self.basis.clone(),
+            weights: self.weights.clone(),
+            predicted: predicted
+                .map(|(refined, error)| Predicted {
+                    refined,
+                    error: *error,
+                })
+                .collect(),
+            left_out: self.left_out(show, keys, &coordinates)?,
+            coordinates,
+        })
+    }
+
+    fn left_out(
+        &self,
+        show: &Show,
+        keys: &KeySequence,
+        names: &[String],
+    ) -> Result<Vec<LeftOut>, PlanError> {
+        let mut out = Vec::new();
+        let lit = show.coordinates();
+        let rows: Vec<Vec<f64>> = (0..names.len())
+            .map(|c| {
+                keys.keys()
+                    .iter()
+                    .filter_map(|k| k.get(c).copied())
+                    .collect()
+            })
+            .collect();
+        let mut seen: Vec<(&String, &Vec<f64>)> = Vec::new();
+        for ((coordinate, name), row) in lit.iter().zip(names).zip(&rows) {
+            if coordinate.bank.is_none() {
+                continue;
+            }
+            let mut earlier = seen.iter();
+            let multiple = earlier.find_map(|(other, r)| Some((*other, factor(r, row)?)));
+            let name = name.clone();
+            let constant = match row.as_slice() {
+                [] => Some(0.0),
+                [first, rest @ ..] => rest.iter().all(|x| x == first).then_some(*first),
+            };
+            out.push(if let Some(setting) = constant {
+                match setting {
+                    0.0 => LeftOut::StaysOut { name },
+                    setting => LeftOut::Constant { name, setting },
+                }
+            } else if let Some((other, factor)) = multiple {
+                LeftOut::MultipleOf {
+                    name,
+                    other: other.clone(),
+                    factor,
+                }
+            } else {
+                seen.push((&coordinate.name, row));
+                continue;
+            });
+        }
+        let unseen = self.unseen.iter().filter_map(|i| names.get(*i));
+        out.extend(unseen.map(|name| LeftOut::Unseen { name: name.clone() }));
+        self.counts(keys, &mut out);
+        if lit.last().is_some_and(|c| c.bank.is_none()) && fixed_raises_rank(keys)? {
+            out.push(LeftOut::FixedRaisesRank);
+        }
+        Ok(out)
+    }
+
+    fn counts(&self, keys: &KeySequence, out: &mut Vec<LeftOut>) {
+        let still = |s: &&footlight_show::timeline::Segment| s.degree == 0 && s.duration() > 0.0;
+        let held = keys.segments().iter().filter(still).count();
+        let counted = [
+            (held, LeftOut::HeldSegments as fn(usize) -> LeftOut),
+            (keys.joined(), LeftOut::JoinedKnots),
+            (keys.merged(), LeftOut::MergedKeys),
+            (keys.inserted(), LeftOut::InsertedKnots),
+        ];
+        let some = counted.into_iter().filter(|(n, _)| *n > 0);
+        out.extend(some.map(|(n, of)| of(n)));
+        // One error for each number of refined images; none is spared after the last.
+        if let Some([error, spared @ ..]) = self.predicted.get(self.used..)
+            && !spared.is_empty()
+        {
+            out.push(LeftOut::SparedDirections {
+                count: spared.len(),
+                used: self.used,
+                error: *error,
+                tolerance: self.tolerance,
+            });
+        }
+    }
+}
+
+/// The number that makes one row the other, if there is one (to 1e-12 of the largest).
+fn factor(from: &[f64], to: &[f64]) -> Option<f64> {
+    let largest = |row: &[f64]| row.iter().fold(0.0f64, |m, x| m.max(x.abs()));
+    let pairs = || from.iter().zip(to);
+    let (a, b) = pairs().max_by(|x, y| x.0.abs().total_cmp(&y.0.abs()))?;
+    let factor = b / a;
+    let allowed = 1e-12 * largest(to);
+    let close = |(x, y): (&f64, &f64)| (x * factor - y).abs() <= allowed;
+    (factor != 0.0 && factor.is_finite() && pairs().all(close)).then_some(factor)
+}
+
+/// Whether the keys without their last coordinate have a smaller rank.
+fn fixed_raises_rank(keys: &KeySequence) -> Result<bool, PlanError> {
+    let n = keys.coordinates();
+    let all = weighted_columns(keys.keys(), &vec![1.0; n]);
+    if n == 0 {
+        return Ok(false);
+    }
+    let rank = |a: &Matrix| svd(a).map(|s| s.rank(1e-12));
+    Ok(rank(&all)? > rank(&all.rows(0, n - 1).into_owned())?)
+}

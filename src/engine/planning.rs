@@ -1,0 +1,138 @@
+//! The plan of a show, and the order in which images are refined.
+
+use super::displayed::OF_ALL_LIGHT;
+use super::{Engine, Error};
+use crate::plan::{self, Direction, LeftOut, Moment, Plan, PlanReport, Predicted, Weighting};
+use crate::pool::{Pool, is_within};
+use footlight_show::units::{ErrorUnit, Time, Tolerance};
+
+impl Engine {
+    /// The plan of the show alone: key settings, basis, predicted error. Errors are those of the images
+    /// that are there; without images the basis follows from the levels alone.
+    ///
+    /// # Errors
+    /// [`Error::Plan`] when a decomposition fails.
+    pub fn plan(&self, tolerance: Tolerance) -> Result<PlanReport, Error> {
+        let keys = self.document.keys();
+        let Tolerance { error, unit } = tolerance;
+        let weighting = match self.pool() {
+            Some(pool) => self.weighting(pool, unit)?,
+            None => Weighting::settings(keys.coordinates()),
+        };
+        let work = self.host.work();
+        work.check()?;
+        let of_all_light = match unit {
+            ErrorUnit::Light => 1.0,
+            ErrorUnit::Steps => OF_ALL_LIGHT,
+        };
+        let mut plan = Plan::new(keys, &weighting, error / of_all_light, None)?;
+        plan.tolerance = error;
+        plan.predicted.iter_mut().for_each(|e| *e *= of_all_light);
+        work.check()?;
+        if let Some(pool) = self.pool() {
+            self.predict_errors(&mut plan, pool, unit)?;
+        }
+        let report = PlanReport {
+            unit,
+            ..plan.report(self.show(), keys)?
+        };
+        Ok(if self.is_final() {
+            nothing_to_refine(report)
+        } else {
+            report
+        })
+    }
+
+    /// The weights that order what is to be refined.
+    fn weighting(&self, pool: &Pool, unit: ErrorUnit) -> Result<Weighting, Error> {
+        Ok(pool.weighting().clone().at(self.moments(pool, unit)?))
+    }
+
+    /// Directions that are left to refine, the most useful first.
+    pub(super) fn directions(&self, pool: &Pool, unit: ErrorUnit) -> Result<Vec<Direction>, Error> {
+        let keys = self.document.keys();
+        let weighting = self.weighting(pool, unit)?;
+        Ok(plan::next(keys, &pool.settings(), &weighting, None)?.directions)
+    }
+
+    /// Estimated errors of the worst moment before calibration: of coarse images alone, with the
+    /// pool as it is, and with each of `directions` besides.
+    pub(super) fn errors_left(
+        &self,
+        pool: &Pool,
+        directions: &[Vec<f64>],
+        unit: ErrorUnit,
+    ) -> Result<Vec<f64>, Error> {
+        let (moments, known) = (self.moments(pool, unit)?, pool.settings());
+        let weighting = pool.weighting();
+        Ok(plan::worst_left(&moments, &known, directions, weighting))
+    }
+
+    /// The moments whose error counts.
+    pub(super) fn moments(&self, pool: &Pool, unit: ErrorUnit) -> Result<Vec<Moment>, Error> {
+        let light = |setting: &[f64]| pool.light(setting);
+        let mut moments = Moment::relative(self.settings_of_cues(), light);
+        if unit == ErrorUnit::Steps {
+            self.displayed(pool, &mut moments)?;
+        }
+        Ok(moments)
+    }
+
+    /// The settings of the moments whose error counts.
+    pub fn settings_of_cues(&self) -> Vec<Vec<f64>> {
+        let timeline = self.document.timeline();
+        let times = self.moments_of_cues().into_iter();
+        times.map(|(_, time)| timeline.evaluate(time)).collect()
+    }
+
+    /// Parts of every cue's fade, with the cue; of very many cues the end alone.
+    pub(super) fn moments_of_cues(&self) -> Vec<(usize, Time)> {
+        let cues = self.document.timeline().cues();
+        let mut out = Vec::with_capacity(PARTS.len() * cues.len());
+        for (cue, fade) in cues.iter().enumerate() {
+            let parts = PARTS
+                .iter()
+                .filter(|p| **p == 1.0 || cues.len() <= MANY_CUES);
+            out.extend(
+                parts.map(|part| (cue, fade.go + (fade.completion - fade.go).scaled(*part))),
+            );
+        }
+        out
+    }
+
+    /// Turns a plan's estimates into the errors that coarse images predict, refined ones not among
+    /// them, and counts again what the tolerance needs.
+    fn predict_errors(&self, plan: &mut Plan, pool: &Pool, unit: ErrorUnit) -> Result<(), Error> {
+        let moments = self.moments(pool, unit)?;
+        let left = plan::worst_left(&moments, &[], &plan.basis, pool.weighting());
+        let alone = left.first().copied().unwrap_or(0.0);
+        let errors = left
+            .iter()
+            .skip(1)
+            .map(|left| pool.planned_error(*left, alone));
+        plan.predicted = errors.collect();
+        let within = |(count, error): (usize, &f64)| {
+            plan.tolerance > 0.0 && is_within(plan.tolerance, *error, count, pool.is_known())
+        };
+        let mut counted = plan.predicted.iter().enumerate();
+        plan.used = counted.position(within).unwrap_or(plan.basis.len());
+        Ok(())
+    }
+}
+
+/// Moments of each fade whose error counts, as parts of its time.
+const PARTS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
+/// From so many cues on only their ends count: each of their moments costs banks times banks.
+const MANY_CUES: usize = 500;
+
+/// The plan where the first images are final: the basis still tells how the sequence varies, but no
+/// image of it is worth rendering.
+fn nothing_to_refine(mut plan: PlanReport) -> PlanReport {
+    plan.used = 0;
+    plan.predicted = vec![Predicted {
+        refined: 0,
+        error: 0.0,
+    }];
+    plan.left_out.push(LeftOut::OneQuality);
+    plan
+}

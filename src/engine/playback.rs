@@ -1,0 +1,122 @@
+//! Playback: every frame is at most three linear blends of key images.
+//!
+//! A [`Playback`] holds the key images as the pool gives them; a [`Player`] keeps them in a format
+//! of one's choice ([`key`]) and makes frames of them in one pass ([`kernel`]). A frame reads the
+//! key images of one segment only; a segment of degree d takes d blends.
+
+pub mod kernel;
+pub mod key;
+pub mod page;
+mod player;
+
+pub use self::player::Player;
+
+use self::kernel::Keys;
+use footlight_picture::Image;
+use crate::plan::PlanError;
+use crate::pool::Pool;
+use footlight_show::timeline::{KeySequence, Segment};
+use footlight_host::work::{Cancelled, Work};
+
+/// Bytes of a key image's pixel as it is made and as a player in half precision keeps it.
+const BYTES_PER_PIXEL: usize = 3 * (size_of::<f32>() + size_of::<u16>());
+
+/// Why key images could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum PlaybackError {
+    /// The embedding program asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// The key images need more memory than allowed.
+    #[error("the key images need {needed} bytes; the budget is {budget}")]
+    Memory {
+        /// Bytes needed, to play them included.
+        needed: usize,
+        /// Bytes allowed.
+        budget: usize,
+    },
+    /// The keys have other coordinates than the pool.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+}
+
+/// A show ready to play.
+#[derive(Clone, Debug)]
+pub struct Playback {
+    size: (usize, usize),
+    keys: KeySequence,
+    images: Vec<Image>,
+}
+
+impl Playback {
+    /// Makes every key image from a pool as it stands.
+    ///
+    /// # Errors
+    /// [`PlaybackError`] on cancel, or when the keys do not fit the pool or the memory.
+    pub fn new(keys: &KeySequence, pool: &Pool, work: Work<'_>) -> Result<Playback, PlaybackError> {
+        let (needed, budget) = (Playback::bytes(keys, pool), work.memory);
+        if needed > budget {
+            return Err(PlaybackError::Memory { needed, budget });
+        }
+        let mut images = Vec::with_capacity(keys.keys().len());
+        for (i, key) in keys.keys().iter().enumerate() {
+            work.check()?;
+            images.push(pool.preview(key, work)?);
+            work.progress.report("key images", i + 1, keys.keys().len());
+        }
+        Ok(Playback {
+            size: pool.size(),
+            keys: keys.clone(),
+            images,
+        })
+    }
+
+    /// Bytes that [`Playback::new`] and a player of it take, about.
+    pub fn bytes(keys: &KeySequence, pool: &Pool) -> usize {
+        Playback::bytes_at(keys, pool.size())
+    }
+
+    /// Like [`Playback::bytes`], for images of a size.
+    pub fn bytes_at(keys: &KeySequence, (width, height): (usize, usize)) -> usize {
+        keys.keys().len() * BYTES_PER_PIXEL * width * height
+    }
+
+    /// From key images made elsewhere, one for each of the keys and all of one size; `None`
+    /// otherwise.
+    pub fn of(keys: &KeySequence, images: Vec<Image>) -> Option<Playback> {
+        let size = images.first()?.size();
+        let fit = images.len() == keys.keys().len() && images.iter().all(|i| i.size() == size);
+        fit.then(|| Playback {
+            size,
+            keys: keys.clone(),
+            images,
+        })
+    }
+
+    /// Width and height of every frame.
+    pub fn size(&self) -> (usize, usize) {
+        self.size
+    }
+
+    /// The key images, in the order of the key settings.
+    pub fn images(&self) -> &[Image] {
+        &self.images
+    }
+
+    /// The key settings and the segments between them.
+    pub fn keys(&self) -> &KeySequence {
+        &self.keys
+    }
+
+    /// Bytes of the key images.
+    pub fn image_bytes(&self) -> usize {
+        let images = self.images.iter();
+        images.map(|image| size_of_val(image.data())).sum()
+    }
+
+    /// The keys of a segment in single precision.
+    fn floats(&self, segment: &Segment) -> Keys<'_> {
+        let keys = segment.keys.iter();
+        Keys::floats(keys.filter_map(|key| Some(self.images.get(*key)?.data())))
+    }
+}

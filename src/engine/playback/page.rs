@@ -1,0 +1,471 @@
+//! The page: a show in one HTML file that plays it in a browser, without Footlight or a network; and
+//! the same page as a program serves it, with the show and its pictures beside it.
+//!
+//! Invariants: a file fetches nothing, and a served page only from where it came (their own policies
+//! forbid the rest); images are in the code of 8 bits of [`super::key`], as PNG, and are decoded to
+//! light before they are blended; exposure and curve are those of every other output; the pictures
+//! keep their budget, smaller if they must. This module does not decide how a desk looks: that is the
+//! page's own text (`page/`), which does not depend on Rust.
+
+mod coding;
+
+use std::borrow::Cow;
+
+use base64::prelude::{BASE64_STANDARD, Engine as _};
+use serde::Serialize;
+
+pub use self::coding::{Coded, fit};
+use self::coding::{attempt, smaller};
+use footlight_picture::tone::{Curve, Tone};
+use footlight_picture::{Image, PictureError};
+use footlight_show::printable;
+use footlight_show::timeline::{KeySequence, Segment};
+use footlight_host::work::{Cancelled, Work};
+
+/// The most bytes of a page unless something else is said.
+pub const BUDGET: usize = 20_000_000;
+
+/// Why a page could not be made.
+#[derive(Debug, thiserror::Error)]
+pub enum PageError {
+    /// The embedding program asked to stop.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// A picture could not be coded, or all of them would not fit.
+    #[error(transparent)]
+    Picture(#[from] PictureError),
+    /// The show could not be written as data.
+    #[error("the show as data: {0}")]
+    Data(#[from] serde_json::Error),
+}
+
+/// A coordinate as the page shows it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Fader {
+    /// Its name.
+    pub name: String,
+    /// Where its picture alone at full stands among [`Contents::banks`].
+    pub picture: usize,
+    /// Whether a fader moves it; the fixed lights have none.
+    pub varies: bool,
+    /// From level to setting.
+    pub law: Law,
+}
+
+/// A bank of colour mixers: a fader of its level, a control of its colour.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Mixer {
+    /// Its name.
+    pub name: String,
+    /// The coordinate of its red emitter; green and blue follow.
+    pub first: usize,
+    /// From level to light.
+    pub law: Law,
+    /// Seconds, level, and the shares of red, green and blue (0 to 1, linear), at least once; straight
+    /// between, two of one time at a jump.
+    pub track: Vec<[f64; 5]>,
+}
+
+/// A dimmer's law from level (0 to 1) to setting.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum Law {
+    /// Setting = level to this power.
+    Power(u8),
+    /// Settings of evenly spaced levels, straight between.
+    Table(Vec<f64>),
+}
+
+/// A cue in the list.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cue {
+    /// Its number.
+    pub number: String,
+    /// Its label; may be empty.
+    pub label: String,
+    /// When it starts, seconds.
+    pub go: f64,
+    /// When the last of it has arrived, seconds.
+    pub complete: f64,
+    /// Whether it starts the next cue by itself.
+    pub starts: bool,
+    /// Its times and what it starts, in a designer's words; may be empty.
+    pub timing: String,
+    /// For the operator; may be empty.
+    pub note: String,
+    /// Coordinates that it moves, with the seconds from its GO until they have arrived.
+    pub moves: Vec<(usize, f64)>,
+}
+
+/// What is played.
+#[derive(Debug)]
+pub struct Contents<'a> {
+    /// The show's title.
+    pub title: Cow<'a, str>,
+    /// Its coordinates, in order.
+    pub faders: Vec<Fader>,
+    /// Its banks of colour mixers, in order.
+    pub mixers: Vec<Mixer>,
+    /// Its cues, in time.
+    pub cues: Vec<Cue>,
+    /// Its key settings and segments.
+    pub keys: &'a KeySequence,
+    /// Pictures of the keys in their order.
+    pub pictures: Vec<&'a Image>,
+    /// Pictures that faders name, of the same size.
+    pub banks: Vec<&'a Image>,
+    /// How light is shown.
+    pub tone: Tone,
+}
+
+/// A page that kept its budget.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Page {
+    /// The file.
+    pub html: String,
+    /// Width and height of its pictures.
+    pub size: (usize, usize),
+    /// Whether it has the keys' pictures; else it adds those of the banks up.
+    pub blends: bool,
+}
+
+/// A picture as the page reads it.
+#[derive(Clone, Debug, Serialize)]
+pub struct Picture {
+    /// As [`Coded::law`].
+    pub law: [f32; 2],
+    /// The address of a PNG file of the codes.
+    pub codes: String,
+    /// That of one that is white in the channels that are negative.
+    pub signs: Option<String>,
+}
+
+impl Picture {
+    /// With its files in the addresses themselves.
+    pub fn inside(coded: Coded) -> Picture {
+        let address = |file: Vec<u8>| {
+            let mut address = "data:image/png;base64,".to_owned();
+            BASE64_STANDARD.encode_string(file, &mut address);
+            address
+        };
+        Picture {
+            law: coded.law,
+            codes: address(coded.codes),
+            signs: coded.signs.map(address),
+        }
+    }
+}
+
+/// A segment as the page reads it, times in seconds.
+#[derive(Debug, Serialize)]
+struct Stretch<'a> {
+    start: f64,
+    end: f64,
+    degree: usize,
+    keys: &'a [usize],
+}
+
+/// All that the page reads.
+#[derive(Debug, Serialize)]
+struct Data<'a> {
+    title: &'a str,
+    size: [usize; 2],
+    start: f64,
+    end: f64,
+    curve: &'a str,
+    made: String,
+    coordinates: &'a [Fader],
+    mixers: &'a [Mixer],
+    cues: &'a [Cue],
+    /// How many pictures are those of keys; the banks' follow.
+    keys: usize,
+    settings: &'a [Vec<f64>],
+    segments: Vec<Stretch<'a>>,
+    pictures: Vec<Picture>,
+}
+
+/// Bytes that [`write`] takes at most, about: a picture as it is coded on each thread, and the file
+/// twice, which holds no more than all pictures uncompressed in base64.
+pub fn bytes(contents: &Contents<'_>, budget: usize, threads: usize) -> usize {
+    let pictures = contents.pictures.iter().chain(&contents.banks);
+    let channels: usize = pictures.map(|image| image.data().len()).sum();
+    let one = contents.banks.first().map_or(0, |i| i.data().len());
+    threads * one * (size_of::<f32>() + 4) + 2 * budget.min(channels / 3 * 4)
+}
+
+/// The page of a show in at most `budget` bytes. Where the keys' pictures would not fit, as with
+/// effects, those of the banks are added up instead; if these do not fit either, they are made
+/// smaller, all alike, down to 160 pixels a row.
+///
+/// # Errors
+/// [`PageError`] on cancel, for pictures without pixels, and when even small ones do not fit.
+pub fn write(contents: &Contents<'_>, budget: usize, work: Work<'_>) -> Result<Page, PageError> {
+    let full = contents.banks.first().map_or((0, 0), |i| i.size());
+    let mut size = full;
+    let mut keys = contents.pictures.as_slice();
+    loop {
+        let all: Vec<&Image> = keys.iter().chain(&contents.banks).copied().collect();
+        let needed = match attempt(&all, contents.tone, size, budget, work)? {
+            Ok(pictures) => {
+                let pictures = pictures.into_iter().map(Picture::inside).collect();
+                let html = html(contents, pictures, keys.len(), (size, full))?;
+                if html.len() <= budget {
+                    let blends = !keys.is_empty();
+                    return Ok(Page { html, size, blends });
+                }
+                html.len()
+            }
+            Err(estimate) => estimate,
+        };
+        if !keys.is_empty() {
+            keys = &[];
+            continue;
+        }
+        size = smaller(size, full, needed, budget)?;
+    }
+}
+
+/// The data of a served page, which adds the banks' pictures up: these have the addresses that
+/// `pictures` says, and this size.
+///
+/// # Errors
+/// [`PageError::Data`].
+pub fn data(
+    contents: &Contents<'_>,
+    pictures: Vec<Picture>,
+    size: (usize, usize),
+) -> Result<String, PageError> {
+    let full = contents.banks.first().map_or(size, |i| i.size());
+    json(contents, pictures, 0, (size, full))
+}
+
+/// A page that is served; one that `follows` looks on while another runs the show.
+pub fn served(title: &str, follows: bool) -> String {
+    let policy = "default-src 'none'; connect-src 'self'; img-src 'self' data:; \
+                  script-src 'unsafe-inline'; style-src 'unsafe-inline'";
+    let data = format!("{{\"follows\":{follows}}}");
+    let start = [
+        include_str!("page/change.js"),
+        include_str!("page/served.js"),
+    ];
+    filled(&escaped(title), policy, &start, &data)
+}
+
+/// All that the page reads.
+fn json<'a>(
+    contents: &'a Contents<'_>,
+    pictures: Vec<Picture>,
+    keys: usize,
+    (size, full): ((usize, usize), (usize, usize)),
+) -> Result<String, PageError> {
+    let segments = contents.keys.segments();
+    let stretch = |s: &'a Segment| Stretch {
+        start: s.start(),
+        end: s.end(),
+        degree: s.degree,
+        keys: &s.keys,
+    };
+    let data = Data {
+        title: &contents.title,
+        size: [size.0, size.1],
+        start: segments.first().map_or(0.0, |s| s.start()),
+        end: segments.last().map_or(0.0, |s| s.end()),
+        curve: match contents.tone.curve {
+            Curve::Filmic => "filmic",
+            Curve::Plain => "plain",
+        },
+        made: remark(contents, keys, size, full),
+        coordinates: &contents.faders,
+        mixers: &contents.mixers,
+        cues: &contents.cues,
+        keys,
+        settings: contents.keys.keys(),
+        segments: segments.iter().map(stretch).collect(),
+        pictures,
+    };
+    // One step after the other, so that no more than two copies are there at once.
+    let json = serde_json::to_string(&data)?;
+    drop(data);
+    Ok(printable::json(&json))
+}
+
+/// The page as a file.
+fn html(
+    contents: &Contents<'_>,
+    pictures: Vec<Picture>,
+    keys: usize,
+    sizes: ((usize, usize), (usize, usize)),
+) -> Result<String, PageError> {
+    let policy =
+        "default-src 'none'; img-src data:; script-src 'unsafe-inline'; style-src 'unsafe-inline'";
+    // Inside a script element nothing may look like its end, or like an older browser's line end.
+    let data = json(contents, pictures, keys, sizes)?.replace('<', "\\u003c");
+    let title = escaped(&contents.title);
+    let start = [include_str!("page/file.js")];
+    Ok(filled(&title, policy, &start, &data))
+}
+
+/// What the page says of itself.
+fn remark(
+    contents: &Contents<'_>,
+    keys: usize,
+    size: (usize, usize),
+    full: (usize, usize),
+) -> String {
+    let (width, height) = size;
+    let of = if size == full {
+        String::new()
+    } else {
+        format!(
+            ", made smaller from {}x{} to keep the file small",
+            full.0, full.1
+        )
+    };
+    let stops = contents.tone.exposure;
+    let how = match keys {
+        0 => format!("bank images of {width}x{height}{of}; every moment is a sum of them"),
+        _ => format!(
+            "{keys} key images of {width}x{height}{of}; every moment is at most three blends of them"
+        ),
+    };
+    format!(
+        "Made with Footlight: {how}, at an exposure of {stops:.2} stops. Faders mix in light, each \
+         through its dimmer."
+    )
+}
+
+/// The template with its places filled, each once, so that no content is taken for a place.
+fn filled(title: &str, policy: &str, start: &[&str], json: &str) -> String {
+    let script = [
+        include_str!("page/light.js"),
+        include_str!("page/go.js"),
+        include_str!("page/webgl.js"),
+        include_str!("page/canvas.js"),
+        include_str!("page/faders.js"),
+        include_str!("page/desk.js"),
+        include_str!("page/load.js"),
+    ];
+    let mut page = String::with_capacity(json.len() + (1 << 16));
+    for part in include_str!("page/page.html").split("{{") {
+        let Some((place, rest)) = part.split_once("}}") else {
+            page.push_str(part);
+            continue;
+        };
+        match place {
+            "title" => page.push_str(title),
+            "policy" => page.push_str(policy),
+            "style" => page.push_str(include_str!("page/page.css")),
+            "script" => page.extend(script.iter().chain(start).copied()),
+            _ => page.push_str(json),
+        }
+        page.push_str(rest);
+    }
+    page
+}
+
+/// Text for HTML.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
+
+    use super::*;
+    use footlight_show::timeline::Timeline;
+    use footlight_show::timeline::tests::planted::empty;
+
+    fn tone() -> Tone {
+        Tone {
+            exposure: -2.0,
+            curve: Curve::Filmic,
+        }
+    }
+
+    /// Noise, which no PNG makes smaller.
+    fn noise(width: usize, height: usize) -> Image {
+        let mut state = 7_u32;
+        let mut next = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / 4e6
+        };
+        let data = (0..width * height * 3).map(|_| next()).collect();
+        Image::from_data(width, height, data).unwrap()
+    }
+
+    fn fader(name: &str) -> Fader {
+        Fader {
+            name: name.to_owned(),
+            picture: 0,
+            varies: true,
+            law: Law::Power(2),
+        }
+    }
+
+    fn made(title: &str, image: &Image, budget: usize) -> Result<Page, PageError> {
+        let timeline = Timeline::new(&empty(1)).unwrap();
+        let keys = KeySequence::new(&timeline).unwrap();
+        let contents = Contents {
+            title: title.into(),
+            faders: vec![fader("{{show}}")],
+            mixers: Vec::new(),
+            cues: Vec::new(),
+            keys: &keys,
+            pictures: vec![image; 2],
+            banks: vec![image],
+            tone: tone(),
+        };
+        write(&contents, budget, Work::silent())
+    }
+
+    #[test]
+    fn a_page_keeps_its_budget_with_smaller_pictures() {
+        let image = noise(400, 300);
+        let whole = made("Show", &image, BUDGET).unwrap();
+        assert_eq!(whole.size, (400, 300));
+        assert!(!whole.html.contains("made smaller"));
+        assert!(whole.blends && whole.html.contains("at most three blends"));
+        let added = made("Show", &image, whole.html.len() / 2).unwrap();
+        assert_eq!((added.size, added.blends), ((400, 300), false));
+        assert!(
+            added
+                .html
+                .contains("bank images of 400x300; every moment is a sum")
+        );
+        let budget = added.html.len() / 2;
+        let small = made("Show", &image, budget).unwrap();
+        assert!(small.html.len() <= budget && small.html.len() > budget * 7 / 10);
+        let (width, height) = small.size;
+        assert!((width as f64 / height as f64 - 4.0 / 3.0).abs() < 0.02);
+        assert!(small.html.contains("made smaller from 400x300"));
+        let refused = made("Show", &image, 40_000);
+        assert!(matches!(
+            refused,
+            Err(PageError::Picture(PictureError::Bytes { .. }))
+        ));
+    }
+
+    #[test]
+    fn no_name_or_title_leaves_its_place_and_nothing_is_fetched() {
+        let title = "</script><b>&{{script}} \u{e4}";
+        let html = made(title, &noise(4, 3), BUDGET).unwrap().html;
+        assert_eq!(html.matches("</script").count(), 2);
+        assert!(
+            html.contains("<h1 id=\"title\">&lt;/script&gt;&lt;b&gt;&amp;{{script}} \u{e4}</h1>")
+        );
+        let (_, data) = html.split_once("id=\"show\">").unwrap();
+        let (data, _) = data.split_once("</script>").unwrap();
+        let data: serde_json::Value = serde_json::from_str(data).unwrap();
+        assert_eq!(data["title"], title);
+        assert_eq!(data["coordinates"][0]["name"], "{{show}}");
+        // The only address is a name, that of SVG.
+        assert_eq!(html.matches("://").count(), 1);
+        assert!(html.contains("default-src 'none'; img-src data:;"));
+        let page = served(title, true);
+        assert_eq!(page.matches("</script").count(), 2);
+        assert_eq!(page.matches("://").count(), 1);
+    }
+}

@@ -1,0 +1,168 @@
+//! Pictures in the code of 8 bits, as PNG files, within a budget.
+
+use super::PageError;
+use footlight_picture::shrink::shrink;
+use footlight_picture::tone::Tone;
+use footlight_picture::{Image, PictureError, png};
+use crate::playback::key::{ByteCurve, peak};
+use footlight_host::work::{Work, in_order};
+
+/// The least width that pictures are made smaller to.
+const NARROWEST: usize = 160;
+
+/// A picture in the code of 8 bits.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coded {
+    /// Exposed light per c^2 and per c^8, c being 0 to 1.
+    pub law: [f32; 2],
+    /// A PNG file of the codes c.
+    pub codes: Vec<u8>,
+    /// A PNG file that is white in the channels that are negative.
+    pub signs: Option<Vec<u8>>,
+}
+
+impl Coded {
+    /// Bytes of its files.
+    pub fn bytes(&self) -> usize {
+        self.codes.len() + self.signs.as_ref().map_or(0, Vec::len)
+    }
+}
+
+/// Pictures of one size, coded within a budget of bytes as they stand in addresses: all alike made
+/// smaller where they must, and the size that they then have.
+///
+/// # Errors
+/// As [`super::write`].
+pub fn fit(
+    images: &[&Image],
+    tone: Tone,
+    budget: usize,
+    work: Work<'_>,
+) -> Result<(Vec<Coded>, (usize, usize)), PageError> {
+    let full = images.first().map_or((0, 0), |i| i.size());
+    let mut size = full;
+    loop {
+        match attempt(images, tone, size, budget, work)? {
+            Ok(coded) => return Ok((coded, size)),
+            Err(needed) => size = smaller(size, full, needed, budget)?,
+        }
+    }
+}
+
+/// The next size to try for pictures that need so many bytes at this one.
+pub fn smaller(
+    size: (usize, usize),
+    full: (usize, usize),
+    needed: usize,
+    budget: usize,
+) -> Result<(usize, usize), PictureError> {
+    // The size of the file goes with the number of pixels, and small ones compress less well.
+    let side = (0.95 * budget as f64 / needed as f64).sqrt();
+    let scaled = |n: usize| ((n as f64 * side) as usize).max(1);
+    let size = (scaled(size.0), scaled(size.1));
+    if size.0 < NARROWEST.min(full.0) {
+        Err(PictureError::Bytes {
+            needed,
+            limit: budget,
+        })
+    } else {
+        Ok(size)
+    }
+}
+
+/// Pictures from which those of a page are estimated well within a factor of two.
+const ENOUGH: usize = 32;
+
+/// All pictures in a size that keeps the budget, or else the bytes that they would take.
+pub type Attempt = Result<Vec<Coded>, usize>;
+
+/// Codes pictures in a size as long as they keep the budget.
+pub fn attempt(
+    all: &[&Image],
+    tone: Tone,
+    size: (usize, usize),
+    budget: usize,
+    work: Work<'_>,
+) -> Result<Attempt, PageError> {
+    let total = all.len();
+    let mut pictures = Vec::with_capacity(total);
+    let mut bytes = 0;
+    for together in all.chunks(work.threads.max(1)) {
+        work.check()?;
+        for picture in all_coded(together, size, tone) {
+            let picture = picture?;
+            // As they stand in an address.
+            bytes += picture.bytes() / 3 * 4;
+            pictures.push(picture);
+        }
+        let estimate = bytes * total / pictures.len();
+        if bytes > budget || (pictures.len() >= ENOUGH && estimate > 2 * budget) {
+            return Ok(Err(estimate));
+        }
+        work.progress.report("page", pictures.len(), total);
+    }
+    Ok(Ok(pictures))
+}
+
+/// Some pictures in a size, each on a thread of its own.
+fn all_coded(
+    images: &[&Image],
+    size: (usize, usize),
+    tone: Tone,
+) -> Vec<Result<Coded, PictureError>> {
+    let one = |image: &Image| {
+        if image.size() == size {
+            coded(image, tone)
+        } else {
+            coded(&shrink(image, size.0, size.1), tone)
+        }
+    };
+    in_order(images, images.len(), |image| one(image))
+}
+
+/// A picture in the code of 8 bits, of light as it is exposed. Signs are kept where the display
+/// could tell them from black.
+fn coded(image: &Image, tone: Tone) -> Result<Coded, PictureError> {
+    let curve = ByteCurve::new(peak(image), tone.knee());
+    let codes = curve.codes(image.data());
+    let file = |codes: &[u8]| png::encode(image.width(), image.height(), codes);
+    let least = image.data().iter().copied().fold(0.0, f32::min);
+    let seen = tone.display(f64::from(-least)) * 255.0 > 0.5;
+    let white = |v: &f32| if *v < 0.0 { 255 } else { 0 };
+    let gain = tone.exposure.exp2() as f32;
+    let (codes, signs) = if seen {
+        let signs: Vec<u8> = image.data().iter().map(white).collect();
+        (file(&codes)?, Some(file(&signs)?))
+    } else {
+        let positive = |(code, v): (&u8, &f32)| if *v < 0.0 { 0 } else { *code };
+        let codes: Vec<u8> = codes.iter().zip(image.data()).map(positive).collect();
+        (file(&codes)?, None)
+    };
+    Ok(Coded {
+        law: [curve.low * gain, curve.high * gain],
+        codes,
+        signs,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
+
+    use super::*;
+    use footlight_picture::tone::Curve;
+
+    #[test]
+    fn signs_are_kept_where_they_can_be_seen() {
+        let tone = Tone {
+            exposure: -2.0,
+            curve: Curve::Filmic,
+        };
+        let mut image = Image::from_data(4, 3, (0..36).map(|i| i as f32 / 9.0).collect()).unwrap();
+        assert!(coded(&image, tone).unwrap().signs.is_none());
+        image.data_mut()[5] = -1e-5;
+        assert!(coded(&image, tone).unwrap().signs.is_none());
+        image.data_mut()[5] = -0.1;
+        assert!(coded(&image, tone).unwrap().signs.is_some());
+    }
+}

@@ -1,0 +1,111 @@
+//! A sequence as display bytes, from key images in the format of one's choice.
+
+use std::sync::Arc;
+
+use super::Playback;
+use super::kernel::{Factors, Keys, Target};
+use super::key::{Format, KeyImage};
+use footlight_picture::Image;
+use footlight_picture::tone::{ByteTable, Tone};
+use footlight_show::timeline::{Segment, blend};
+use footlight_show::units::Time;
+use footlight_host::work::{Cancelled, Work};
+
+/// A sequence with its exposure and curve: every frame is made in one pass over its keys.
+#[derive(Debug)]
+pub struct Player {
+    playback: Arc<Playback>,
+    /// The key images as they are kept; none where the playback's own are read.
+    kept: Vec<KeyImage>,
+    format: Format,
+    table: ByteTable,
+    threads: usize,
+}
+
+impl Player {
+    /// Codes every key image in `format`. In single precision nothing is copied.
+    ///
+    /// # Errors
+    /// Where the embedding program asked to stop.
+    pub fn new(
+        playback: &Arc<Playback>,
+        format: Format,
+        tone: Tone,
+        work: Work<'_>,
+    ) -> Result<Player, Cancelled> {
+        let mut kept = Vec::new();
+        if format != Format::Float {
+            for image in playback.images() {
+                work.check()?;
+                kept.push(KeyImage::new(image, format));
+            }
+        }
+        Ok(Player {
+            playback: Arc::clone(playback),
+            kept,
+            format,
+            table: tone.table(),
+            threads: work.threads,
+        })
+    }
+
+    /// Width and height of every frame.
+    pub fn size(&self) -> (usize, usize) {
+        self.playback.size()
+    }
+
+    /// How many key images there are.
+    pub fn keys(&self) -> usize {
+        self.playback.images().len()
+    }
+
+    /// How the key images are kept.
+    pub fn format(&self) -> Format {
+        self.format
+    }
+
+    /// Bytes that the key images take.
+    pub fn bytes(&self) -> usize {
+        let exact = |images: &[Image]| images.iter().map(|i| size_of_val(i.data())).sum();
+        match self.format {
+            Format::Float => exact(self.playback.images()),
+            _ => self.kept.iter().map(KeyImage::bytes).sum(),
+        }
+    }
+
+    /// The frame at `time` as sRGB bytes, interleaved, row by row from the top, in `out`, which
+    /// takes their size; times outside the sequence show its first and last look.
+    pub fn show(&self, time: Time, out: &mut Vec<u8>) {
+        let (width, height) = self.playback.size();
+        out.resize(width * height * 3, 0);
+        self.blend(time, Target::Bytes(out, &self.table));
+    }
+
+    /// The same as light.
+    pub fn light(&self, time: Time, out: &mut Image) {
+        let size = self.playback.size();
+        if out.size() != size {
+            *out = Image::new(size.0, size.1);
+        }
+        self.blend(time, Target::Light(out.data_mut()));
+    }
+
+    fn blend(&self, time: Time, target: Target<'_>) {
+        let (index, t) = self.playback.keys().segment_at(time);
+        let Some(segment) = self.playback.keys().segments().get(index) else {
+            return;
+        };
+        let keys = match self.format {
+            Format::Float => Some(self.playback.floats(segment)),
+            _ => Keys::new(&self.kept(segment)),
+        };
+        if let Some(keys) = keys {
+            keys.blend(Factors::new(blend(segment.degree, t)), target, self.threads);
+        }
+    }
+
+    fn kept(&self, segment: &Segment) -> Vec<&KeyImage> {
+        let keys = segment.keys.iter();
+        keys.filter_map(|key| self.kept.get(*key)).collect()
+    }
+}

@@ -1,0 +1,131 @@
+//! The language server: a client's texts in, what the engine knows of them out.
+//!
+//! It has no idea of the language of its own: text is read by [`footlight_show::lang`], shows by the engine,
+//! completion and help are the prompt's. Open texts are the truth, not the disk; broken text keeps
+//! the last good show. One thread reads what is typed and answers, another works out what takes long, a
+//! third makes pictures. Changes that came in together are read once.
+
+mod action;
+mod background;
+mod buffers;
+mod capabilities;
+mod complete;
+mod diagnostic;
+mod hover;
+mod name;
+mod open_show;
+mod outline;
+mod picture;
+mod request;
+mod server;
+mod text;
+mod transport;
+
+use std::io::ErrorKind::{BrokenPipe, UnexpectedEof};
+use std::path::Path;
+
+use lsp_server::{Connection, ErrorCode, Message, RequestId, Response};
+use lsp_types::InitializeParams;
+use lsp_types::notification::{Exit, Notification as _};
+use lsp_types::request::{Initialize, Request as _};
+use serde_json::{Value, json};
+
+use self::picture::Client;
+use self::server::Server;
+use self::text::Encoding;
+use footlight_engine::Host;
+use footlight_host::files::Files;
+
+pub use self::open_show::Limits;
+
+/// The means to read and render the show at a path, whose files these are.
+pub type MeansOf = dyn Fn(&Path, Box<dyn Files>) -> Host;
+
+/// What the embedding program gives: limits, and the means to render the show at a path.
+pub struct Means {
+    /// How large a show may be.
+    pub limits: Limits,
+    /// Makes the means of a show.
+    pub host: Box<MeansOf>,
+}
+
+/// Serves the client at standard input and output until it leaves.
+///
+/// # Errors
+/// As [`serve`].
+pub fn serve_standard(means: Means) -> Result<End, String> {
+    let (connection, threads) = transport::standard().map_err(|error| error.to_string())?;
+    let served = serve(&connection, means);
+    drop(connection);
+    let end = served?;
+    match threads.join() {
+        // The client broke off, if need be in the middle of a message.
+        Err(error) if matches!(error.kind(), BrokenPipe | UnexpectedEof) => Ok(End::Abrupt),
+        Err(error) => Err(error.to_string()),
+        Ok(()) => Ok(end),
+    }
+}
+
+/// How a client left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// It asked the server to shut down before.
+    Orderly,
+    /// It did not, or is gone.
+    Abrupt,
+}
+
+/// Serves a client until it leaves.
+///
+/// # Errors
+/// What is wrong with the messages, where these are not the protocol's.
+pub fn serve(connection: &Connection, means: Means) -> Result<End, String> {
+    let Some((id, params)) = begun(connection) else {
+        return Ok(End::Abrupt);
+    };
+    let params: InitializeParams = serde_json::from_value(params).map_err(|e| e.to_string())?;
+    let general = params.capabilities.general.as_ref();
+    let offered = general.and_then(|general| general.position_encodings.as_deref());
+    let encoding = Encoding::negotiated(offered);
+    let window = params.capabilities.window.as_ref();
+    let client = Client {
+        takes_progress: window.and_then(|w| w.work_done_progress).unwrap_or(false),
+        shows_documents: window
+            .and_then(|w| w.show_document.as_ref())
+            .is_some_and(|s| s.support),
+    };
+    let answer = json!({
+        "capabilities": capabilities::of_server(encoding),
+        "serverInfo": { "name": "footlight", "version": env!("CARGO_PKG_VERSION") },
+    });
+    let answer = Response::new_ok(id, answer);
+    if connection.sender.send(answer.into()).is_err() {
+        return Ok(End::Abrupt);
+    }
+    let mut server = Server::new(connection, means, encoding, client);
+    Ok(server.run())
+}
+
+/// The request to begin, as soon as it comes; `None` where the client leaves before. What it asks for
+/// earlier is refused. (`Connection::initialize_start` panics where a client does that and is gone.)
+fn begun(connection: &Connection) -> Option<(RequestId, Value)> {
+    for message in &connection.receiver {
+        match message {
+            Message::Request(first) if first.method == Initialize::METHOD => {
+                return Some((first.id, first.params));
+            }
+            Message::Request(early) => {
+                let why = format!("`{}` came before `initialize`", early.method);
+                let code = ErrorCode::ServerNotInitialized as i32;
+                let refusal = Response::new_err(early.id, code, why);
+                connection.sender.send(refusal.into()).ok()?;
+            }
+            Message::Notification(early) if early.method == Exit::METHOD => return None,
+            Message::Notification(_) | Message::Response(_) => {}
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,63 @@
+//! The verbs' functions: each reads its words, calls the engine, and has the report word it.
+
+pub(super) mod edit;
+pub(super) mod export;
+pub(super) mod help;
+pub(super) mod live;
+pub(super) mod measure;
+pub(super) mod picture;
+pub(super) mod play;
+pub(super) mod plot;
+pub(super) mod render;
+pub(super) mod text;
+
+use std::path::Path;
+
+use super::error::usage;
+use super::{Error, Repl, Reply};
+use footlight_report::chart::{Drawing, Theme};
+use footlight_report::record::Record;
+use footlight_report::{self as report, format};
+
+impl Repl {
+    /// Writes a file; the reply is `text` and a line that names the file.
+    fn written(&self, path: &Path, bytes: &[u8], text: &str) -> Result<Reply, Error> {
+        self.engine.host().store.output(path, bytes)?;
+        let mut reply = Reply::text(text);
+        reply.text.push(&format!("wrote {}\n", path.display()));
+        Ok(reply)
+    }
+
+    /// A drawing with words, or into a file.
+    fn drawing(
+        &self,
+        drawing: &Drawing,
+        path: Option<&Path>,
+        text: String,
+    ) -> Result<Reply, Error> {
+        match path {
+            None => Reply::drawn(drawing, text),
+            Some(path) => self.written(path, &format::drawing(drawing, 2.0, path)?, &text),
+        }
+    }
+
+    /// A measurement with its words: with its drawing, or into a file, whose ending says whether
+    /// the drawing (in `theme`) or the figures are wanted.
+    fn deliver(
+        &self,
+        text: String,
+        record: &dyn Fn() -> Record,
+        drawn: &dyn Fn(Theme) -> Drawing,
+        (path, theme): (Option<&Path>, Theme),
+    ) -> Result<Reply, Error> {
+        let Some(path) = path else {
+            return Reply::drawn(&drawn(Theme::Dark), text);
+        };
+        let bytes = format::record(&record(), drawn, theme, path)?;
+        self.written(path, &bytes, &text)
+    }
+
+    fn headline(&self) -> String {
+        report::document::headline(self.engine.document())
+    }
+}

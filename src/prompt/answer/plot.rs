@@ -1,0 +1,124 @@
+//! What the show and its plan look like.
+
+use super::usage;
+use footlight_report::chart::{Drawing, Theme};
+use footlight_show::lang::nearest;
+use crate::argument::tolerance;
+use crate::{Call, Error, Repl, Reply};
+use footlight_report::curves::{curves, moving};
+use footlight_report::format::DRAWING;
+use footlight_report::words::{count, percent};
+use footlight_report::{self as report, results};
+
+/// What is drawn instead of banks where its word stands alone.
+const SUBJECTS: [&str; 4] = ["keys", "spectrum", "basis", "error"];
+
+pub fn plot(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+    let words = call.words();
+    let path = call.output(&DRAWING)?;
+    if call.has("tolerance") && words != ["spectrum"] {
+        return usage("`--tolerance` is for `plot spectrum`");
+    }
+    // In a terminal it is dark around.
+    let theme = if call.has("dark") || path.is_none() {
+        Theme::Dark
+    } else {
+        Theme::Light
+    };
+    let (drawing, text) = match words.as_slice() {
+        ["keys"] => report::plot::keys(repl.engine.document(), theme),
+        ["spectrum"] => spectrum(repl, call, theme)?,
+        ["basis"] => basis(repl, theme)?,
+        ["error"] => error(repl, theme)?,
+        names => {
+            let (wanted, text) = chosen(repl, names)?;
+            let document = repl.engine.document();
+            let now = Some(repl.live.time());
+            (curves(document, &wanted, now, theme), text)
+        }
+    };
+    repl.drawing(&drawing, path, text)
+}
+
+/// The coordinates of the banks and groups of these names, each once and in the order named; all
+/// banks without names. `bank` before a name is passed over.
+fn chosen(repl: &Repl, names: &[&str]) -> Result<(Vec<usize>, String), Error> {
+    let show = repl.engine.show();
+    let of_show = format!("of {}", show.title);
+    if names.is_empty() {
+        let banks = count(show.banks.len(), "bank");
+        return Ok((moving(show), format!("{banks} {of_show}")));
+    }
+    let names = match names {
+        ["bank" | "group", rest @ ..] if !rest.is_empty() => rest,
+        all => all,
+    };
+    let mut banks: Vec<usize> = Vec::new();
+    for name in names {
+        for bank in banks_of(repl, name)? {
+            if !banks.contains(&bank) {
+                banks.push(bank);
+            }
+        }
+    }
+    let coordinates = show.coordinates();
+    let of = |bank: &usize| {
+        let all = coordinates.iter().enumerate();
+        let own = all.filter(|(_, c)| c.bank == Some(*bank));
+        own.map(|(i, _)| i).collect::<Vec<usize>>()
+    };
+    let text = format!("{} {of_show}", count(banks.len(), "bank"));
+    Ok((banks.iter().flat_map(of).collect(), text))
+}
+
+/// The banks that a name stands for, as indices.
+fn banks_of(repl: &Repl, name: &str) -> Result<Vec<usize>, Error> {
+    let show = repl.engine.show();
+    if let Some(bank) = show.banks.iter().position(|b| b.name == name) {
+        return Ok(vec![bank]);
+    }
+    if let Some(group) = show.groups.iter().find(|g| g.name == name) {
+        return Ok(group.banks.clone());
+    }
+    let banks = show.banks.iter().map(|b| b.name.as_str());
+    let groups = show.groups.iter().map(|g| g.name.as_str());
+    let hint = match nearest(name, banks.chain(groups).chain(SUBJECTS)) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => "`show` lists the banks".to_owned(),
+    };
+    usage(format!("there is no bank or group `{name}`; {hint}"))
+}
+
+/// The singular values and what they leave, with the tolerance.
+fn spectrum(repl: &mut Repl, call: &Call, theme: Theme) -> Result<(Drawing, String), Error> {
+    repl.engine.take_up()?;
+    let plan = repl
+        .engine
+        .plan(tolerance(&repl.engine, call, "tolerance")?)?;
+    Ok(report::plot::spectrum(&plan, theme))
+}
+
+fn basis(repl: &mut Repl, theme: Theme) -> Result<(Drawing, String), Error> {
+    repl.engine.coarse()?;
+    let text = match repl.engine.refined() {
+        0 => format!(
+            "nothing is refined yet: the coarse pictures of {}",
+            count(repl.engine.show().coordinates().len(), "source")
+        ),
+        n => count(n, "basis picture"),
+    };
+    let sheet = results::basis_sheet(&repl.engine, theme)?;
+    Ok((sheet.ok_or(footlight_engine::Error::NoSetup)?, text))
+}
+
+fn error(repl: &mut Repl, theme: Theme) -> Result<(Drawing, String), Error> {
+    repl.engine.coarse()?;
+    let tolerance = repl.engine.show().preview.tolerance;
+    let text = format!(
+        "{}: predicted error {} %",
+        count(repl.engine.refined(), "refined picture"),
+        percent(repl.engine.predicted_error()?)
+    );
+    let chart = results::error_chart(&repl.engine, tolerance, theme)?;
+    Ok((chart, text))
+}

@@ -1,0 +1,131 @@
+//! What can go wrong at a prompt, its message, and the exit code that belongs to it.
+
+use footlight_show::diagnostic::{Diagnostic, Diagnostics, Style};
+use footlight_engine as engine;
+use footlight_host::files::FileError;
+use footlight_show::printable::Printable;
+use footlight_transport::TransportError;
+use footlight_report as report;
+
+/// Why a line could not be done. Nothing has changed then.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The request itself is wrong, or does not fit the show.
+    #[error("{0}")]
+    Usage(String),
+    /// The engine or the report could not do it.
+    #[error(transparent)]
+    Report(#[from] report::Error),
+    /// A device failed: standard input, the terminal.
+    #[error("{0}")]
+    Device(String),
+}
+
+/// A request that is wrong, and what to type.
+pub(super) fn usage<T>(message: impl Into<String>) -> Result<T, Error> {
+    Err(Error::Usage(message.into()))
+}
+
+impl From<engine::Error> for Error {
+    fn from(error: engine::Error) -> Error {
+        Error::Report(error.into())
+    }
+}
+
+impl From<FileError> for Error {
+    fn from(error: FileError) -> Error {
+        engine::Error::from(error).into()
+    }
+}
+
+impl Error {
+    /// The engine's error, if it is one.
+    pub fn engine(&self) -> Option<&engine::Error> {
+        match self {
+            Error::Report(report::Error::Engine(error)) => Some(error),
+            _ => None,
+        }
+    }
+
+    /// The errors of the show, if that is what is wrong.
+    pub fn diagnostics(&self) -> Option<&Diagnostics> {
+        match self.engine()? {
+            engine::Error::Show(diagnostics) => Some(diagnostics),
+            _ => None,
+        }
+    }
+
+    /// What a cancel that the limit of time asked for is to the user.
+    pub(super) fn late(self, seconds: f64) -> Error {
+        if self.engine().is_some_and(engine::Error::is_cancel) {
+            engine::Error::OutOfTime { seconds }.into()
+        } else {
+            self
+        }
+    }
+
+    /// What to say while a refinement runs in the background, which was asked for by these words.
+    pub(super) fn busy(self, words: &str) -> Error {
+        match self.engine() {
+            Some(engine::Error::Busy) => {
+                Error::Usage(format!("`{words}` is at work: `wait` for it, or `stop` it"))
+            }
+            _ => self,
+        }
+    }
+
+    /// 1 the show has errors, 2 usage, 3 files or devices, 65 tasks of another version, 70 our own fault,
+    /// 75 try again, 130 stopped.
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Error::Usage(_) => 2,
+            Error::Device(_) => 3,
+            Error::Report(error) => match error {
+                report::Error::Engine(error) => engine_code(error),
+                report::Error::Chart(_) | report::Error::PageData(_) => 3,
+                _ => 2,
+            },
+        }
+    }
+
+    /// True where the text, the usage or a file is at fault, so that another save may cure it.
+    pub fn is_of_input(&self) -> bool {
+        matches!(self.exit_code(), 1..=3)
+    }
+
+    /// The whole message, ready to print. As JSON it is one array whatever went wrong.
+    pub fn report(&self, style: Style) -> Printable {
+        if let Some(diagnostics) = self.diagnostics() {
+            return diagnostics.render(style);
+        }
+        match self {
+            _ if style == Style::Json => self.diagnosed().render(style),
+            other if other.exit_code() == 130 => format!("{other}\n").into(),
+            other => format!("error: {other}\n").into(),
+        }
+    }
+
+    /// The error as diagnostics; one without code and place where the show's text has no part.
+    fn diagnosed(&self) -> Diagnostics {
+        self.diagnostics().cloned().unwrap_or_else(|| Diagnostics {
+            list: vec![Diagnostic::error("", self.to_string())],
+            ..Diagnostics::default()
+        })
+    }
+}
+
+fn engine_code(error: &engine::Error) -> u8 {
+    use engine::Error as E;
+    match error {
+        error if error.is_cancel() => 130,
+        E::OutOfTime { .. } => 130,
+        E::NotTasks { .. } | E::OtherTasks { .. } => 65,
+        E::NotStored(_) => 75,
+        E::Show(_) | E::KeyImages(_) => 1,
+        E::File(_) | E::Stage(_) | E::Picture(_) | E::Reference(_) | E::TaskLost | E::Farm(_) => 3,
+        E::Render(TransportError::Outside(_)) => 3,
+        E::Render(_) => 1,
+        E::Plan(_) => 70,
+        _ => 2,
+    }
+}

@@ -1,0 +1,590 @@
+//! What may be typed next: the words of the verbs, of the language and of the show, for the prompt
+//! and for editors.
+//!
+//! A [`Vocabulary`] is a copy of the show's names, so that a line editor can hold it while the
+//! interpreter goes on.
+
+use std::collections::BTreeSet;
+
+use super::Repl;
+use super::usage;
+use super::verb::{self, Complete, VERBS, VerbSpec};
+use footlight_engine::{Document, Way};
+use footlight_show::lang::{self, codes};
+use footlight_show::model::{FADES, Show};
+
+/// The names of a show.
+#[derive(Clone, Debug, Default)]
+pub struct Vocabulary {
+    /// By the words that declare them; values by `let`.
+    declared: Vec<(&'static str, Vec<String>)>,
+    cues: Vec<String>,
+    /// The number that a cue behind the last one would have.
+    next_cue: Option<String>,
+    materials: Vec<String>,
+    gels: Vec<String>,
+}
+
+/// What a line may go on with.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Completion {
+    /// Where the word begins that is being typed, in bytes.
+    pub start: usize,
+    /// Whole words, in order; each begins with what is there.
+    pub words: Vec<String>,
+    /// The name of a file is wanted.
+    pub files: bool,
+}
+
+impl Repl {
+    /// The names of the show as it stands.
+    pub fn vocabulary(&self) -> Vocabulary {
+        Vocabulary::of(self.engine.document())
+    }
+}
+
+impl Vocabulary {
+    /// The names of a document's show.
+    pub fn of(document: &Document) -> Vocabulary {
+        let texts = document.diagnostics().sources.texts();
+        let scene = document.setup().map(|setup| &setup.scene);
+        let materials = scene.into_iter().flat_map(|scene| &scene.materials);
+        let gels = document.diagnostics().sources.texts();
+        Vocabulary {
+            gels: gels.flat_map(lang::gels_of_table).collect(),
+            ..Vocabulary::named(
+                document.show(),
+                texts.flat_map(lang::values).collect(),
+                materials.map(|m| m.name.clone()).collect(),
+            )
+        }
+    }
+
+    fn named(show: &Show, values: Vec<String>, materials: Vec<String>) -> Vocabulary {
+        Vocabulary {
+            declared: vec![
+                ("bank", show.banks.iter().map(|b| b.name.clone()).collect()),
+                (
+                    "group",
+                    show.groups.iter().map(|g| g.name.clone()).collect(),
+                ),
+                ("look", show.looks.iter().map(|l| l.name.clone()).collect()),
+                (
+                    "light",
+                    show.lights.iter().map(|l| l.name.clone()).collect(),
+                ),
+                (
+                    "curve",
+                    show.curves.iter().map(|c| c.name.clone()).collect(),
+                ),
+                (
+                    "effect",
+                    show.effects.iter().map(|e| e.name.clone()).collect(),
+                ),
+                ("view", show.views.iter().map(|v| v.name.clone()).collect()),
+                ("let", values),
+            ],
+            cues: show.cues.iter().map(|c| c.number.to_string()).collect(),
+            next_cue: Some(
+                show.cues
+                    .last()
+                    .map_or(1, |c| c.number.thousandths() / 1000 + 1),
+            )
+            .filter(|number| *number < 10_000)
+            .map(|number| number.to_string()),
+            materials,
+            gels: Vec::new(),
+        }
+    }
+}
+
+/// Bytes of a line, before the cursor, that are looked at.
+const LINE: usize = 4096;
+
+/// Bytes of a statement that goes on being offered something: it is parsed for each word.
+const STATEMENT: usize = 4 * LINE;
+
+/// What a line can go on with; `None` where the name of a file is wanted.
+type Offer = Option<Vec<String>>;
+
+fn offer<'w>(words: impl IntoIterator<Item = &'w str>) -> Offer {
+    Some(words.into_iter().map(str::to_owned).collect())
+}
+
+impl Completion {
+    fn of(start: usize, offer: Offer, word: &str) -> Completion {
+        let files = offer.is_none();
+        let offered = offer.into_iter().flatten();
+        let words: BTreeSet<String> = offered
+            .filter(|w| w.starts_with(word) && w != word)
+            .collect();
+        Completion {
+            start,
+            words: words.into_iter().collect(),
+            files,
+        }
+    }
+}
+
+/// Where the word begins that a text ends with.
+fn word_start(typed: &str) -> usize {
+    let ends_word = |c: char| c.is_whitespace() || "(){},=+".contains(c);
+    let mut letters = typed.char_indices().rev();
+    let end = letters.find(|(_, letter)| ends_word(*letter));
+    end.map_or(0, |(at, letter)| at + letter.len_utf8())
+}
+
+impl Vocabulary {
+    /// The materials of a stage and nothing else.
+    #[cfg(test)]
+    pub fn of_materials(materials: Vec<String>) -> Vocabulary {
+        Vocabulary {
+            materials,
+            ..Vocabulary::default()
+        }
+    }
+
+    /// What a statement of a show's text may go on with at its end; names of files are not offered.
+    pub fn complete_statement(&self, typed: &str) -> Completion {
+        let start = word_start(typed);
+        let (before, word) = typed.split_at(start);
+        let offer = if before.trim().is_empty() {
+            offer(lang::keywords().iter().copied())
+        } else {
+            Some(self.of_statement(before, word))
+        };
+        Completion::of(start, offer, word)
+    }
+
+    /// What `line` may go on with at byte `at`.
+    pub fn complete(&self, line: &str, at: usize) -> Completion {
+        let typed = line.get(..at).unwrap_or(line);
+        let typed = typed
+            .get(typed.len().saturating_sub(LINE)..)
+            .unwrap_or(typed);
+        let offset = at.min(line.len()) - typed.len();
+        let start = word_start(typed);
+        let (before, word) = typed.split_at(start);
+        let offer = self.offer(before, word);
+        Completion::of(offset + start, offer, word)
+    }
+
+    /// The usage of the verb that a line begins with, for what is not typed yet.
+    pub fn hint(&self, line: &str) -> Option<String> {
+        let name = line.strip_suffix(' ')?;
+        let spec = VERBS.iter().find(|spec| spec.name == name)?;
+        let usage = spec.usage();
+        let rest = usage.strip_prefix(name)?.trim_start();
+        (!rest.is_empty()).then(|| rest.to_owned())
+    }
+
+    fn offer(&self, before: &str, word: &str) -> Offer {
+        let Some(first) = before.split_whitespace().next() else {
+            let verbs = VERBS.iter().map(|spec| spec.name);
+            return offer(verbs.chain(lang::keywords().iter().copied()));
+        };
+        match verb::find(first) {
+            Ok(spec) if !lang::is_declaration(&format!("{before}{word}")) => {
+                self.of_verb(spec, before, word)
+            }
+            _ => Some(self.of_statement(before, word)),
+        }
+    }
+
+    fn of_verb(&self, spec: &'static VerbSpec, before: &str, word: &str) -> Offer {
+        let tokens: Vec<&str> = before.split_whitespace().skip(1).collect();
+        let option_of = |token: &str| spec.options.iter().find(|o| o.is_named_by(token));
+        let option = tokens.last().and_then(|last| option_of(last));
+        if let Some((name, value)) = option.and_then(|o| Some((o.name, o.value?))) {
+            return self.of_option(name, value);
+        }
+        if word.starts_with('-') {
+            let options = spec.options.iter().map(|o| format!("--{}", o.name));
+            return Some(options.collect());
+        }
+        if let Complete::Levels = spec.complete {
+            let levels = before.split_once(spec.name).map_or("", |(_, rest)| rest);
+            let before = format!("look tried {{{levels}");
+            let mut offered = self.of_statement(&before, word);
+            // Looks may stand among levels that are tried.
+            if let Some(beginning) = lang::Beginning::of(&before) {
+                let looks = self.all(&["look"]).filter(|look| beginning.takes(look));
+                offered.extend(looks.map(str::to_owned));
+            }
+            return Some(offered);
+        }
+        let mut typed = Vec::new();
+        let mut rest = tokens.iter();
+        while let Some(token) = rest.next() {
+            match option_of(token) {
+                Some(option) if option.value.is_some() => drop(rest.next()),
+                Some(_) => {}
+                None => typed.push(*token),
+            }
+        }
+        let usage = [spec.kinds.join(" | "), spec.words.to_owned()].join(" ");
+        let next = usage::next(&usage, &typed);
+        if matches!(spec.complete, Complete::Files) && !next.is_empty() {
+            return None;
+        }
+        let words = next.iter().flat_map(|next| self.of_usage(spec, next));
+        Some(words.collect())
+    }
+
+    /// What a word of a usage stands for: itself, unless it is in capitals.
+    fn of_usage(&self, spec: &VerbSpec, word: &str) -> Vec<String> {
+        let own = |names: &[String]| names.to_vec();
+        if !word.contains(char::is_uppercase) {
+            return vec![word.to_owned()];
+        }
+        let all = match (spec.complete, word) {
+            (_, "WORD") => offer(lang::keywords().iter().copied()),
+            (Complete::Names | Complete::Cues, "N" | "CUE") => Some(own(&self.cues)),
+            (Complete::Names, "NAME") => offer(self.names()),
+            (Complete::Banks, _) => offer(self.all(&["bank", "group"])),
+            (Complete::Views, _) => Some(own(self.declared_by("view"))),
+            (Complete::Verbs, _) => offer(VERBS.iter().map(|spec| spec.name)),
+            (Complete::Codes, _) => offer(codes::TABLE.iter().map(|row| row.code)),
+            _ => None,
+        };
+        all.unwrap_or_default()
+    }
+
+    fn of_option(&self, name: &str, value: &str) -> Offer {
+        match (name, value) {
+            ("bank", _) => offer(self.all(&["bank"])),
+            ("view", _) => offer(self.all(&["view"])),
+            ("way", _) => offer(Way::ALL.map(Way::name)),
+            (_, "FILE" | "DIR") => None,
+            _ => Some(Vec::new()),
+        }
+    }
+
+    /// What sort of thing a name of the show is.
+    pub fn kind_of(&self, name: &str) -> Option<&'static str> {
+        let more = [("material", &self.materials), ("gel", &self.gels)];
+        let declared = self.declared.iter().map(|(word, names)| (*word, names));
+        let mut kinds = declared.chain(more);
+        let (kind, _) = kinds.find(|(_, names)| names.iter().any(|n| n == name))?;
+        Some(if kind == "let" { "value" } else { kind })
+    }
+
+    /// What the grammar takes behind the beginning of a statement: its words, names of the kind that
+    /// is meant there, and numbers with the unit that is.
+    fn of_statement(&self, before: &str, word: &str) -> Vec<String> {
+        let short = (before.len() <= STATEMENT).then_some(before);
+        let Some(beginning) = short.and_then(lang::Beginning::of) else {
+            return Vec::new();
+        };
+        let begun = |offered: &&str| offered.starts_with(word);
+        let has_level = self.ends_with_level(before);
+        let keywords = lang::words()
+            .into_iter()
+            .filter(begun)
+            .filter(|k| !(has_level && LEVEL_WORDS.contains(k)))
+            .filter(|k| is_meant(before, k));
+        let names = self.names_of(before).into_iter().filter(begun);
+        let mut out: Vec<String> = keywords
+            .filter(|k| beginning.takes_keyword(k))
+            .chain(names.filter(|name| beginning.takes(name)))
+            .map(str::to_owned)
+            .collect();
+        out.extend(units(before, word).filter(|number| beginning.takes(number)));
+        if out.is_empty() && word.is_empty() && beginning.takes("{") {
+            out.push("{".to_owned());
+        }
+        out
+    }
+
+    /// Names of the kind that is meant behind the beginning of a statement.
+    fn names_of(&self, before: &str) -> Vec<&str> {
+        let mut words = before.split_whitespace();
+        let first = words.next().unwrap_or_default();
+        let last = words.next_back().unwrap_or(first);
+        let is_list = before.contains('=');
+        if before.matches('(').count() > before.matches(')').count() {
+            return self
+                .all(&["let"])
+                .chain(LEVEL_WORDS.iter().copied())
+                .collect();
+        }
+        let (own, more): (&[String], &[&str]) = match (first, last) {
+            (_, "dimmer") => (self.declared_by("curve"), &["linear", "square"]),
+            ("cue", "effect") => (self.declared_by("effect"), &["none"]),
+            ("light", "like") => (self.declared_by("light"), &[]),
+            ("light", "panel") | ("surface", "surface") => (&self.materials, &[]),
+            ("bank" | "fixed", _) if is_list => (self.declared_by("light"), &[]),
+            ("group", _) if is_list => (self.declared_by("bank"), &[]),
+            ("cue", "cue") => {
+                return strings(&self.cues)
+                    .chain(self.next_cue.as_deref())
+                    .collect();
+            }
+            (_, "gel") => (&self.gels, &[]),
+            ("let", "=") => (self.declared_by("let"), &LEVEL_WORDS),
+            ("cue", "curve") => {
+                let fades = FADES.iter().map(|fade| fade.name);
+                return self.all(&["curve"]).chain(fades).collect();
+            }
+            ("cue", _) => return self.movable().collect(),
+            ("look", _) if before.matches('{').count() > before.matches('}').count() => {
+                return self.all(&["bank", "group"]).collect();
+            }
+            ("look", _) if is_list => (self.declared_by("look"), &[]),
+            (_, last) if last == first => (self.declared_by(first), &[]),
+            _ => (&[], &[]),
+        };
+        strings(own).chain(more.iter().copied()).collect()
+    }
+
+    /// Whether a bank and its level stand last. The grammar takes a second value there, as that may be
+    /// a colour.
+    fn ends_with_level(&self, before: &str) -> bool {
+        let mut words = before.split_whitespace();
+        let last = words.next_back().unwrap_or_default();
+        let named = words.next_back().unwrap_or_default();
+        let is_level = last.trim_end_matches('%').parse::<f64>().is_ok();
+        (is_level || LEVEL_WORDS.contains(&last)) && self.movable().any(|name| name == named)
+    }
+
+    /// The names that statements of a word have declared.
+    fn declared_by(&self, word: &str) -> &[String] {
+        let mut declared = self.declared.iter();
+        let found = declared.find(|(own, _)| *own == word);
+        found.map_or(&[], |(_, names)| names)
+    }
+
+    /// The names that statements of these words have declared.
+    fn all(&self, words: &'static [&'static str]) -> impl Iterator<Item = &str> {
+        words
+            .iter()
+            .flat_map(|word| strings(self.declared_by(word)))
+    }
+
+    /// What a cue can move.
+    fn movable(&self) -> impl Iterator<Item = &str> {
+        self.all(&["bank", "group", "look"])
+    }
+
+    fn names(&self) -> impl Iterator<Item = &str> {
+        self.movable()
+            .chain(self.all(&["light", "curve", "effect", "view", "let"]))
+    }
+}
+
+fn strings(names: &[String]) -> impl Iterator<Item = &str> {
+    names.iter().map(String::as_str)
+}
+
+/// Whether a word that the grammar takes behind `before` has a meaning there.
+fn is_meant(before: &str, word: &str) -> bool {
+    let last = before.split_whitespace().next_back();
+    match word {
+        _ if last == Some("gel") => false,
+        "at" => !(before.starts_with("cue") && before.contains('{')),
+        "filmic" | "plain" => last == Some("tone"),
+        "dither" | "on" | "off" => false,
+        "auto" => last == Some("exposure"),
+        _ => true,
+    }
+}
+
+/// A number that goes on with a unit of the kind that is meant behind `before`.
+fn units(before: &str, word: &str) -> impl Iterator<Item = String> {
+    let end = word.find(|c: char| !(c.is_ascii_digit() || c == '.'));
+    let digits = word.get(..end.unwrap_or(word.len())).unwrap_or_default();
+    let last = before.split_whitespace().next_back().unwrap_or_default();
+    let units: &[&str] = match last {
+        _ if digits.is_empty() => &[],
+        "time" | "up" | "down" | "delay" | "follow" | "hang" | "gap" => &["s", "ms"],
+        "at" if before.starts_with("cue") => &["s", "ms"],
+        "beam" | "field" | "fov" | "turn" => &["deg"],
+        "tolerance" => &["%", " steps"],
+        "depth" => &["%"],
+        "at" | "aim" | "from" | "to" | "radius" | "scale" => LENGTHS,
+        last if last.ends_with(',') && !before.starts_with("cue") => LENGTHS,
+        _ => &["%"],
+    };
+    let digits = digits.to_owned();
+    units.iter().map(move |unit| format!("{digits}{unit}"))
+}
+
+/// Levels that are words.
+const LEVEL_WORDS: [&str; 2] = ["full", "out"];
+
+const LENGTHS: &[&str] = &["m", "cm", "mm", "ft", "in"];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn vocabulary() -> Vocabulary {
+        let own = |names: &[&str]| names.iter().map(|n| (*n).to_owned()).collect();
+        Vocabulary {
+            declared: vec![
+                ("bank", own(&["lamps", "late"])),
+                ("group", own(&["warm"])),
+                ("look", own(&["night"])),
+                ("light", own(&["lamp1", "moon"])),
+                ("curve", own(&["dawn"])),
+                ("effect", own(&["candle"])),
+                ("view", own(&["stalls"])),
+                ("let", own(&["slow"])),
+            ],
+            cues: own(&["1", "12"]),
+            next_cue: Some("13".to_owned()),
+            gels: own(&["L201"]),
+            materials: own(&["boards"]),
+        }
+    }
+
+    const IN_A_CUE: &[&str] = &[
+        "assert", "blackout", "block", "cueonly", "curve", "delay", "down", "follow", "hang",
+        "lamps", "late", "night", "note", "part", "repeat", "snap", "time", "up", "warm",
+    ];
+
+    #[track_caller]
+    fn offers(line: &str, words: &[&str]) {
+        let found = vocabulary().complete(line, line.len());
+        assert_eq!(found.words, words, "{line}");
+    }
+
+    #[test]
+    fn words_are_offered_where_they_may_stand() {
+        offers("pla", &["plan", "play"]);
+        offers("pict", &["picture"]);
+        offers("vi", &["view"]);
+        offers("view s", &["stalls"]);
+        offers("goto 1", &["12"]);
+        offers("cue 3 { time 5m", &["5ms"]);
+        offers("help pi", &["picture"]);
+        offers(
+            "explain E01",
+            &["E010", "E011", "E012", "E013", "E014", "E015", "E016"],
+        );
+        offers("picture --ba", &["--bank"]);
+        offers("picture --bank la", &["lamps", "late"]);
+        offers("cue 3 { la", &["lamps", "late"]);
+        offers("cue 3 { lamps 85 cu", &["cueonly", "curve"]);
+        offers("cue 3 { lamps be", &["bezier"]);
+        offers("cue 3 { be", &[]);
+        offers("cue 3 { lamps 60 effect ", &["candle", "none"]);
+        offers("cue 3 { time 5 ", IN_A_CUE);
+        offers("cue 3 \"Ev", &[]);
+        offers("light k spot at 1", &["1cm", "1ft", "1in", "1m", "1mm"]);
+        offers("light k spot at 1, 2, 3 b", &["beam"]);
+        offers(
+            "view stalls from 0, 0, 0 ",
+            &["fov", "from", "lens", "roll", "size", "to"],
+        );
+        offers("preview { t", &["tolerance", "tone"]);
+        offers("preview { tone ", &["filmic", "plain"]);
+        offers("preview { gap ", &[]);
+        offers("cue 2 { lamps gel ", &["L201"]);
+        offers("look dusk { ", &["lamps", "late", "warm"]);
+        offers("set n", &["night"]);
+        offers("set lamps f", &["full"]);
+        offers("set lamps 50 f", &[]);
+        offers("set lamps 50% warm f", &["full"]);
+        offers("cue 3 { lamps 3200K f", &["follow", "full"]);
+        offers("goto 12 ", &["at"]);
+        offers("view stalls ", &[]);
+        offers("copy cue 1 ", &["to"]);
+        offers("delete cue 1", &["12"]);
+        offers("stop ", &["now"]);
+        offers("pool drop ", &["all", "unused"]);
+        offers("refine ", &["&", "for", "until"]);
+        offers("chart ", &["transport"]);
+        offers("cue 3 { lamps 5 curve d", &["dawn"]);
+        offers("cue 3 { time (sl", &["slow"]);
+        offers("bank x = m", &["moon"]);
+        offers("light k like la", &["lamp1"]);
+        offers("light k panel bo", &["boards"]);
+        offers("set wa", &["warm"]);
+        offers("plot la", &["lamps", "late"]);
+        offers("plot sp", &["spectrum"]);
+        assert!(vocabulary().complete("picture -o ", 11).files);
+        assert!(vocabulary().complete("save ", 5).files);
+        assert_eq!(vocabulary().complete("bank é = m", 11).start, 10);
+    }
+
+    /// Whatever stands in these shows is offered where it stands, once its first letter is typed; and
+    /// the grammar goes on behind all that is offered.
+    #[test]
+    fn every_word_of_a_show_is_offered_in_its_place_and_none_that_cannot_stand() {
+        let tavern = include_str!("../../examples/tavern/tavern.lxq");
+        let first = include_str!("../../examples/first.lxq");
+        for text in [tavern, first] {
+            let mut sources = footlight_show::diagnostic::Sources::default();
+            let show = lang::parse(&mut sources, "show.lxq", text).show.unwrap();
+            let values = lang::values(text);
+            let words: Vec<&str> = text.split_whitespace().collect();
+            let named = words
+                .windows(2)
+                .filter(|w| ["panel", "surface"].contains(&w[0]));
+            let materials = named.map(|w| w[1].to_owned()).collect();
+            let vocabulary = Vocabulary::named(&show, values, materials);
+            let known: Vec<&str> = lang::words()
+                .into_iter()
+                .chain(vocabulary.names())
+                .collect();
+            for statement in statements(text) {
+                goes_on(&vocabulary, &known, &statement);
+            }
+        }
+    }
+
+    /// The statements of a text without its comments.
+    fn statements(text: &str) -> Vec<String> {
+        let mut out: Vec<String> = Vec::new();
+        for line in text
+            .lines()
+            .map(|line| line.split("//").next().unwrap_or_default())
+        {
+            match (
+                line.starts_with(|c: char| c.is_ascii_lowercase()),
+                out.last_mut(),
+            ) {
+                (false, Some(last)) => *last = format!("{last}\n{line}"),
+                _ => out.push(line.to_owned()),
+            }
+        }
+        out.retain(|statement| !statement.trim().is_empty());
+        out
+    }
+
+    fn goes_on(vocabulary: &Vocabulary, known: &[&str], statement: &str) {
+        let is_start = |(at, _): &(usize, char)| {
+            let before = &statement[..*at];
+            before.ends_with(|c: char| c.is_whitespace() || "(){},=+".contains(c))
+                && before.trim().contains(char::is_whitespace)
+                && before.matches('"').count().is_multiple_of(2)
+        };
+        for (at, letter) in statement.char_indices().filter(is_start) {
+            let rest = &statement[at..];
+            let end = rest.find(|c: char| c.is_whitespace() || "(){},=+".contains(c));
+            let word = &rest[..end.unwrap_or(rest.len())];
+            let before = &statement[..at];
+            if known.contains(&word) && word.len() > 1 {
+                let line = format!("{before}{letter}");
+                let found = vocabulary.complete(&line, line.len()).words;
+                assert!(
+                    found.iter().any(|f| f == word),
+                    "{line}: {word} is not in {found:?}"
+                );
+            }
+            let beginning = lang::Beginning::of(before).unwrap();
+            for offered in vocabulary.complete(before, before.len()).words {
+                assert!(beginning.takes(&offered), "{before}{offered}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_verb_hints_at_its_usage() {
+        let found = vocabulary();
+        assert_eq!(found.hint("goto ").as_deref(), Some("CUE [at PART%]"));
+        assert_eq!(found.hint("goto"), None);
+        assert_eq!(found.hint("go "), None);
+    }
+}

@@ -1,0 +1,413 @@
+//! The list of marks that every chart becomes, and the three forms it leaves in.
+
+use super::colour::{Colour, Palette};
+use super::{ChartError, font, paint, svg};
+use footlight_picture::png;
+use footlight_show::printable::visible;
+
+/// The room around a chart.
+pub(super) const MARGIN: f32 = 16.0;
+/// The size of a chart's title.
+pub(super) const TITLE: f32 = 17.0;
+
+/// A place in pixels, y down.
+pub(super) type Point = (f32, f32);
+
+/// A rectangle, pixels, y down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Frame {
+    pub(super) x: f32,
+    pub(super) y: f32,
+    pub(super) width: f32,
+    pub(super) height: f32,
+}
+
+impl Frame {
+    /// A rectangle by its top left corner and its size.
+    pub(super) const fn new(x: f32, y: f32, width: f32, height: f32) -> Frame {
+        Frame {
+            x,
+            y,
+            width,
+            height,
+        }
+    }
+
+    pub(super) fn right(&self) -> f32 {
+        self.x + self.width
+    }
+
+    pub(super) fn bottom(&self) -> f32 {
+        self.y + self.height
+    }
+
+    pub(super) fn centre(&self) -> Point {
+        (self.x + self.width / 2.0, self.y + self.height / 2.0)
+    }
+
+    /// Whether `x` lies between left and right, or at most half a pixel beside them.
+    pub(super) fn spans(&self, x: f32) -> bool {
+        (self.x - 0.5..=self.right() + 0.5).contains(&x)
+    }
+
+    /// Whether the insides share a point.
+    pub(super) fn overlaps(&self, other: &Frame) -> bool {
+        self.x < other.right()
+            && other.x < self.right()
+            && self.y < other.bottom()
+            && other.y < self.bottom()
+    }
+
+    /// Whether `other` lies within, edges included.
+    pub(super) fn holds(&self, other: &Frame) -> bool {
+        self.x <= other.x
+            && self.y <= other.y
+            && other.right() <= self.right()
+            && other.bottom() <= self.bottom()
+    }
+}
+
+/// One step of a path, absolute pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Step {
+    /// Begins a contour.
+    Move(f32, f32),
+    Line(f32, f32),
+    /// A cubic Bezier curve: two control points and the end.
+    Cubic([f32; 6]),
+    /// Back to where the contour began.
+    Close,
+}
+
+/// How a path's line is drawn; joins and ends are round unless it is dashed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Stroke {
+    pub(super) colour: Colour,
+    /// Pixels.
+    pub(super) width: f32,
+    /// Pixels on and pixels off.
+    pub(super) dash: Option<(f32, f32)>,
+}
+
+impl Stroke {
+    /// An unbroken line.
+    pub(super) const fn solid(colour: Colour, width: f32) -> Stroke {
+        Stroke {
+            colour,
+            width,
+            dash: None,
+        }
+    }
+
+    /// A line of `dash` pixels on and off.
+    pub(super) const fn dashed(colour: Colour, width: f32, dash: (f32, f32)) -> Stroke {
+        Stroke {
+            colour,
+            width,
+            dash: Some(dash),
+        }
+    }
+}
+
+/// Which point of a text stands at its place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Anchor {
+    /// Its left end.
+    Start,
+    Middle,
+    /// Its right end.
+    End,
+}
+
+/// A display-coded RGB8 picture whose bytes fill its size.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Picture {
+    width: usize,
+    height: usize,
+    rgb: Vec<u8>,
+}
+
+impl Picture {
+    /// A picture of `width` x `height` pixels, row 0 on top, three bytes a pixel.
+    ///
+    /// # Errors
+    /// [`ChartError::Picture`] unless both sides are at least 1 and the bytes fill them.
+    pub(super) fn new(width: usize, height: usize, rgb: Vec<u8>) -> Result<Picture, ChartError> {
+        let needed = width.saturating_mul(height).saturating_mul(3);
+        if needed == 0 || rgb.len() != needed {
+            return Err(ChartError::Picture {
+                width,
+                height,
+                needed,
+                found: rgb.len(),
+            });
+        }
+        Ok(Picture { width, height, rgb })
+    }
+
+    /// Pixels a row and rows.
+    pub(super) fn size(&self) -> (usize, usize) {
+        (self.width, self.height)
+    }
+
+    pub(super) fn rgb(&self) -> &[u8] {
+        &self.rgb
+    }
+}
+
+/// One thing drawn, over all before it.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) enum Mark {
+    Rectangle {
+        frame: Frame,
+        fill: Colour,
+    },
+    /// The inside of a path (nonzero winding).
+    Area {
+        steps: Vec<Step>,
+        fill: Colour,
+    },
+    /// The line along a path.
+    Line {
+        steps: Vec<Step>,
+        stroke: Stroke,
+    },
+    Text(Label),
+    /// A picture stretched over a frame.
+    Picture {
+        frame: Frame,
+        picture: Picture,
+    },
+}
+
+/// A laid out chart: marks in the order they are drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Drawing {
+    /// Width and height, in the units of the marks.
+    pub(super) size: (f32, f32),
+    /// Pixels for each unit of the marks.
+    pub(super) scale: f32,
+    /// What the marks lie on.
+    pub(super) ground: Colour,
+    /// From the bottom up.
+    pub(super) marks: Vec<Mark>,
+}
+
+impl Drawing {
+    /// An empty drawing.
+    pub(super) fn new(width: f32, height: f32, ground: Colour) -> Drawing {
+        Drawing {
+            size: (width, height),
+            scale: 1.0,
+            ground,
+            marks: Vec::new(),
+        }
+    }
+
+    /// A drawing with its title in the top left corner, shortened to the width.
+    pub(super) fn titled(title: &str, width: f32, height: f32, palette: &Palette) -> Drawing {
+        let mut drawing = Drawing::new(width, height, palette.ground);
+        let title = font::fit(title, TITLE, width - 2.0 * MARGIN);
+        let at = (MARGIN, MARGIN + 14.0);
+        drawing.text(Label::new(&title, at, TITLE, palette.ink));
+        drawing
+    }
+
+    /// The same drawing painted with `factor` times the pixels a side, for fine displays.
+    #[must_use]
+    pub fn magnified(mut self, factor: f32) -> Drawing {
+        if factor.is_finite() && factor > 0.0 {
+            self.scale *= factor;
+        }
+        self
+    }
+
+    /// Pixels a row, rows, and the painted pixels: RGB8, row 0 on top.
+    ///
+    /// # Errors
+    /// [`ChartError::TooLarge`] over the module's limit.
+    pub fn rgb8(&self) -> Result<(usize, usize, Vec<u8>), ChartError> {
+        paint::rgb8(self)
+    }
+
+    /// The painted pixels as a PNG file.
+    ///
+    /// # Errors
+    /// [`ChartError::TooLarge`] over the module's limit, [`ChartError::Encode`] from the encoder.
+    pub fn png(&self) -> Result<Vec<u8>, ChartError> {
+        let (width, height, rgb) = self.rgb8()?;
+        Ok(png::encode(width, height, &rgb)?)
+    }
+
+    /// The drawing as an SVG document. Text stays text.
+    pub fn svg(&self) -> String {
+        svg::document(self)
+    }
+
+    pub(super) fn rectangle(&mut self, frame: Frame, fill: Colour) {
+        self.marks.push(Mark::Rectangle { frame, fill });
+    }
+
+    pub(super) fn picture(&mut self, frame: Frame, picture: Picture) {
+        self.marks.push(Mark::Picture { frame, picture });
+    }
+
+    /// A straight line.
+    pub(super) fn line(&mut self, from: Point, to: Point, stroke: Stroke) {
+        self.polyline(&[from, to], stroke);
+    }
+
+    /// Straight lines from point to point.
+    pub(super) fn polyline(&mut self, points: &[Point], stroke: Stroke) {
+        self.path(contour(points), stroke);
+    }
+
+    /// The line along a path.
+    pub(super) fn path(&mut self, steps: Vec<Step>, stroke: Stroke) {
+        self.marks.push(Mark::Line { steps, stroke });
+    }
+
+    /// The inside of straight lines from point to point and back to the first.
+    pub(super) fn polygon(&mut self, points: &[Point], fill: Colour) {
+        self.area(closed(points), fill);
+    }
+
+    /// The inside of a path.
+    pub(super) fn area(&mut self, steps: Vec<Step>, fill: Colour) {
+        self.marks.push(Mark::Area { steps, fill });
+    }
+
+    /// A text, unless it is empty.
+    pub(super) fn text(&mut self, text: Label) {
+        if !text.text.is_empty() {
+            self.marks.push(Mark::Text(text));
+        }
+    }
+
+    /// A text around a place.
+    pub(super) fn text_around(&mut self, text: &str, at: Point, size: f32, colour: Colour) {
+        let label = Label::new(text, at, size, colour);
+        self.text(label.anchored(Anchor::Middle).centred());
+    }
+
+    /// Every text with the box it fills.
+    #[cfg(test)]
+    pub(super) fn text_boxes(&self) -> Vec<(String, Frame)> {
+        let boxed = |mark: &Mark| match mark {
+            Mark::Text(label) => Some((label.text.clone(), label.frame())),
+            _ => None,
+        };
+        self.marks.iter().filter_map(boxed).collect()
+    }
+}
+
+/// The steps from point to point.
+fn contour(points: &[Point]) -> Vec<Step> {
+    let step = |(index, &(x, y)): (usize, &Point)| match index {
+        0 => Step::Move(x, y),
+        _ => Step::Line(x, y),
+    };
+    points.iter().enumerate().map(step).collect()
+}
+
+/// The steps from point to point and back to the first.
+pub(super) fn closed(points: &[Point]) -> Vec<Step> {
+    let mut steps = contour(points);
+    steps.push(Step::Close);
+    steps
+}
+
+/// One line of text.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Label {
+    /// The anchor's place on the baseline.
+    pub(super) at: Point,
+    /// Pixels an em.
+    pub(super) size: f32,
+    pub(super) anchor: Anchor,
+    pub(super) text: String,
+    pub(super) colour: Colour,
+}
+
+impl Label {
+    /// A text that begins at a point of its baseline.
+    pub(super) fn new(text: &str, at: Point, size: f32, colour: Colour) -> Label {
+        Label {
+            at,
+            size,
+            anchor: Anchor::Start,
+            text: visible(text).into_owned(),
+            colour,
+        }
+    }
+
+    pub(super) fn anchored(mut self, anchor: Anchor) -> Label {
+        self.anchor = anchor;
+        self
+    }
+
+    /// Stands the middle of its digits, not its baseline, at the place.
+    pub(super) fn centred(mut self) -> Label {
+        self.at.1 += font::MIDDLE * self.size;
+        self
+    }
+
+    /// The box that it fills.
+    pub(super) fn frame(&self) -> Frame {
+        let width = font::width(&self.text, self.size);
+        let left = match self.anchor {
+            Anchor::Start => self.at.0,
+            Anchor::Middle => self.at.0 - width / 2.0,
+            Anchor::End => self.at.0 - width,
+        };
+        let top = self.at.1 - font::ASCENT * self.size;
+        Frame::new(left, top, width, (font::ASCENT + font::DESCENT) * self.size)
+    }
+}
+
+/// The middle of the pixel that `x` lies in: a line of one pixel there is sharp.
+pub(super) fn crisp(x: f32) -> f32 {
+    x.floor() + 0.5
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_must_fill_its_size() {
+        assert!(Picture::new(2, 1, vec![0; 6]).is_ok());
+        let short = Picture::new(2, 2, vec![0; 6]).unwrap_err();
+        assert!(matches!(
+            short,
+            ChartError::Picture {
+                needed: 12,
+                found: 6,
+                ..
+            }
+        ));
+        assert!(Picture::new(0, 2, vec![]).is_err());
+        assert!(Picture::new(usize::MAX, 2, vec![]).is_err());
+    }
+
+    #[test]
+    fn anchors_move_the_text_box_by_its_width() {
+        let colour = Colour::hex(0);
+        let start = Label::new("100", (50.0, 20.0), 10.0, colour);
+        let width = font::width("100", 10.0);
+        assert_eq!(start.frame().x, 50.0);
+        let end = start.clone().anchored(Anchor::End);
+        assert!((end.frame().right() - 50.0).abs() < 1e-3);
+        let middle = start.anchored(Anchor::Middle).frame();
+        assert!((middle.x + width / 2.0 - 50.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn frames_that_only_touch_do_not_overlap() {
+        let left = Frame::new(0.0, 0.0, 10.0, 10.0);
+        assert!(!left.overlaps(&Frame::new(10.0, 0.0, 5.0, 5.0)));
+        assert!(left.overlaps(&Frame::new(9.0, 9.0, 5.0, 5.0)));
+        assert!(left.holds(&Frame::new(0.0, 0.0, 10.0, 10.0)));
+        assert!(!left.holds(&Frame::new(1.0, 0.0, 10.0, 10.0)));
+    }
+}

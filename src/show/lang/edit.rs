@@ -1,0 +1,166 @@
+//! Edits of a show's text as values, each turned into the smallest change of the text.
+//!
+//! Invariants: every byte outside the change stays as it is, comments, layout and line ends
+//! included; a text whose statements cannot be told apart is never edited. Only the text at hand is
+//! known here, not the files that it includes: the edited text is to be parsed, and dropped if it
+//! has errors.
+
+mod change;
+mod cue;
+mod level;
+mod place;
+mod rename;
+
+pub use change::{Action, Change, Edited, Splice, difference};
+pub use cue::{CueMove, CueText};
+pub use place::{locate, name};
+pub use rename::{NamePlace, names, refused_name};
+
+use super::scan::{self, Scan};
+use super::{codes, read};
+use crate::diagnostic::Diagnostic;
+use crate::units::CueNumber;
+use change::step;
+use place::Key;
+
+/// Declarations in one edit; each costs a pass over the source.
+const MOST: usize = 100;
+
+/// An edit of a show's text, as a value; it becomes the smallest change of the text.
+///
+/// ```
+/// use footlight::{CueNumber, Document, Edit, Memory};
+///
+/// # fn main() -> Result<(), footlight::Error> {
+/// let text = "show \"S\"\nlight x spot at 0,0,3 aim 0,0,0 beam 20 field 30 900 cd\nbank a = x\n\
+///     cue 1 at 0:00 { snap  a 50 } // as ever\n";
+/// let files = Memory::default();
+/// let mut document = Document::new("s.lxq", text.as_bytes(), &files)?;
+/// let cue = CueNumber::from_thousandths(1000).expect("cue 1");
+/// let (target, level) = ("a".to_owned(), 0.7);
+/// let edited = document.apply(&Edit::UpdateMove { cue, target, level }, &files)?;
+/// assert_eq!(document.text(), text.replace("a 50", "a 70"));
+/// assert_eq!(edited.splices.len(), 1);
+/// # Ok(())
+/// # }
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub enum Edit {
+    /// Declarations as the language writes them: each replaces the one of its kind and name (a
+    /// cue: of its number; `show`, `preview`, `default`: the only one) in its place. What is new
+    /// goes after its kind, a cue into the order of numbers.
+    Declare(String),
+    /// A cue as a whole, in the place of the one of its number if there is one.
+    SetCue(CueText),
+    /// The level to which a cue moves a bank or a group: only the number changes. Where the cue
+    /// does not move it by name, the move is added.
+    UpdateMove {
+        /// The cue.
+        cue: CueNumber,
+        /// The bank or group; `sky.r` is one emitter of a bank.
+        target: String,
+        /// Fraction of full, 0 to 1.
+        level: f64,
+    },
+    /// Moves as the language writes them, into a cue: each takes the place of what the cue says of
+    /// the same target, or is added.
+    UpdateMoves {
+        /// The cue.
+        cue: CueNumber,
+        /// `lamps 40  sky #203060`.
+        moves: String,
+    },
+    /// Takes a cue out.
+    DeleteCue(CueNumber),
+    /// The text of a cue once more under another number, at its place in the order; without the
+    /// clock time, which is the first one's.
+    CopyCue {
+        /// A cue of the text.
+        from: CueNumber,
+        /// A number that no cue has.
+        to: CueNumber,
+    },
+    /// Another name for a view, light, bank, `fixed`, group, look, curve or value, where it is
+    /// declared and wherever the text uses it.
+    Rename {
+        /// A name that the text declares.
+        from: String,
+        /// A name that stands for nothing.
+        to: String,
+    },
+    /// Takes out the declaration that these words name: `cue 2.5`, `bank lamps`, `preview`.
+    Remove(String),
+}
+
+/// Returns `source` after an edit.
+///
+/// # Errors
+/// Diagnostics, with places in the text of an [`Edit::Declare`] (as file 0) when that does not
+/// parse; otherwise without places. The source is then untouched.
+pub fn apply(source: &str, edit: &Edit) -> Result<Edited, Vec<Diagnostic>> {
+    match edit {
+        Edit::Declare(statements) => declare(source, statements),
+        Edit::SetCue(cue) => declare(source, &cue.statement()?),
+        Edit::UpdateMove { cue, target, level } => level::update(source, *cue, target, *level),
+        Edit::UpdateMoves { cue, moves } => level::update_moves(source, *cue, moves),
+        Edit::DeleteCue(number) => remove(source, &format!("cue {number}")),
+        Edit::CopyCue { from, to } => cue::copy(source, *from, *to),
+        Edit::Rename { from, to } => rename::rename(source, from, to),
+        Edit::Remove(what) => remove(source, what),
+    }
+}
+
+fn declare(source: &str, statements: &str) -> Result<Edited, Vec<Diagnostic>> {
+    let (scan, typed, _) = read::typed(statements)?;
+    if typed.statements.is_empty() {
+        let message = "there is no declaration in this";
+        return Err(vec![Diagnostic::error(codes::EMPTY, message)]);
+    }
+    if typed.statements.len() > MOST {
+        let message = format!("more than {MOST} declarations at once");
+        return Err(vec![Diagnostic::error(codes::TOO_LARGE, message)]);
+    }
+    let mut now = source.to_owned();
+    let mut changes = Vec::new();
+    for cut in scan.cuts {
+        let Some(key) = Key::of(cut.text) else {
+            continue;
+        };
+        let scan = sound(&now)?;
+        let (splice, action) = match place::find(&scan.cuts, &key) {
+            Some(old) => (place::replaced(&now, old, cut.text), Action::Replaced),
+            None => (
+                place::added(&now, &scan.cuts, cut.text, &key),
+                Action::Added,
+            ),
+        };
+        step(&mut now, splice)?;
+        changes.push(key.change(action));
+    }
+    Edited::whole(source, now, changes)
+}
+
+fn remove(source: &str, what: &str) -> Result<Edited, Vec<Diagnostic>> {
+    let scan = sound(source)?;
+    let (cut, key) = place::resolve(&scan.cuts, what)?;
+    let splice = Splice {
+        range: place::with_line(source, cut.span.clone()),
+        text: String::new(),
+    };
+    let changes = vec![key.change(Action::Removed)];
+    Edited::new(source, vec![splice], changes)
+}
+
+/// The statements of a text whose braces, quotes and comments are closed.
+fn sound(source: &str) -> Result<Scan<'_>, Vec<Diagnostic>> {
+    let scan = scan::scan(source);
+    if scan.faults.is_empty() {
+        return Ok(scan);
+    }
+    let message = "the show's own text has open braces, quotes or comments";
+    let help = "mend the file first; `check` shows where";
+    Err(vec![Diagnostic::error(codes::UNCLOSED, message).help(help)])
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,141 @@
+//! Cues as a whole: written from values, copied.
+
+use super::change::{Action, Edited, Splice};
+use super::level;
+use super::place::{self, Key};
+use super::sound;
+use crate::diagnostic::Diagnostic;
+use crate::lang::ast::Declaration;
+use crate::lang::{codes, format, quoted, read};
+use crate::units::{CueNumber, Time};
+
+/// A cue to be written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CueText {
+    /// Its number.
+    pub number: CueNumber,
+    /// Its label; empty for none.
+    pub label: String,
+    /// The time of what goes up; `None` for the show's own.
+    pub up: Option<Time>,
+    /// The time of what goes down; `None` for the show's own.
+    pub down: Option<Time>,
+    /// What it does, in order.
+    pub moves: Vec<CueMove>,
+}
+
+/// A move of a cue to be written.
+#[derive(Clone, Debug, PartialEq)]
+pub enum CueMove {
+    /// A bank or a group to a level, or a look to a fraction of its levels.
+    Level {
+        /// The bank, group or look; `sky.r` is one emitter of a bank.
+        target: String,
+        /// Fraction of full, 0 to 1.
+        level: f64,
+    },
+    /// Moves as the language writes them: `sky #203060`, `night + { lamps 20 }`.
+    Written(String),
+}
+
+impl CueText {
+    /// The cue as the language writes it, in its canonical layout.
+    ///
+    /// # Errors
+    /// Diagnostics without places for values that the language does not have, and for a written
+    /// move that does not parse.
+    pub fn statement(&self) -> Result<String, Vec<Diagnostic>> {
+        let time = |time: Time| time.to_string().trim_end_matches('s').to_owned();
+        let times = match (self.up, self.down) {
+            (Some(up), Some(down)) if up == down => format!("time {}", time(up)),
+            (Some(up), Some(down)) => format!("time {}/{}", time(up), time(down)),
+            (Some(up), None) => format!("up {}", time(up)),
+            (None, Some(down)) => format!("down {}", time(down)),
+            (None, None) => String::new(),
+        };
+        let mut items = vec![times];
+        for one in &self.moves {
+            items.push(match one {
+                CueMove::Level { target, level } => level::movement(target, *level)?,
+                CueMove::Written(text) => text.clone(),
+            });
+        }
+        items.retain(|item| !item.is_empty());
+        let label = match self.label.as_str() {
+            "" => String::new(),
+            label => format!("{} ", quoted(label)),
+        };
+        let text = format!("cue {} {label}{{ {} }}", self.number, items.join("  "));
+        let formatted = only_a_cue(&text).and_then(|()| format(&text));
+        formatted
+            .map(|text| text.trim_end().to_owned())
+            .map_err(without_places)
+    }
+}
+
+/// Diagnostics of a text that has not been shown.
+fn without_places(mut diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    for diagnostic in &mut diagnostics {
+        diagnostic.labels.clear();
+    }
+    diagnostics
+}
+
+/// That a text is one cue that parses, and nothing behind it.
+fn only_a_cue(text: &str) -> Result<(), Vec<Diagnostic>> {
+    let (_, read, _) = read::typed(text)?;
+    match read.statements.as_slice() {
+        [one] if matches!(one.item, Declaration::Cue(_)) => Ok(()),
+        _ => {
+            let message = "a cue is one declaration: its moves stand between its braces";
+            Err(vec![Diagnostic::error(codes::MISPLACED, message)])
+        }
+    }
+}
+
+/// The text of the cue `from` once more under the number `to`, without its clock time.
+pub fn copy(source: &str, from: CueNumber, to: CueNumber) -> Result<Edited, Vec<Diagnostic>> {
+    let scan = sound(source)?;
+    let (cut, _) = place::resolve(&scan.cuts, &format!("cue {from}"))?;
+    let key = Key::cue(to);
+    if place::find(&scan.cuts, &key).is_some() {
+        let message = format!("there is a cue {to} already");
+        let help = "copy to a number that no cue has";
+        return Err(vec![
+            Diagnostic::error(codes::CUE_TWICE, message).help(help),
+        ]);
+    }
+    let mut text = cut.text.to_owned();
+    if let Some((_, number)) = place::heading(cut.text) {
+        text.replace_range(number, &to.to_string());
+    }
+    let text = without_clock(&text).unwrap_or(text);
+    let indent = place::indent(source, cut.span.start).unwrap_or("");
+    let splice = place::added(source, &scan.cuts, &text, &key).indented(indent);
+    let changes = vec![key.change(Action::Added)];
+    Edited::new(source, vec![splice], changes)
+}
+
+/// The text of a cue without its `at`: a copy has a place of its own in the order.
+fn without_clock(text: &str) -> Option<String> {
+    let (_, read, _) = read::typed(text).ok()?;
+    let [statement] = read.statements.as_slice() else {
+        return None;
+    };
+    let Declaration::Cue(cue) = &statement.item else {
+        return None;
+    };
+    let before = cue.label.unwrap_or(cue.number).span.end as usize;
+    let mut out = text.to_owned();
+    out.replace_range(before..cue.at?.span.end as usize, "");
+    Some(out)
+}
+
+impl Splice {
+    /// The new statement with blanks before it, behind the line end that it may begin with.
+    fn indented(mut self, indent: &str) -> Splice {
+        let statement = self.text.trim_start().len();
+        self.text.insert_str(self.text.len() - statement, indent);
+        self
+    }
+}

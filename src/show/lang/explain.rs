@@ -1,0 +1,74 @@
+//! Pages about codes: `grammar/errors.md`, taken apart.
+//!
+//! The document is the only source, so that what `explain` prints is what stands in the manual,
+//! and what the tests run.
+
+use super::codes;
+use super::names::nearest;
+
+/// The manual's chapter on errors.
+const CHAPTER: &str = include_str!("../../../grammar/errors.md");
+
+/// What the manual says of a code.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Page<'a> {
+    /// Such as `E012`.
+    pub code: &'a str,
+    /// The kind of error in a few words.
+    pub title: &'a str,
+    /// The page below its heading, in Markdown.
+    pub text: &'a str,
+}
+
+impl Page<'_> {
+    /// The smallest sheet that makes the error, and its correction, where there are such.
+    pub fn sheets(&self) -> Option<(&str, &str)> {
+        let mut sheets = self.text.split("```lxq\n").skip(1);
+        let mut next = || sheets.next()?.split_once("```").map(|(sheet, _)| sheet);
+        Some((next()?, next()?))
+    }
+}
+
+/// All pages, in order of their codes.
+pub fn pages() -> impl Iterator<Item = Page<'static>> {
+    let sections = CHAPTER.split("\n## ").skip(1);
+    sections.filter_map(|section| {
+        let (heading, text) = section.split_once('\n')?;
+        let (code, title) = heading.split_once(": ")?;
+        let text = text.trim();
+        Some(Page { code, title, text })
+    })
+}
+
+/// The page of a code, in capitals or not.
+///
+/// # Errors
+/// A sentence that says there is no such code, with the nearest one.
+pub fn explain(code: &str) -> Result<Page<'static>, String> {
+    let wanted = code.trim().to_ascii_uppercase();
+    if let Some(page) = pages().find(|p| p.code == wanted) {
+        return Ok(page);
+    }
+    let known = codes::TABLE.iter().map(|row| row.code);
+    let help = match nearest(&wanted, known) {
+        Some(near) => format!("did you mean `{near}`?"),
+        None => "a code stands in brackets at the head of a message, as in error[E012]".to_owned(),
+    };
+    let shown: String = code.trim().chars().take(40).collect();
+    Err(format!("there is no code `{shown}`: {help}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_code_has_its_page_under_its_title() {
+        let pages: Vec<_> = pages().map(|p| (p.code, p.title)).collect();
+        let table: Vec<_> = codes::TABLE.iter().map(|r| (r.code, r.title)).collect();
+        assert_eq!(pages, table);
+        assert!(explain("e012").unwrap().sheets().is_some());
+        let message = explain("EO12").unwrap_err();
+        assert!(message.contains("did you mean `E012`?"), "{message}");
+    }
+}

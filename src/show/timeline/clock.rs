@@ -1,0 +1,108 @@
+//! When each cue starts and when it is complete.
+
+use super::error::TimelineError;
+use super::track::Moved;
+use crate::model::{Link, Motion, NodeId, Part, Path, Show, Trigger};
+use crate::units::{CueNumber, Time};
+
+/// A cue on the clock.
+///
+/// GO is the clock time if the cue has one; else what the cue before says (`follow` counts from its
+/// GO, `hang` from its completion); else that cue's completion plus the preview's gap, and then
+/// `assumed` is true. The first cue without a clock time starts at 0. Completion is GO plus the
+/// longest delay + time of the parts that move something, a part's time being the longer of its
+/// `up` and `down` if it fades anything (whichever way: the text alone decides) and the length of
+/// its paths, repeats counted. A cue that moves nothing takes its parts' times all the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CueTime {
+    /// The statement.
+    pub id: NodeId,
+    /// Its number.
+    pub number: CueNumber,
+    /// When it starts.
+    pub go: Time,
+    /// When the last of it has arrived.
+    pub completion: Time,
+    /// The GO is our assumption.
+    pub assumed: bool,
+}
+
+/// GO and completion of every cue.
+pub(super) fn cue_times(
+    show: &Show,
+    motions: &[Vec<Moved<'_>>],
+) -> Result<Vec<CueTime>, Vec<TimelineError>> {
+    let mut errors = Vec::new();
+    let mut times: Vec<CueTime> = Vec::with_capacity(show.cues.len());
+    for (i, (cue, moved)) in show.cues.iter().zip(motions).enumerate() {
+        let before = i.checked_sub(1).and_then(|p| show.cues.get(p));
+        let link = before.and_then(|b| b.link);
+        let (go, assumed) = match (cue.trigger, link, times.last()) {
+            (Trigger::At(_), Some((link, _)), Some(previous)) => {
+                errors.push(TimelineError::AtAndLink { cue: cue.id, link });
+                (previous.completion, false)
+            }
+            (Trigger::At(at), _, _) => (at, false),
+            (Trigger::Go, _, None) => (Time::ZERO, false),
+            (Trigger::Go, Some((_, Link::Follow(t))), Some(previous)) => (previous.go + t, false),
+            (Trigger::Go, Some((_, Link::Hang(t))), Some(previous)) => {
+                (previous.completion + t, false)
+            }
+            (Trigger::Go, None, Some(previous)) => (previous.completion + show.preview.gap, true),
+        };
+        if let Some(previous) = times.last().filter(|p| go < p.go) {
+            errors.push(TimelineError::Backwards {
+                cue: cue.id,
+                go,
+                link: link.map(|l| l.0),
+                previous: previous.id,
+                previous_go: previous.go,
+            });
+        }
+        let completion = go + duration(&cue.parts, moved);
+        if completion > Time::MAX || go < -Time::MAX {
+            // Every later cue would say the same.
+            errors.push(TimelineError::TooLong { cue: cue.id });
+            return Err(errors);
+        }
+        times.push(CueTime {
+            id: cue.id,
+            number: cue.number,
+            go,
+            completion,
+            assumed,
+        });
+    }
+    if let Some((cue, link)) = show.cues.last().and_then(|c| Some((c.id, c.link?.0))) {
+        errors.push(TimelineError::LinkOnLast { link, cue });
+    }
+    if errors.is_empty() {
+        Ok(times)
+    } else {
+        Err(errors)
+    }
+}
+
+fn duration(parts: &[Part], moved: &[Moved<'_>]) -> Time {
+    if moved.is_empty() {
+        let stated = |p: &Part| p.delay + p.up.max(p.down);
+        return parts.iter().map(stated).max().unwrap_or(Time::ZERO);
+    }
+    let of = |m: &Moved<'_>| {
+        let once = match m.motion.as_ref() {
+            Motion::To(_) => m.timing.up.max(m.timing.down),
+            Motion::Path(path) => length(path),
+        };
+        m.timing.delay + repeated(once, m.repeat)
+    };
+    moved.iter().map(of).max().unwrap_or(Time::ZERO)
+}
+
+/// From a path's first knot to its last.
+pub(super) fn length(path: &Path) -> Time {
+    path.knots.last().map_or(Time::ZERO, |k| k.time)
+}
+
+fn repeated(once: Time, repeat: u32) -> Time {
+    Time::from_micros(once.micros().saturating_mul(i64::from(repeat.max(1))))
+}

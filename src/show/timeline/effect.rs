@@ -1,0 +1,128 @@
+//! Effects as factors of the light, from the instant a cue begins one until another ends it.
+//!
+//! Each begins and ends at the light that is there: its first step leads from there, and after its
+//! end a step leads back to 1. Shares of a flicker are eighths of its depth, so that many of its key
+//! settings are the same.
+
+use super::clock::CueTime;
+use super::curve::{Piece, hold};
+use super::error::TimelineError;
+use crate::hash::{GOLDEN, mix};
+use crate::linalg::Bernstein;
+use crate::model::{Effect, EffectChange, EffectKind, Show};
+use crate::units::Time;
+
+/// Steps that all effects of a show may have, so that memory holds them and their keys.
+const MOST: usize = 500_000;
+/// Shares of its depth that a flicker takes.
+const SHARES: u64 = 8;
+
+/// A bank from one change of its effect to the next.
+#[derive(Clone, Copy)]
+struct Run<'s> {
+    start: Time,
+    change: &'s EffectChange,
+}
+
+/// By bank, the factor of its light over the sequence; no pieces where it has no effect.
+pub(super) fn factors(
+    show: &Show,
+    cues: &[CueTime],
+    (start, end): (Time, Time),
+) -> Result<Vec<Vec<Piece>>, TimelineError> {
+    let mut runs: Vec<Vec<Run<'_>>> = vec![Vec::new(); show.banks.len()];
+    for (cue, time) in show.cues.iter().zip(cues) {
+        for part in &cue.parts {
+            for change in &part.effects {
+                if let Some(runs) = runs.get_mut(change.bank) {
+                    let start = time.go + part.delay;
+                    // As with moves: the later cue takes over, and what still waits never happens.
+                    runs.retain(|run| run.start < start);
+                    runs.push(Run { start, change });
+                }
+            }
+        }
+    }
+    let mut left = MOST;
+    let factor = |runs: Vec<Run<'_>>| factor(show, &runs, (start, end), &mut left);
+    runs.into_iter().map(factor).collect()
+}
+
+fn factor(
+    show: &Show,
+    runs: &[Run<'_>],
+    (start, end): (Time, Time),
+    left: &mut usize,
+) -> Result<Vec<Piece>, TimelineError> {
+    let Some(first) = runs.first() else {
+        return Ok(Vec::new());
+    };
+    let mut out = hold(start, first.start.min(end), 1.0);
+    let (mut reached, mut step) = (1.0, Time::ZERO);
+    for (i, run) in runs.iter().enumerate() {
+        let until = runs.get(i + 1).map_or(end, |next| next.start.min(end));
+        let effect = run.change.effect.and_then(|e| show.effects.get(e));
+        let mut at = run.start;
+        for n in 0.. {
+            if at >= until {
+                break;
+            }
+            *left = left.checked_sub(1).ok_or(TimelineError::TooManyEffects {
+                id: run.change.id,
+                effect: run.change.effect.unwrap_or_default(),
+                bank: run.change.bank,
+                limit: MOST,
+            })?;
+            step = effect.map_or(step, step_of);
+            let next = match effect {
+                None if n > 0 || step == Time::ZERO => until,
+                _ => at + step,
+            };
+            let to = effect.map_or(1.0, |effect| share(effect, run.change.bank, n));
+            let whole = Piece {
+                start: at,
+                end: next,
+                polynomial: shape(effect, reached, to),
+            };
+            let piece = Piece {
+                start: at,
+                end: next.min(until),
+                polynomial: whole.between(at, next.min(until)),
+            };
+            reached = piece.polynomial.last();
+            out.push(piece);
+            at = next;
+        }
+    }
+    Ok(out)
+}
+
+/// From one turn of the effect to the next.
+fn step_of(effect: &Effect) -> Time {
+    let seconds = match effect.kind {
+        EffectKind::Pulse => 0.5 / effect.rate,
+        EffectKind::Flicker(_) => 1.0 / effect.rate,
+    };
+    Time::from_micros((seconds * 1e6).round() as i64)
+}
+
+/// The factor at the end of step `n`.
+fn share(effect: &Effect, bank: usize, n: u64) -> f64 {
+    let taken = match effect.kind {
+        EffectKind::Pulse => 1.0 - (n % 2) as f64,
+        EffectKind::Flicker(seed) => {
+            let start = mix(u64::from(seed).wrapping_mul(GOLDEN) ^ bank as u64);
+            let random = mix(start.wrapping_add(n.wrapping_mul(GOLDEN)));
+            (random % (SHARES + 1)) as f64 / SHARES as f64
+        }
+    };
+    1.0 - effect.depth * taken
+}
+
+fn shape(effect: Option<&Effect>, from: f64, to: f64) -> Bernstein {
+    match effect.map(|e| e.kind) {
+        _ if from == to => Bernstein::constant(from),
+        Some(EffectKind::Pulse) => Bernstein::cubic([from, from, to, to]),
+        _ => Bernstein::linear(from, to),
+    }
+}

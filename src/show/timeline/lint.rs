@@ -1,0 +1,291 @@
+//! What is legal and surely not meant: found while the moves are played, and in what comes of them.
+//!
+//! The rules are narrow, so that a warning is rarely wrong; each says what it leaves out.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "the model's indices are valid (show's invariant) and tables are made to its shape"
+)]
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::clock::CueTime;
+use super::error::Warning;
+use super::track::{Moved, Stretch, Track};
+use crate::model::{Cue, Motion, NodeId, Show, Trigger};
+use crate::units::Time;
+
+/// How a move ran.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Run {
+    /// When it took over.
+    pub start: Time,
+    /// When it arrives, if nothing comes between.
+    pub end: Time,
+    /// The level it began at.
+    pub from: f64,
+    /// The level it arrives at.
+    pub to: f64,
+}
+
+/// The latest move of a parameter.
+#[derive(Clone, Copy, Debug)]
+struct Latest {
+    id: NodeId,
+    cue: usize,
+    run: Run,
+    /// A fade, not a path and not a repeat of one.
+    fades: bool,
+}
+
+/// Watches the moves as they are played.
+pub(super) struct Watch {
+    /// Cues whose times depend on the same GO, or on none.
+    clocks: Vec<usize>,
+    /// By parameter.
+    latest: Vec<Option<Latest>>,
+    /// By cue: something about the light is no longer as it was.
+    changed: Vec<bool>,
+    first: Time,
+    warnings: Vec<Warning>,
+}
+
+impl Watch {
+    pub fn new(show: &Show, cues: &[CueTime], parameters: usize) -> Watch {
+        Watch {
+            clocks: clocks(show, cues),
+            latest: vec![None; parameters],
+            changed: vec![false; cues.len()],
+            first: cues.first().map_or(Time::ZERO, |c| c.go),
+            warnings: Vec::new(),
+        }
+    }
+
+    /// Takes note of a move of the cue at index `cue`.
+    pub fn played(&mut self, cue: usize, m: &Moved<'_>, run: Run) {
+        let fades = matches!(*m.motion, Motion::To(_));
+        let before = self.latest[m.parameter].replace(Latest {
+            id: m.id,
+            cue,
+            run,
+            fades: fades && m.repeat == 1,
+        });
+        let runs = before.is_some_and(|b| b.run.end > run.start);
+        self.changed[cue] |= runs || !fades || run.from != run.to;
+        if let Some(before) = before {
+            self.interrupted(&before, cue, m, run);
+        }
+        if let Some(to) = first_level(&m.motion).filter(|to| *to != run.from)
+            && run.start > self.first
+        {
+            self.warnings.push(Warning::Jump {
+                id: m.id,
+                parameter: m.parameter,
+                time: run.start,
+                from: run.from,
+                to,
+            });
+        }
+    }
+
+    /// A move that another takes over from. Where the times between the two depend on when somebody
+    /// presses GO nothing is said of a fade that is cut off, nor of one that was going where the
+    /// other goes; paths and repeats are made to be left at any time.
+    fn interrupted(&mut self, before: &Latest, cue: usize, m: &Moved<'_>, run: Run) {
+        if before.run.start > run.start {
+            self.warnings.push(Warning::Overtaken {
+                id: before.id,
+                by: m.id,
+                parameter: m.parameter,
+                time: before.run.start,
+            });
+            return;
+        }
+        let known = self.clocks[before.cue] == self.clocks[cue];
+        let cut = before.fades && before.run.end > run.start && before.run.to != run.to;
+        if known && cut {
+            self.warnings.push(Warning::CutOff {
+                id: before.id,
+                by: m.id,
+                parameter: m.parameter,
+                time: run.start,
+                level: run.from,
+                to: before.run.to,
+            });
+        }
+    }
+
+    /// All that was found, with the cues that moved banks only to where they were. The first cue
+    /// sets up, `block` and `assert` restate on purpose, and out is out however often it is said.
+    pub fn finish(mut self, show: &Show) -> Vec<Warning> {
+        let cues = show.cues.iter().zip(&self.changed).skip(1);
+        let still = cues.filter(|(cue, changed)| {
+            let mut moves = moves(cue);
+            !**changed
+                && !cue.block
+                && !cue.assert
+                && cue.parts.iter().all(|part| part.effects.is_empty())
+                && moves.any(|m| !matches!(m.motion, Motion::To(to) if to == 0.0))
+        });
+        let found = still.map(|(cue, _)| Warning::Still { cue: cue.id });
+        self.warnings.extend(found);
+        self.warnings
+    }
+}
+
+/// By cue: 0 where the text alone says when it starts, else the cue whose assumed GO its time
+/// depends on, from 1.
+fn clocks(show: &Show, cues: &[CueTime]) -> Vec<usize> {
+    let mut out: Vec<usize> = Vec::with_capacity(cues.len());
+    for (i, (cue, time)) in show.cues.iter().zip(cues).enumerate() {
+        let of = match (cue.trigger, out.last()) {
+            (Trigger::At(_), _) | (_, None) => 0,
+            _ if time.assumed => i + 1,
+            (_, Some(before)) => *before,
+        };
+        out.push(of);
+    }
+    out
+}
+
+fn first_level(motion: &Motion) -> Option<f64> {
+    match motion {
+        Motion::To(_) => None,
+        Motion::Path(path) => path.knots.first().map(|k| k.level),
+    }
+}
+
+fn moves(cue: &Cue) -> impl Iterator<Item = &crate::model::Move> {
+    cue.parts.iter().flat_map(|p| &p.moves)
+}
+
+// ---- dark stretches -----------------------------------------------------------------------------
+
+/// A time in which a bank is out, with the moves that put it out and that end it.
+#[derive(Clone, Copy, Debug)]
+struct Out {
+    parameter: usize,
+    start: Time,
+    end: Time,
+    by: Option<NodeId>,
+    ended_by: Option<NodeId>,
+}
+
+/// The stretches between two lit moments in which every bank is out, and that is not stated. It is
+/// said by a cue that takes every bank out, as `blackout` does, and by a path that ends at 0: who
+/// draws levels over time has seen them. What `cueonly` or `assert` restores was said before.
+pub(super) fn dark(show: &Show, tracks: &[Track], start: Time, end: Time) -> Vec<Warning> {
+    let banks: Vec<usize> = show
+        .parameters()
+        .iter()
+        .enumerate()
+        .filter_map(|(i, c)| c.bank.filter(|_| c.channel.is_none()).map(|_| i))
+        .collect();
+    let outs = banks.iter().flat_map(|c| outs(*c, &tracks[*c]));
+    let outs: Vec<Out> = outs.filter(|o| o.start < end && o.end > start).collect();
+    let between = common(&outs, banks.len());
+    let between = between.filter(|(a, b)| *a > start && *b < end);
+    let stretches: Vec<(Time, Time)> = between.collect();
+    if stretches.is_empty() {
+        return Vec::new();
+    }
+    let ends = Ends::new(show, &outs, &banks);
+    let warn = |(a, b)| ends.warning(a, b);
+    stretches.into_iter().filter_map(warn).collect()
+}
+
+/// Where a track is at 0.
+fn outs(parameter: usize, track: &Track) -> Vec<Out> {
+    let dark = |s: &Stretch| s.piece.polynomial.is_constant() && s.piece.polynomial.first() == 0.0;
+    let id = |s: &Stretch| s.by.map(|(id, _)| id);
+    let runs = track.chunk_by(|a, b| dark(a) == dark(b));
+    let runs: Vec<&[Stretch]> = runs.collect();
+    let mut found = Vec::new();
+    for (i, run) in runs.iter().enumerate() {
+        if let [first, ..] = run
+            && let Some(last) = run.last()
+            && dark(first)
+        {
+            let next = runs.get(i + 1).and_then(|r| r.first());
+            found.push(Out {
+                parameter,
+                start: first.piece.start,
+                end: last.piece.end,
+                by: id(first),
+                ended_by: next.and_then(id),
+            });
+        }
+    }
+    found
+}
+
+/// The times in which `all` of the banks are out.
+fn common(outs: &[Out], all: usize) -> impl Iterator<Item = (Time, Time)> {
+    let mut events: Vec<(Time, bool)> = Vec::with_capacity(2 * outs.len());
+    for out in outs.iter().filter(|o| o.end > o.start) {
+        events.extend([(out.start, true), (out.end, false)]);
+    }
+    // Ends come before starts, so that what only touches is no stretch.
+    events.sort_unstable();
+    let (mut count, mut since) = (0_usize, Time::ZERO);
+    let stretches = events.into_iter().filter_map(move |(time, begins)| {
+        let stretch = (count == all && !begins).then_some((since, time));
+        if begins {
+            (count, since) = (count + 1, time);
+        } else {
+            count -= 1;
+        }
+        stretch
+    });
+    stretches.filter(|(a, b)| a < b)
+}
+
+/// What begins and ends darkness, by time.
+struct Ends<'a> {
+    begun: BTreeMap<Time, Vec<&'a Out>>,
+    ended: BTreeMap<Time, NodeId>,
+    /// Fades to 0 of cues that do not take everything out.
+    fades: BTreeSet<(NodeId, usize)>,
+}
+
+impl<'a> Ends<'a> {
+    fn new(show: &Show, outs: &'a [Out], levels: &[usize]) -> Ends<'a> {
+        let mut ends = Ends {
+            begun: BTreeMap::new(),
+            ended: BTreeMap::new(),
+            fades: BTreeSet::new(),
+        };
+        for out in outs {
+            ends.begun.entry(out.start).or_default().push(out);
+            if let Some(by) = out.ended_by {
+                ends.ended.entry(out.end).or_insert(by);
+            }
+        }
+        for cue in &show.cues {
+            let goes = |m: &&crate::model::Move| {
+                levels.contains(&m.parameter) && matches!(m.motion, Motion::To(to) if to == 0.0)
+            };
+            let out: Vec<_> = moves(cue).filter(goes).collect();
+            if out.len() < levels.len() {
+                ends.fades
+                    .extend(out.into_iter().map(|m| (m.id, m.parameter)));
+            }
+        }
+        ends
+    }
+
+    fn warning(&self, a: Time, b: Time) -> Option<Warning> {
+        let begun = self.begun.get(&a)?;
+        let last = begun.first()?.by?;
+        let faded = |o: &Out| {
+            let key = o.by.map(|id| (id, o.parameter));
+            key.is_some_and(|k| self.fades.contains(&k))
+        };
+        begun.iter().all(|o| faded(o)).then_some(Warning::Dark {
+            id: last,
+            by: *self.ended.get(&b)?,
+            time: a,
+            until: b,
+        })
+    }
+}

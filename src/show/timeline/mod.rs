@@ -1,0 +1,286 @@
+//! Cues to curves, and curves to key settings.
+//!
+//! A [`Timeline`] is the whole show as exact piecewise polynomials, one list of pieces for each
+//! coordinate, in settings (light after the dimmer, 1 = full). [`KeySequence`] cuts it into
+//! segments on which the setting is one Bezier curve of at most four keys. Invariants: the knots
+//! are whole microseconds; a piece's degree comes from the kind of part, never from its coefficients
+//! (but for constants); a knot's value is computed once and shared by the pieces that meet there;
+//! pieces cover the sequence without gaps. At a jump the later value holds.
+
+mod blend;
+mod clock;
+mod curve;
+mod dimmer;
+mod effect;
+mod error;
+mod key;
+mod lint;
+mod positivity;
+mod product;
+mod spline;
+mod sweep;
+mod track;
+
+#[cfg(test)]
+pub(crate) mod tests;
+
+pub use blend::{Blend, blend};
+pub use clock::CueTime;
+pub use curve::Piece;
+pub use dimmer::{lights, settings};
+pub use error::{TimelineError, Warning};
+pub use key::{KeySequence, Segment, TooManyKeys};
+pub use positivity::knots as fewest_knots;
+pub use track::{Moved, Timing};
+
+use std::collections::BTreeMap;
+
+use self::dimmer::Law;
+use self::track::Track;
+use crate::model::Show;
+use crate::units::Time;
+
+/// What each cue moves, with what `assert`, an earlier `cueonly` and a colour alone imply.
+///
+/// # Errors
+/// Where there are more moves than a show may have.
+pub fn cue_moves(show: &Show) -> Result<Vec<Vec<Moved<'_>>>, Vec<TimelineError>> {
+    track::motions(show)
+}
+
+/// Every parameter when a cue is complete, cue by cue; paths are at their ends.
+///
+/// # Errors
+/// As [`cue_moves`].
+pub fn tracked(show: &Show) -> Result<impl Iterator<Item = Vec<f64>>, Vec<TimelineError>> {
+    let mut levels = show.dark_levels();
+    Ok(cue_moves(show)?.into_iter().map(move |moves| {
+        for one in moves {
+            if let Some(level) = levels.get_mut(one.parameter) {
+                *level = one.motion.target();
+            }
+        }
+        levels.clone()
+    }))
+}
+
+/// A show as curves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Timeline {
+    start: Time,
+    end: Time,
+    cues: Vec<CueTime>,
+    curves: Vec<Vec<Piece>>,
+    moves: Vec<Vec<(Time, Time)>>,
+    last: Vec<f64>,
+    /// What the cues move, where that is not a setting.
+    parameters: BTreeMap<usize, Levels>,
+    /// By parameter, the coordinate whose setting it is.
+    own: Vec<Option<usize>>,
+    /// By bank, the factor of its effects; no pieces without any.
+    factors: Vec<Vec<Piece>>,
+    warnings: Vec<Warning>,
+    joined: usize,
+}
+
+/// A parameter over the sequence, 0 to 1.
+#[derive(Clone, Debug, PartialEq)]
+struct Levels {
+    pieces: Vec<Piece>,
+    /// At the end, after whatever jumps there.
+    last: f64,
+}
+
+impl Timeline {
+    /// Compiles a show.
+    ///
+    /// The sequence runs from the first cue's GO to the last completion. The rules of timing are
+    /// `CueTime`'s; those of motion: at any time the latest cue (in order of the list) whose move
+    /// of a coordinate has started rules it, from the level it had at that start; so a move
+    /// interrupts earlier ones, running or still waiting. `assert` restates every tracked target
+    /// with part 1's timing, and the cue after a `cueonly` one restores with part 1's timing what
+    /// that one moved and this one leaves.
+    ///
+    /// # Errors
+    /// Every error that only the times and the curves show.
+    pub fn new(show: &Show) -> Result<Timeline, Vec<TimelineError>> {
+        let motions = track::motions(show)?;
+        let cues = clock::cue_times(show, &motions)?;
+        let start = cues.first().map_or(Time::ZERO, |c| c.go);
+        let end = cues.iter().map(|c| c.completion).max().unwrap_or(start);
+        let (tracks, mut warnings) = track::tracks(show, &cues, motions)?;
+        let mut errors = dimmer::check(show);
+        errors.extend(track::out_of_range(&tracks, start, end));
+        if !errors.is_empty() {
+            return Err(errors);
+        }
+        warnings.extend(lint::dark(show, &tracks, start, end));
+        let factors = effect::factors(show, &cues, (start, end)).map_err(|error| vec![error])?;
+        let mut out = Timeline {
+            start,
+            end,
+            cues,
+            curves: Vec::new(),
+            moves: Vec::new(),
+            last: Vec::new(),
+            parameters: BTreeMap::new(),
+            own: Vec::new(),
+            factors: Vec::new(),
+            warnings,
+            joined: 0,
+        };
+        let mut first = 0;
+        for (bank, factor) in show.banks.iter().zip(factors) {
+            let law = Law::new(bank.dimmer, &show.curves);
+            let count = if bank.rgb { 4 } else { 1 };
+            let tracks = tracks.get(first..first + count).unwrap_or_default();
+            out.add_bank(&law, first, tracks, &factor);
+            out.factors.push(factor);
+            first += count;
+        }
+        if !show.fixed.is_empty() {
+            out.own.push(Some(out.curves.len()));
+            out.curves.push(curve::hold(start, end, 1.0));
+            out.last.push(1.0);
+            out.moves.push(Vec::new());
+        }
+        Ok(out)
+    }
+
+    /// Adds the coordinates of a bank by the tracks of its level and, if it has one, its colour.
+    fn add_bank(&mut self, law: &Law, first: usize, tracks: &[Track], factor: &[Piece]) {
+        let Some((level, colour)) = tracks.split_first() else {
+            return;
+        };
+        let levels = track::trimmed(level, self.start, self.end);
+        let fits = [
+            !matches!(law, Law::Linear),
+            !factor.is_empty(),
+            !colour.is_empty(),
+        ];
+        let fits = fits.into_iter().filter(|fit| *fit).count();
+        let tolerance = dimmer::TOLERANCE / fits.max(1) as f64;
+        let mut light = law.applied(&levels, tolerance);
+        let mut last = law.value(track::level_at(level, self.end));
+        if let Some(end) = factor.last() {
+            light = product::product(&light, factor, tolerance);
+            last *= end.polynomial.last();
+        }
+        let own = colour.is_empty() && matches!(law, Law::Linear) && factor.is_empty();
+        self.own.push(own.then_some(self.curves.len()));
+        if !own {
+            self.keep(first, level, levels);
+        }
+        if colour.is_empty() {
+            self.add_coordinate(&light, last, track::moves(level));
+        }
+        for (emitter, track) in colour.iter().enumerate() {
+            let shares = track::trimmed(track, self.start, self.end);
+            let pieces = product::product(&light, &shares, tolerance);
+            let last = last * track::level_at(track, self.end);
+            let mut moves = track::moves(level);
+            moves.extend(track::moves(track));
+            moves.sort_unstable();
+            moves.dedup();
+            self.add_coordinate(&pieces, last, moves);
+            self.own.push(None);
+            self.keep(first + 1 + emitter, track, shares);
+        }
+    }
+
+    /// Keeps a parameter that is not a setting.
+    fn keep(&mut self, parameter: usize, track: &Track, pieces: Vec<Piece>) {
+        let last = track::level_at(track, self.end);
+        self.parameters.insert(parameter, Levels { pieces, last });
+    }
+
+    fn add_coordinate(&mut self, pieces: &[Piece], last: f64, moves: Vec<(Time, Time)>) {
+        let curve = curve::joined(pieces);
+        self.joined += pieces.len() - curve.len();
+        self.curves.push(curve);
+        self.last.push(last);
+        self.moves.push(moves);
+    }
+
+    /// The first cue's GO (0 without cues).
+    pub fn start(&self) -> Time {
+        self.start
+    }
+
+    /// The last completion; may equal the start.
+    pub fn end(&self) -> Time {
+        self.end
+    }
+
+    /// When each cue starts and is complete.
+    pub fn cues(&self) -> &[CueTime] {
+        &self.cues
+    }
+
+    /// What is legal but surely not meant.
+    pub fn warnings(&self) -> &[Warning] {
+        &self.warnings
+    }
+
+    /// How many coordinates a setting has.
+    pub fn coordinates(&self) -> usize {
+        self.curves.len()
+    }
+
+    /// A coordinate's pieces over the sequence, in settings; none when the sequence has no length
+    /// (or there is no such coordinate).
+    pub fn curve(&self, coordinate: usize) -> &[Piece] {
+        self.curves.get(coordinate).map_or(&[], Vec::as_slice)
+    }
+
+    /// When each move of a coordinate's level or colour begins and ends, in time; one that another
+    /// overtakes ends there.
+    pub fn moves(&self, coordinate: usize) -> &[(Time, Time)] {
+        self.moves.get(coordinate).map_or(&[], Vec::as_slice)
+    }
+
+    /// The settings at the end, after whatever jumps there.
+    pub fn last(&self) -> &[f64] {
+        &self.last
+    }
+
+    /// The settings at a time; before the start those of the start, after the end the last. At a
+    /// jump the later value holds.
+    pub fn evaluate(&self, time: Time) -> Vec<f64> {
+        let curves = self.curves.iter().zip(&self.last);
+        curves.map(|(c, last)| self.value(c, *last, time)).collect()
+    }
+
+    /// What cues move at a time ([`Show::parameters`]): levels before the dimmers, as fractions of
+    /// full, and colours; times as in [`Timeline::evaluate`].
+    pub fn levels(&self, time: Time) -> Vec<f64> {
+        let settings = self.evaluate(time);
+        let parameters = self.own.iter().enumerate();
+        let level = |(parameter, own): (usize, &Option<usize>)| match own {
+            Some(coordinate) => settings.get(*coordinate).copied().unwrap_or(0.0),
+            None => {
+                let kept = self.parameters.get(&parameter);
+                kept.map_or(0.0, |kept| self.value(&kept.pieces, kept.last, time))
+            }
+        };
+        parameters.map(level).collect()
+    }
+
+    /// What the effects of a bank leave of its light at a time, 0 to 1.
+    pub fn factor(&self, bank: usize, time: Time) -> f64 {
+        match self.factors.get(bank).map(|pieces| (pieces, pieces.last())) {
+            Some((pieces, Some(last))) => self.value(pieces, last.polynomial.last(), time),
+            _ => 1.0,
+        }
+    }
+
+    fn value(&self, pieces: &[Piece], last: f64, time: Time) -> f64 {
+        if time >= self.end {
+            return last;
+        }
+        let time = time.max(self.start);
+        let after = pieces.partition_point(|p| p.start <= time);
+        let piece = after.checked_sub(1).and_then(|i| pieces.get(i));
+        piece.map_or(last, |p| p.value(time))
+    }
+}

@@ -1,0 +1,478 @@
+//! A parameter's levels through the show: moves in the order of the cue list, each taking over
+//! from whatever runs or waits.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "the model's indices are valid (show's invariant) and tables are made to its shape"
+)]
+
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::clock::{CueTime, length};
+use super::curve::Piece;
+use super::error::{TimelineError, Warning};
+use super::lint::{Run, Watch};
+use super::spline::{Splined, path_spans};
+use crate::linalg::Bernstein;
+use crate::model::{Coordinate, Cue, Fade, Interpolation, Motion, NodeId, Part, Path, Show};
+use crate::units::Time;
+
+/// Levels outside 0 to 1 by less than this are rounding.
+const ROUNDING: f64 = 1e-11;
+/// A level below this is out, but for rounding.
+const DARK: f64 = 1e-9;
+/// Moves of all cues, and pieces of all curves, that a show may have.
+const MOST_PIECES: usize = 500_000;
+/// Before and after every show.
+const NEVER: Time = Time::from_micros(i64::MAX / 4);
+
+/// A part's times and shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Timing {
+    /// Between GO and the start.
+    pub delay: Time,
+    /// Of a rise.
+    pub up: Time,
+    /// Of a fall.
+    pub down: Time,
+    /// The shape of fades.
+    pub fade: Fade,
+}
+
+/// One parameter's motion in one cue, written or implied.
+#[derive(Clone, Debug)]
+pub struct Moved<'a> {
+    /// The text that says so.
+    pub id: NodeId,
+    /// Index into [`Show::parameters`].
+    pub parameter: usize,
+    /// What it does.
+    pub motion: Cow<'a, Motion>,
+    /// How many times over.
+    pub repeat: u32,
+    /// When and how fast.
+    pub timing: Timing,
+}
+
+/// A stretch of levels with the move that made it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stretch {
+    pub piece: Piece,
+    pub by: Option<(NodeId, usize)>,
+    /// The move has arrived.
+    pub holds: bool,
+}
+
+/// A parameter's stretches; the last is a hold for ever.
+pub(super) type Track = Vec<Stretch>;
+
+/// What each cue moves, with what `assert` and an earlier `cueonly` imply. Targets track through
+/// the list by what is written, whether or not a move is later interrupted.
+pub(super) fn motions(show: &Show) -> Result<Vec<Vec<Moved<'_>>>, Vec<TimelineError>> {
+    let parameters = show.parameters();
+    let n = parameters.len();
+    let lit: Vec<bool> = parameters.iter().map(|c| c.bank.is_some()).collect();
+    let rgb = parameters.iter().any(|c| c.channel.is_some());
+    // What each parameter goes to, and what it would go to without cueonly cues.
+    let mut now: Vec<f64> = parameters.iter().map(at_first).collect();
+    let mut lasting = now.clone();
+    let mut to_restore: BTreeSet<usize> = BTreeSet::new();
+    let (mut out, mut count) = (Vec::with_capacity(show.cues.len()), 0);
+    for cue in &show.cues {
+        let mut all = written(cue);
+        let is_out = |level: usize| {
+            if to_restore.contains(&level) {
+                lasting[level] == 0.0
+            } else {
+                now[level] == 0.0
+            }
+        };
+        if rgb {
+            brighten(&mut all, &parameters, is_out);
+        }
+        let mut moved = vec![false; n];
+        let mut here = Vec::new();
+        for m in &all {
+            moved[m.parameter] = true;
+            here.push((m.parameter, m.motion.target()));
+        }
+        for c in std::mem::take(&mut to_restore) {
+            if moved[c] {
+                continue;
+            }
+            now[c] = lasting[c];
+            if !cue.assert {
+                all.push(implied(cue, c, now[c]));
+            }
+        }
+        if cue.assert {
+            let stay = (0..n).filter(|c| !moved[*c] && lit[*c]);
+            all.extend(stay.map(|c| implied(cue, c, now[c])));
+        }
+        // A colour asks whether its bank is out, so that levels come first.
+        if rgb {
+            all.sort_by_key(|m| parameters[m.parameter].channel.is_some());
+        }
+        for (c, level) in here {
+            now[c] = level;
+            if cue.cueonly {
+                to_restore.insert(c);
+            } else {
+                lasting[c] = level;
+            }
+        }
+        count += all.len();
+        if count > MOST_PIECES {
+            let (id, limit) = (cue.id, MOST_PIECES);
+            return Err(vec![TimelineError::TooManyPieces { id, limit }]);
+        }
+        out.push(all);
+    }
+    Ok(out)
+}
+
+impl Timing {
+    fn of(part: &Part) -> Timing {
+        Timing {
+            delay: part.delay,
+            up: part.up,
+            down: part.down,
+            fade: part.curve,
+        }
+    }
+}
+
+/// Where a parameter is before the first cue: banks are out, colours white.
+pub(super) fn at_first(parameter: &Coordinate) -> f64 {
+    match parameter.channel {
+        Some(_) => 1.0,
+        None => 0.0,
+    }
+}
+
+/// Adds what a colour alone implies on a bank that is out: the level goes to full in the colour's
+/// time, at once where the colour follows a path; an emitter that is not said is dark.
+fn brighten(all: &mut Vec<Moved<'_>>, parameters: &[Coordinate], is_out: impl Fn(usize) -> bool) {
+    let moved: BTreeSet<usize> = all.iter().map(|m| m.parameter).collect();
+    let mut coloured = BTreeMap::new();
+    for m in all.iter() {
+        if let Some(emitter) = parameters[m.parameter].channel {
+            let first = coloured.entry(m.parameter - emitter).or_insert(m);
+            if m.parameter < first.parameter {
+                *first = m;
+            }
+        }
+    }
+    let mut implied = Vec::new();
+    for (red, first) in coloured {
+        let level = red - 1;
+        if moved.contains(&level) || !is_out(level) {
+            continue;
+        }
+        let to = |parameter: usize, level: f64| {
+            let mut made = first.clone();
+            if matches!(*first.motion, Motion::Path(_)) {
+                (made.timing.up, made.timing.down) = (Time::ZERO, Time::ZERO);
+            }
+            made.motion = Cow::Owned(Motion::To(level));
+            Moved { parameter, ..made }
+        };
+        implied.push(to(level, 1.0));
+        let dark = (red..red + 3).filter(|emitter| !moved.contains(emitter));
+        implied.extend(dark.map(|emitter| to(emitter, 0.0)));
+    }
+    all.extend(implied);
+}
+
+fn written(cue: &Cue) -> Vec<Moved<'_>> {
+    // No more than there are: a list that grows begins with four.
+    let mut out = Vec::with_capacity(cue.parts.iter().map(|part| part.moves.len()).sum());
+    for part in &cue.parts {
+        out.extend(part.moves.iter().map(|m| Moved {
+            id: m.id,
+            parameter: m.parameter,
+            motion: Cow::Borrowed(&m.motion),
+            repeat: m.repeat.max(1),
+            timing: Timing::of(part),
+        }));
+    }
+    out
+}
+
+/// A move to `level` that the cue makes without saying so, in its first part's time.
+fn implied<'a>(cue: &Cue, parameter: usize, level: f64) -> Moved<'a> {
+    Moved {
+        id: cue.id,
+        parameter,
+        motion: Cow::Owned(Motion::To(level)),
+        repeat: 1,
+        timing: Timing::of(&cue.parts[0]),
+    }
+}
+
+/// Plays all moves in the order of the list.
+pub(super) fn tracks(
+    show: &Show,
+    cues: &[CueTime],
+    motions: Vec<Vec<Moved<'_>>>,
+) -> Result<(Vec<Track>, Vec<Warning>), Vec<TimelineError>> {
+    let parameters = show.parameters();
+    let first = |parameter: &Coordinate| {
+        vec![Stretch {
+            piece: Piece {
+                start: -NEVER,
+                end: NEVER,
+                polynomial: Bernstein::constant(at_first(parameter)),
+            },
+            by: None,
+            holds: true,
+        }]
+    };
+    let mut tracks: Vec<Track> = parameters.iter().map(first).collect();
+    let fades = Fades::new(show);
+    let mut watch = Watch::new(show, cues, tracks.len());
+    let mut count = 0usize;
+    for (cue, (time, moved)) in cues.iter().zip(&motions).enumerate() {
+        for m in moved {
+            let start = time.go + m.timing.delay;
+            let level = parameters[m.parameter].channel;
+            let unseen = level.is_some_and(|emitter| {
+                let level = &tracks[m.parameter - 1 - emitter];
+                level_before(level, start) < DARK || level_at(level, start) < DARK
+            });
+            let mut m = Cow::Borrowed(m);
+            if unseen {
+                // A colour changes in the dark at once.
+                let timing = &mut m.to_mut().timing;
+                (timing.up, timing.down) = (Time::ZERO, Time::ZERO);
+            }
+            let m = m.as_ref();
+            let track = &mut tracks[m.parameter];
+            let from = cut(track, start);
+            let passes = fades.pieces(m, from, start, MOST_PIECES - count);
+            let Some((pieces, level)) = passes else {
+                let limit = MOST_PIECES;
+                return Err(vec![TimelineError::TooManyPieces { id: m.id, limit }]);
+            };
+            count += pieces.len();
+            let end = pieces.last().map_or(start, |p| p.end);
+            let run = Run {
+                start,
+                end,
+                from,
+                to: level,
+            };
+            watch.played(cue, m, run);
+            let by = Some((m.id, m.parameter));
+            track.extend(pieces.into_iter().map(|piece| Stretch {
+                piece,
+                by,
+                holds: false,
+            }));
+            track.push(Stretch {
+                piece: Piece {
+                    start: end,
+                    end: NEVER,
+                    polynomial: Bernstein::constant(level),
+                },
+                by,
+                holds: true,
+            });
+        }
+    }
+    Ok((tracks, watch.finish(show)))
+}
+
+/// Ends a track at `time` and returns the level it has there (after a jump, the later one).
+fn cut(track: &mut Track, time: Time) -> f64 {
+    let level = level_at(track, time);
+    while track.last().is_some_and(|s| s.piece.start >= time) {
+        track.pop();
+    }
+    if let Some(last) = track.last_mut() {
+        let kept = last
+            .piece
+            .between(last.piece.start, time.min(last.piece.end));
+        last.piece.polynomial = kept;
+        last.piece.end = time.min(last.piece.end);
+    }
+    level
+}
+
+/// When each move of a track begins, and when it has arrived or another takes over. One that takes
+/// no time and changes nothing is none.
+pub(super) fn moves(track: &Track) -> Vec<(Time, Time)> {
+    let mut level = track.first().map_or(0.0, |s| s.piece.polynomial.first());
+    let of = |stretches: &[Stretch]| {
+        let (first, last) = (stretches.first()?, stretches.last()?);
+        let end = if last.holds {
+            last.piece.start
+        } else {
+            last.piece.end
+        };
+        let still = first.holds && first.piece.polynomial.first() == level;
+        level = last.piece.polynomial.last();
+        let moves = first.by.is_some() && !still;
+        moves.then_some((first.piece.start, end))
+    };
+    track.chunk_by(|a, b| a.by == b.by).filter_map(of).collect()
+}
+
+/// The level at a time; at a jump the earlier one.
+fn level_before(track: &Track, time: Time) -> f64 {
+    let after = track.partition_point(|s| s.piece.start < time);
+    let at = after.checked_sub(1).and_then(|i| track.get(i));
+    at.map_or(0.0, |s| s.piece.value(time))
+}
+
+/// The level at a time; at a jump the later one.
+pub(super) fn level_at(track: &Track, time: Time) -> f64 {
+    // Nearly every move begins after the one before it has arrived.
+    if let Some(last) = track.last().filter(|s| s.piece.start <= time) {
+        return last.piece.value(time);
+    }
+    let after = track.partition_point(|s| s.piece.start <= time);
+    let at = after.checked_sub(1).and_then(|i| track.get(i));
+    at.map_or(0.0, |s| s.piece.value(time))
+}
+
+/// The pieces within [start, end], cut at both.
+pub(super) fn trimmed(track: &Track, start: Time, end: Time) -> Vec<Piece> {
+    let within = |s: &Stretch| {
+        let (a, b) = (s.piece.start.max(start), s.piece.end.min(end));
+        (a < b).then(|| Piece {
+            start: a,
+            end: b,
+            polynomial: s.piece.between(a, b),
+        })
+    };
+    track.iter().filter_map(within).collect()
+}
+
+/// One error for each move that leaves 0 to 1 where it is seen: where it is farthest outside.
+pub(super) fn out_of_range(tracks: &[Track], start: Time, end: Time) -> Vec<TimelineError> {
+    let mut errors = Vec::new();
+    for track in tracks {
+        let seen = |s: &&Stretch| s.piece.start <= end && s.piece.end >= start;
+        let seen: Vec<&Stretch> = track.iter().filter(seen).collect();
+        for move_ in seen.chunk_by(|a, b| a.by == b.by) {
+            errors.extend(farthest_outside(move_));
+        }
+    }
+    errors
+}
+
+/// Where the stretches of one move are farthest outside 0 to 1, if they are outside.
+fn farthest_outside(stretches: &[&Stretch]) -> Option<TimelineError> {
+    let (id, parameter) = stretches.first()?.by?;
+    let mut worst: Option<(f64, Time, f64)> = None;
+    for Stretch { piece, .. } in stretches {
+        let (low, high) = piece.polynomial.range();
+        for (t, level) in [low, high] {
+            let off = (-level).max(level - 1.0);
+            if off > ROUNDING && worst.is_none_or(|w| off > w.0) {
+                let after_start = (piece.end - piece.start).scaled(t);
+                worst = Some((off, piece.start + after_start, level));
+            }
+        }
+    }
+    worst.map(|(_, time, level)| TimelineError::Level {
+        id,
+        parameter,
+        time,
+        level,
+    })
+}
+
+/// Shapes of the show's own curves, made once.
+struct Fades {
+    named: Vec<Splined>,
+}
+
+impl Fades {
+    fn new(show: &Show) -> Fades {
+        let named = show.curves.iter().map(Splined::new).collect();
+        Fades { named }
+    }
+
+    /// A move's pieces from `start` on and the level it leaves; `None` when they are more than
+    /// `most`.
+    fn pieces(&self, m: &Moved, from: f64, start: Time, most: usize) -> Option<(Vec<Piece>, f64)> {
+        let to = match m.motion.as_ref() {
+            // Nothing moves, but the time is taken: a repeat has no passes to tell apart.
+            Motion::To(to) if *to == from => return Some((Vec::new(), from)),
+            Motion::To(to) => *to,
+            Motion::Path(path) => {
+                let spans = path_pieces(path);
+                let times = path.knots.iter().map(|k| k.time);
+                let pieces = passes(times, spans.into_iter(), m.repeat, start, most)?;
+                return Some((pieces, m.motion.target()));
+            }
+        };
+        let built_in;
+        let (at, spans, arrives) = match m.timing.fade {
+            Fade::BuiltIn(curve) => {
+                built_in = Bernstein::new(curve.coefficients);
+                (&[0.0, 1.0][..], built_in.as_slice(), 1.0)
+            }
+            Fade::Curve(i) => {
+                let Splined { at, spans, last } = &self.named[i];
+                (at.as_slice(), spans.as_slice(), *last)
+            }
+        };
+        let whole = if to < from {
+            m.timing.down
+        } else {
+            m.timing.up
+        };
+        // Exact at completion 0 and 1, where a difference scaled would not be.
+        let level = |completion: f64| (1.0 - completion) * from + completion * to;
+        let times = at.iter().map(|a| whole.scaled(*a));
+        let spans = spans.iter().map(|s| s.mapped(level));
+        let pieces = passes(times, spans, m.repeat, start, most)?;
+        Some((pieces, level(arrives)))
+    }
+}
+
+/// The spans between `times`, which begin at zero, played from `start` on, `repeat` times over;
+/// `None` when they are more than `most`.
+fn passes(
+    times: impl Iterator<Item = Time> + Clone,
+    spans: impl ExactSizeIterator<Item = Bernstein> + Clone,
+    repeat: u32,
+    start: Time,
+    most: usize,
+) -> Option<Vec<Piece>> {
+    let whole = times.clone().last().unwrap_or(Time::ZERO);
+    let passes = if whole == Time::ZERO { 1 } else { repeat };
+    let count = spans.len().saturating_mul(passes as usize);
+    if count > most {
+        return None;
+    }
+    let mut pieces = Vec::with_capacity(count);
+    for pass in 0..i64::from(passes) {
+        let begin = start + Time::from_micros(whole.micros().saturating_mul(pass));
+        let ends = times.clone().zip(times.clone().skip(1));
+        for ((from, to), polynomial) in ends.zip(spans.clone()) {
+            // Knots of a curve may fall on the same microsecond of a short fade.
+            if from < to {
+                pieces.push(Piece {
+                    start: begin + from,
+                    end: begin + to,
+                    polynomial,
+                });
+            }
+        }
+    }
+    Some(pieces)
+}
+
+/// The spans of a path that takes time.
+fn path_pieces(path: &Path) -> Vec<Bernstein> {
+    if length(path) == Time::ZERO && path.interpolation != Interpolation::Steps {
+        Vec::new()
+    } else {
+        path_spans(path)
+    }
+}

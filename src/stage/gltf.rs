@@ -1,0 +1,238 @@
+//! glTF 2.0 (`.gltf` with its buffers beside it or within, `.glb`) to a scene and its lights.
+//!
+//! Invariants: nothing is allocated for a count that a file claims before the bytes behind it are
+//! there (or a limit holds, for sparse accessors over nothing); every index is looked up, never
+//! trusted; each node is visited once, so that cycles and shared branches are refused instead of
+//! followed. Polygons come out as the triangles of the file, turned to Z up, wound so that the
+//! front is the side that the file means, also under mirroring transforms.
+//!
+//! Only the crate's description of the JSON is used: its validation panics on an index of a
+//! position accessor that is out of range, and its reader of GLB on a length below 12.
+//!
+//! Not read: textures of what is no colour, vertex colours, roughness, metalness, skins, morph targets
+//! (meshes stand as modelled), animations.
+
+mod accessor;
+mod camera;
+mod container;
+mod draco;
+mod lamp;
+mod material;
+mod meshopt;
+mod node;
+mod primitive;
+
+#[cfg(test)]
+mod hostile_test;
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+pub use self::container::named_files;
+use self::container::{Document, Root};
+use super::import::{FAR, SceneError, Summary, VERTEX_LIMIT};
+use super::texture::reader::TextureReader;
+use super::{Camera, Lamp, Material, Scene};
+use footlight_host::files::Files;
+use footlight_show::units::Rgb;
+
+/// Reflectance of what has no material. glTF says one, at which a closed room never gets dark.
+pub(super) const UNSTATED: f64 = 0.8;
+
+/// The most triangles a file may draw, all instances counted.
+pub const TRIANGLE_LIMIT: usize = 2_000_000;
+
+/// A part of a file and what is wrong with it.
+#[derive(Clone, Debug, thiserror::Error)]
+#[error("{place}: {reason}")]
+struct Fault {
+    place: String,
+    reason: String,
+}
+
+impl Fault {
+    fn new(place: impl Into<String>, reason: impl Into<String>) -> Fault {
+        Fault {
+            place: place.into(),
+            reason: reason.into(),
+        }
+    }
+
+    fn of_file(self, path: &str) -> SceneError {
+        SceneError::Part {
+            path: path.to_owned(),
+            place: self.place,
+            reason: self.reason,
+        }
+    }
+}
+
+// Reasons that several parts share.
+
+pub(super) const FAR_AWAY: &str = "a coordinate is not finite, or beyond 1e9 metres";
+
+pub(super) fn limit(what: &str, most: usize) -> String {
+    format!("more than {most} {what}")
+}
+
+fn missing(what: &str, index: usize, count: usize) -> String {
+    format!("{what} {index} does not exist; there are {count}")
+}
+
+fn lacks(what: &str) -> String {
+    format!("it has no {what}")
+}
+
+fn short(needed: u64, found: u64) -> String {
+    format!("{needed} bytes are needed and {found} are there")
+}
+
+fn outside(what: &str, value: f64, range: &str) -> String {
+    format!("{what} {value} is outside {range}")
+}
+
+fn not_gltf(error: impl std::fmt::Display) -> String {
+    format!("not glTF: {error}")
+}
+
+/// What a file holds, before triangles are merged and backs added.
+#[derive(Debug, Default)]
+pub(super) struct Imported {
+    pub scene: Scene,
+    pub lamps: Vec<Lamp>,
+    pub summary: Summary,
+    pub cameras: Vec<Camera>,
+    /// For each material.
+    pub double_sided: Vec<bool>,
+    /// Materials of parts that the show names.
+    pub parts: BTreeMap<String, usize>,
+}
+
+impl Imported {
+    /// The material of what belongs to a part of the file: one of its own, made like `material`, where
+    /// the show names the part and no material is called so.
+    pub(super) fn part(&mut self, name: Option<&str>, material: usize, named: &[String]) -> usize {
+        let is_named = |name: &&str| named.iter().any(|n| n == name);
+        let Some(name) = name.filter(is_named) else {
+            return material;
+        };
+        if let Some(own) = self.parts.get(name) {
+            return *own;
+        }
+        if self.scene.materials.iter().any(|m| m.name == name) {
+            return material;
+        }
+        let own = self.scene.materials.len();
+        self.parts.insert(name.to_owned(), own);
+        let like = self.scene.materials.get(material).cloned();
+        let like = like.unwrap_or_else(|| Material::diffuse(name, Rgb([UNSTATED; 3])));
+        let double_sided = self.double_sided.get(material).copied().unwrap_or(false);
+        self.scene.materials.push(Material {
+            name: name.to_owned(),
+            ..like
+        });
+        self.double_sided.resize(own + 1, double_sided);
+        own
+    }
+}
+
+/// Reads a glTF file of which `bytes` is the content; its buffers and images come through `files`,
+/// relative to the file's own folder, images within `memory` bytes.
+pub(super) fn import(
+    files: &dyn Files,
+    path: &str,
+    bytes: &[u8],
+    parts: &[String],
+    memory: usize,
+) -> Result<Imported, SceneError> {
+    let document = Document::read(files, path, bytes)?;
+    let mut textures = TextureReader::new(memory);
+    let materials = material::all(files, &document, &mut textures);
+    assemble(&document, materials, parts).map_err(|fault| fault.of_file(path))
+}
+
+fn assemble(
+    document: &Document<'_>,
+    materials: material::Materials,
+    parts: &[String],
+) -> Result<Imported, Fault> {
+    let root = &document.root;
+    let mut out = Imported {
+        scene: Scene {
+            materials: materials.materials,
+            polygons: Vec::new(),
+        },
+        double_sided: materials.double_sided,
+        ..Imported::default()
+    };
+    let mut left_out = materials.left_out;
+    let mut meshes = primitive::Meshes::new(document, &materials.places, &materials.faults);
+    for placed in node::walk(root, &mut left_out)? {
+        let mesh = placed.node.mesh.map(|mesh| mesh.value());
+        if let Some(name) = light_volume(root, &placed, mesh) {
+            left_out.insert(format!(
+                "`{name}`, a volume of light by its name: it is no wall"
+            ));
+        } else if let Some(mesh) = mesh {
+            for transform in node::instances(document, &placed)? {
+                meshes.place(mesh, (&placed, &transform), parts, &mut out, &mut left_out)?;
+            }
+        }
+        // The stage is whole without them; a show that names one is refused where it does.
+        let lamp = lamp::add(root, &placed, &mut out.lamps);
+        let camera = camera::add(root, &placed, &mut out.cameras);
+        let faults = [lamp.err(), camera.err()].into_iter().flatten();
+        left_out.extend(faults.map(|fault| fault.to_string()));
+    }
+    out.summary.left_out = left_out.into_iter().collect();
+    Ok(out)
+}
+
+/// The name of a node or of its mesh that says that it is a beam in the haze, not a thing.
+fn light_volume<'r>(
+    root: &'r Root,
+    placed: &node::Placed<'r>,
+    mesh: Option<usize>,
+) -> Option<&'r String> {
+    let mesh = mesh.and_then(|i| root.meshes.get(i));
+    let names = [
+        placed.node.name.as_ref(),
+        mesh.and_then(|m| m.name.as_ref()),
+    ];
+    let says = |name: &&String| {
+        let letters = name.chars().filter(|c| c.is_alphanumeric());
+        let name = letters.collect::<String>().to_lowercase();
+        name.contains("lightvolume")
+            || name.contains("volumelight")
+            || name.contains("volumetriclight")
+    };
+    names.into_iter().flatten().find(says)
+}
+
+/// What the file has and this program leaves out, each said once.
+pub(super) type LeftOut = BTreeSet<String>;
+
+/// The entry of a list, or the fault that it is missing.
+fn entry<'r, T>(
+    list: &'r [T],
+    index: usize,
+    what: &'static str,
+    place: impl FnOnce() -> String,
+) -> Result<&'r T, Fault> {
+    let count = list.len();
+    list.get(index)
+        .ok_or_else(|| Fault::new(place(), missing(what, index, count)))
+}
+
+/// `mesh 3 "Chair"`, or without the name where there is none.
+fn place(what: &str, index: usize, name: Option<&String>) -> String {
+    match name {
+        // Enough of a name for a message.
+        Some(name) => format!(
+            "{what} {index} \"{}\"",
+            name.chars().take(40).collect::<String>()
+        ),
+        None => format!("{what} {index}"),
+    }
+}

@@ -1,0 +1,322 @@
+//! From the lights of the text to those of the operator G: materials, files and amounts resolved.
+
+use super::imported_luminaire;
+use super::luminaire_asset::LuminaireAssets;
+use super::{Emitter, Images, Light, Measured, Projection, Rig, Scene, Source};
+use footlight_show::geometry::mount::Mount;
+use footlight_show::model::{Coordinate, Fixed, LightKind, Luminaire, NodeId, Output, Show, Strength};
+use footlight_show::units::Rgb;
+
+/// Why a show's lights do not fit its stage.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum RigError {
+    /// A panel names a material that the stage does not have.
+    #[error("the stage has no material `{material}`")]
+    NoMaterial {
+        /// The light's statement.
+        id: NodeId,
+        /// The name that was not found.
+        material: String,
+    },
+    /// A panel's lumens or candela are to come from a material that no polygon has.
+    #[error("no surface of the stage is of the material `{material}`")]
+    NoArea {
+        /// The light's statement.
+        id: NodeId,
+        /// The material's name.
+        material: String,
+    },
+    /// A light's file is not among the fittings.
+    #[error("the file `{path}` has not been read")]
+    Unread {
+        /// The light's statement.
+        id: NodeId,
+        /// The file.
+        path: String,
+    },
+    /// A panel without a radiance of its own names a material that does not emit.
+    #[error("the material `{material}` does not emit")]
+    Dark {
+        /// The light's statement.
+        id: NodeId,
+        /// The material's name.
+        material: String,
+    },
+    /// The stage's files have no light of that name.
+    #[error("the stage has no light `{name}`")]
+    NoLamp {
+        /// The light's statement.
+        id: NodeId,
+        /// The name that was not found.
+        name: String,
+        /// Those that are there.
+        known: Vec<String>,
+    },
+    /// A light of the stage that has no place.
+    #[error("`{name}` of the stage shines from infinitely far, which no light here does")]
+    Distant {
+        /// The light's statement.
+        id: NodeId,
+        /// Its name in the file.
+        name: String,
+    },
+    /// A light of the stage with what the show says is no spot.
+    #[error("`{name}` of the stage becomes no spot: {reason}")]
+    NoSpot {
+        /// The light's statement.
+        id: NodeId,
+        /// Its name in the file.
+        name: String,
+        /// Why.
+        reason: String,
+    },
+    /// A bank's image was not read.
+    #[error("the image `{path}` was not read")]
+    NoImage {
+        /// The bank's statement.
+        id: NodeId,
+        /// The file.
+        path: String,
+    },
+}
+
+/// Puts the lights that have a shape of their own into `scene`, whose other materials and
+/// polygons come first.
+pub fn add_light_geometry(show: &Show, scene: &mut Scene) {
+    for (name, shape) in show.shapes() {
+        scene.add_shape(shape_material(name), &shape);
+    }
+}
+
+/// [`rig_with`] for a show whose lights and banks need no files.
+///
+/// # Errors
+/// Every light that does not fit.
+pub fn rig(show: &Show, scene: &Scene) -> Result<Rig, Vec<RigError>> {
+    rig_with(show, scene, &Images::new(), &LuminaireAssets::default())
+}
+
+/// The lights as the operator G takes them, one source for each coordinate; light names become
+/// indices, materials are looked up in `scene`, which has been furnished, pictures of banks in
+/// `images`, files of lights in `luminaires`.
+///
+/// # Errors
+/// Every light that does not fit.
+pub fn rig_with(
+    show: &Show,
+    scene: &Scene,
+    images: &Images,
+    luminaires: &LuminaireAssets,
+) -> Result<Rig, Vec<RigError>> {
+    let mut errors = Vec::new();
+    let mut lights = Vec::new();
+    // Where the lights of each statement start, and at last their number.
+    let mut starts = vec![0];
+    for light in &show.lights {
+        match resolved(light, scene, images, luminaires) {
+            Ok(resolved) => lights.extend(resolved),
+            Err(error) => errors.push(error),
+        }
+        starts.push(lights.len());
+    }
+    if !errors.is_empty() {
+        return Err(errors);
+    }
+    let sources = show
+        .coordinates()
+        .into_iter()
+        .map(|coordinate| Source {
+            emitters: emitters(show, &coordinate, &starts),
+            name: coordinate.name,
+        })
+        .collect();
+    Ok(Rig { lights, sources })
+}
+
+/// What the channels of all light are multiplied by, so that the preview's white is white.
+fn white(show: &Show) -> Rgb {
+    let kelvin = show.preview.white.and_then(Rgb::from_kelvin);
+    kelvin.map_or(Rgb::WHITE, |kelvin| Rgb(kelvin.0.map(f64::recip)))
+}
+
+fn emitters(show: &Show, coordinate: &Coordinate, starts: &[usize]) -> Vec<Emitter> {
+    let white = white(show);
+    let emitter = |light: usize, filter: Rgb| {
+        let (Rgb([r, g, b]), Rgb([red, green, blue])) = (filter, white);
+        let filter = Rgb([r * red, g * green, b * blue]);
+        let start = |i: usize| starts.get(i).copied().unwrap_or(0);
+        let all = start(light)..start(light + 1);
+        all.map(move |light| Emitter { light, filter })
+    };
+    let Some(bank) = coordinate.bank.and_then(|b| show.banks.get(b)) else {
+        let of = |f: &Fixed| {
+            let filter = Rgb::WHITE.scaled(f.level);
+            f.lights
+                .iter()
+                .flat_map(move |l| emitter(*l, filter))
+                .collect::<Vec<_>>()
+        };
+        return show.fixed.iter().flat_map(of).collect();
+    };
+    let filter = match coordinate.channel {
+        None => Rgb::WHITE,
+        Some(0) => Rgb([1.0, 0.0, 0.0]),
+        Some(1) => Rgb([0.0, 1.0, 0.0]),
+        Some(_) => Rgb([0.0, 0.0, 1.0]),
+    };
+    bank.lights
+        .iter()
+        .flat_map(|l| emitter(*l, filter))
+        .collect()
+}
+
+/// Radiance of a Lambertian surface of `area` square metres that shows `shown` square metres
+/// where its intensity is given.
+fn radiance(strength: Strength, area: f64, shown: f64) -> Rgb {
+    match strength {
+        Strength::Luminance(rgb) => rgb,
+        Strength::Flux(rgb) => rgb.scaled(1.0 / (std::f64::consts::PI * area)),
+        Strength::Intensity(rgb) => rgb.scaled(1.0 / shown),
+    }
+}
+
+/// What G takes for it: one light, or three for a coloured image.
+fn resolved(
+    light: &Luminaire,
+    scene: &Scene,
+    images: &Images,
+    luminaires: &LuminaireAssets,
+) -> Result<Vec<Light>, RigError> {
+    let one = match &light.kind {
+        LightKind::Image(file) => {
+            let read = images.get(file).cloned().map(Light::Image);
+            read.ok_or_else(|| RigError::NoImage {
+                id: light.id,
+                path: file.path.clone(),
+            })?
+        }
+        LightKind::Spot(spot) => Light::Spot(spot.clone()),
+        LightKind::ImportedLuminaire(imported) => {
+            let lamps = &luminaires.lamps;
+            Light::Spot(imported_luminaire::spot(light.id, imported, lamps)?)
+        }
+        LightKind::Panel { material, strength } => panel(light.id, material, *strength, scene)?,
+        LightKind::Shape { shape, strength } => {
+            let name = shape_material(&light.name);
+            let material = scene.materials.iter().rposition(|m| m.name == name);
+            let radiance = radiance(*strength, shape.area(), shape.shown());
+            let missing = || RigError::NoMaterial {
+                id: light.id,
+                material: name.clone(),
+            };
+            Light::Panel {
+                material: material.ok_or_else(missing)?,
+                radiance,
+            }
+        }
+        LightKind::Photometric {
+            path,
+            mount,
+            tint,
+            output,
+        } => measured(light.id, path, *mount, *tint, *output, luminaires)?,
+        LightKind::Projection {
+            path,
+            mount,
+            field,
+            tint,
+            output,
+        } => {
+            let slide = luminaires.slides.get(path);
+            let slide = slide.ok_or_else(|| unread(light.id, path))?;
+            let candela = match output {
+                Output::Flux(lumens) => lumens / Projection::flux(slide, *field),
+                Output::Peak(candela) => *candela,
+                Output::Own => 0.0,
+            };
+            let plane = |plane: usize, intensity: Rgb| {
+                Light::Projection(Projection {
+                    mount: *mount,
+                    field: *field,
+                    gobo: slide.clone(),
+                    plane,
+                    intensity,
+                })
+            };
+            let whole = tint.scaled(candela);
+            if slide.is_grey() {
+                return Ok(vec![plane(0, whole)]);
+            }
+            let primaries = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+            let planes = primaries.into_iter().enumerate();
+            let lights = planes.map(|(c, primary)| plane(c, whole.filtered(Rgb(primary))));
+            return Ok(lights.collect());
+        }
+    };
+    Ok(vec![one])
+}
+
+fn unread(id: NodeId, path: &str) -> RigError {
+    let path = path.to_owned();
+    RigError::Unread { id, path }
+}
+
+fn measured(
+    id: NodeId,
+    path: &str,
+    mount: Mount,
+    tint: Rgb,
+    output: Output,
+    luminaires: &LuminaireAssets,
+) -> Result<Light, RigError> {
+    let distribution = luminaires.photometric.get(path);
+    let distribution = distribution.ok_or_else(|| unread(id, path))?;
+    let factor = match output {
+        Output::Own => 1.0,
+        Output::Flux(lumens) => lumens / distribution.flux(),
+        Output::Peak(candela) => candela / distribution.peak(),
+    };
+    Ok(Light::Measured(Measured {
+        mount,
+        distribution: distribution.clone(),
+        factor: tint.scaled(factor),
+    }))
+}
+
+/// The material of a light's own shape; two words, which no material of a stage is.
+fn shape_material(light: &str) -> String {
+    format!("light {light}")
+}
+
+fn panel(
+    id: NodeId,
+    material: &str,
+    strength: Option<Strength>,
+    scene: &Scene,
+) -> Result<Light, RigError> {
+    let mut materials = scene.materials.iter().enumerate();
+    let found = materials.find(|(_, m)| m.name == material);
+    let name = || material.to_owned();
+    let (index, found) = found.ok_or_else(|| RigError::NoMaterial {
+        id,
+        material: name(),
+    })?;
+    let area = scene.area(index);
+    if area == 0.0 && matches!(strength, Some(Strength::Flux(_) | Strength::Intensity(_))) {
+        return Err(RigError::NoArea {
+            id,
+            material: name(),
+        });
+    }
+    let radiance = strength.map_or(found.emission, |s| radiance(s, area, area));
+    if radiance == Rgb::default() {
+        return Err(RigError::Dark {
+            id,
+            material: name(),
+        });
+    }
+    Ok(Light::Panel {
+        material: index,
+        radiance,
+    })
+}

@@ -1,0 +1,350 @@
+//! Images that colour surfaces: prefiltered, in linear light, with their transparency.
+//!
+//! [`Pixels`] hold an image and smaller ones of half the size each, down to one texel, every texel the
+//! mean of what it covers. A lookup averages over the footprint of a pixel ([`super::footprint`]). Colours are
+//! weighted by alpha, so that what is transparent gives no colour to what is not. This module does not depend
+//! on surfaces.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "arrays of two, three or four numbers, by constants"
+)]
+
+pub mod reader;
+
+use std::fmt;
+use std::sync::Arc;
+
+use sha2::{Digest, Sha256};
+
+use super::footprint::Taps;
+use footlight_show::units::{Rgb, srgb_decode};
+
+/// Texels along a side at most: a larger image is halved until it has no more.
+pub const MOST_SIDE: usize = 2048;
+
+/// How an image goes on past its border.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wrap {
+    /// It starts again.
+    Repeat,
+    /// It runs back.
+    Mirror,
+    /// Its rim goes on.
+    Clamp,
+}
+
+/// What a texture's alpha does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Alpha {
+    /// Nothing.
+    Opaque,
+    /// Light passes where it is less than this.
+    Mask(f64),
+    /// It is the share of light that is stopped.
+    Blend,
+}
+
+/// What colours a material point by point.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texture {
+    /// The image; white where only alpha matters.
+    pub pixels: Arc<Pixels>,
+    /// Multiplies its red, green, blue and alpha.
+    pub factor: [f64; 4],
+    /// Across and down.
+    pub wrap: [Wrap; 2],
+    /// What is transparent.
+    pub alpha: Alpha,
+    /// One colour instead of the image's.
+    pub paint: Option<[f64; 3]>,
+}
+
+impl Texture {
+    /// One colour and alpha everywhere.
+    pub fn plain(factor: [f64; 4], alpha: Alpha) -> Texture {
+        Texture {
+            pixels: Arc::new(Pixels::new([1, 1], &[[255; 4]])),
+            factor,
+            wrap: [Wrap::Repeat; 2],
+            alpha,
+            paint: None,
+        }
+    }
+
+    /// As transparent as it is, in one colour.
+    #[must_use]
+    pub fn painted(self, colour: Rgb) -> Texture {
+        Texture {
+            paint: Some(colour.0),
+            ..self
+        }
+    }
+
+    /// Does light pass somewhere?
+    pub fn is_cut(&self) -> bool {
+        let [.., least] = self.factor;
+        match self.alpha {
+            Alpha::Opaque => false,
+            Alpha::Mask(_) | Alpha::Blend => least < 1.0 || self.pixels.is_transparent,
+        }
+    }
+
+    /// Mean reflectance over the parallelogram of `sides` around a place, both in the image's width
+    /// and height.
+    pub fn reflectance(&self, place: [f64; 2], sides: [[f64; 2]; 2]) -> [f64; 3] {
+        self.paint.unwrap_or_else(|| {
+            let [r, g, b, _] = self.mean(place, sides);
+            [r, g, b]
+        })
+    }
+
+    /// Alpha at a place.
+    pub fn alpha(&self, place: [f64; 2]) -> f64 {
+        self.mean(place, [[0.0; 2]; 2])[3]
+    }
+
+    /// Is light stopped at a place? `random` decides, 0 to 1, where alpha is a share.
+    pub fn stops(&self, place: [f64; 2], random: f64) -> bool {
+        match self.alpha {
+            Alpha::Opaque => true,
+            Alpha::Mask(least) => self.alpha(place) >= least,
+            Alpha::Blend => self.alpha(place) > random,
+        }
+    }
+
+    /// Mean colour of what is not transparent, and alpha, over a parallelogram.
+    fn mean(&self, place: [f64; 2], sides: [[f64; 2]; 2]) -> [f64; 4] {
+        let texels = self.pixels.size().map(|n| n as f64);
+        let scaled = sides.map(|[u, v]| [u * texels[0], v * texels[1]]);
+        let taps = Taps::new(scaled.map(|side| side.map(bounded)));
+        let (level, share) = (taps.size.log2(), 1.0 / taps.count() as f64);
+        let mut sum = [0.0; 4];
+        for offset in taps.offsets() {
+            let at = [0, 1].map(|k| place[k] + offset[k] / texels[k]);
+            let texel = self.pixels.at_level(at, level, self.wrap);
+            sum.iter_mut().zip(texel).for_each(|(s, t)| *s += t * share);
+        }
+        self.coloured(sum)
+    }
+
+    /// Colour and alpha of what is premultiplied in the image.
+    fn coloured(&self, sum: [f64; 4]) -> [f64; 4] {
+        let [.., weight] = sum;
+        let over = if weight > 0.0 { 1.0 / weight } else { 0.0 };
+        let [r, g, b, a] = [0, 1, 2, 3].map(|k| sum[k] * self.factor[k]);
+        [r * over, g * over, b * over, a].map(|v| v.clamp(0.0, 1.0))
+    }
+
+    /// Its texels, row by row from the top: the reflectance of each channel, and the share of light that
+    /// is stopped.
+    pub fn texels(&self) -> impl Iterator<Item = [f64; 4]> {
+        let [width, height] = self.pixels.size();
+        let places = (0..height).flat_map(move |y| (0..width).map(move |x| (x, y)));
+        places.map(|(x, y)| {
+            let texel = self.pixels.levels.first().map(|level| level.texel(x, y));
+            let [r, g, b, a] = self.coloured(texel.unwrap_or_default());
+            let [r, g, b] = self.paint.unwrap_or([r, g, b]);
+            let stopped = match self.alpha {
+                Alpha::Opaque => 1.0,
+                Alpha::Mask(least) => f64::from(u8::from(a >= least)),
+                Alpha::Blend => a,
+            };
+            [r, g, b, stopped]
+        })
+    }
+
+    /// Mean reflectance of the whole image.
+    pub fn mean_reflectance(&self) -> [f64; 3] {
+        // Wider than any image.
+        self.reflectance([0.5; 2], [[1e6, 0.0], [0.0, 1e6]])
+    }
+}
+
+/// A length of a footprint that may reach the horizon.
+fn bounded(length: f64) -> f64 {
+    if length.is_finite() {
+        length.clamp(-1e9, 1e9)
+    } else {
+        0.0
+    }
+}
+
+/// An image with its smaller ones.
+#[derive(Clone, PartialEq)]
+pub struct Pixels {
+    levels: Vec<Level>,
+    is_transparent: bool,
+    /// Of size and texels: what two images differ in when they are not equal.
+    pub digest: [u8; 16],
+}
+
+impl fmt::Debug for Pixels {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let [width, height] = self.size();
+        write!(f, "Pixels({width} x {height})")
+    }
+}
+
+#[derive(Clone, PartialEq)]
+struct Level {
+    size: [usize; 2],
+    /// Red, green and blue times alpha, and alpha: linear, each the square of its number over 65535,
+    /// which keeps dark tones.
+    texels: Vec<[u16; 4]>,
+}
+
+impl Pixels {
+    /// Of an image coded as sRGB with alpha, row by row from the top. What is missing is black.
+    pub fn new(size: [usize; 2], rgba: &[[u8; 4]]) -> Pixels {
+        let table: Vec<f64> = (0..=255_u8)
+            .map(|code| srgb_decode(f64::from(code) / 255.0))
+            .collect();
+        let linear = |code: u8| table.get(usize::from(code)).copied().unwrap_or(0.0);
+        let texel = |[r, g, b, a]: &[u8; 4]| {
+            let alpha = f64::from(*a) / 255.0;
+            let [r, g, b] = [r, g, b].map(|c| alpha * linear(*c));
+            [r, g, b, alpha].map(coded)
+        };
+        let first = Level {
+            size,
+            texels: rgba.iter().map(texel).collect(),
+        };
+        let mut hasher = Sha256::new();
+        size.iter()
+            .for_each(|n| hasher.update((*n as u64).to_le_bytes()));
+        hasher.update(rgba.as_flattened());
+        let mut digest = [0; 16];
+        digest
+            .iter_mut()
+            .zip(hasher.finalize())
+            .for_each(|(to, from)| *to = from);
+        let mut levels = vec![first];
+        while let Some(last) = levels.last().filter(|l| l.size != [1, 1]) {
+            let next = last.halved();
+            if next.size.iter().any(|n| *n >= MOST_SIDE) {
+                levels.clear();
+            }
+            levels.push(next);
+        }
+        if levels.len() > 1
+            && levels
+                .first()
+                .is_some_and(|l| l.size.iter().any(|n| *n > MOST_SIDE))
+        {
+            levels.remove(0);
+        }
+        Pixels {
+            levels,
+            is_transparent: rgba.iter().any(|[.., a]| *a < 255),
+            digest,
+        }
+    }
+
+    /// Texels across and down.
+    pub fn size(&self) -> [usize; 2] {
+        self.levels.first().map_or([1, 1], |level| level.size)
+    }
+
+    /// Is a texel less than opaque?
+    pub fn is_transparent(&self) -> bool {
+        self.is_transparent
+    }
+
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.levels
+            .iter()
+            .map(|l| size_of_val(l.texels.as_slice()))
+            .sum()
+    }
+
+    /// Premultiplied colour and alpha, linear between texels and between levels.
+    fn at_level(&self, place: [f64; 2], level: f64, wrap: [Wrap; 2]) -> [f64; 4] {
+        let level = level
+            .max(0.0)
+            .min((self.levels.len().saturating_sub(1)) as f64);
+        let (low, share) = (level.floor(), level.fract());
+        let at = |index: f64| {
+            let level = self.levels.get(index as usize);
+            level.map_or([0.0; 4], |level| level.bilinear(place, wrap))
+        };
+        let near = at(low);
+        if share == 0.0 {
+            return near;
+        }
+        let far = at(low + 1.0);
+        [0, 1, 2, 3].map(|k| near[k] + (far[k] - near[k]) * share)
+    }
+}
+
+impl Level {
+    fn texel(&self, x: usize, y: usize) -> [f64; 4] {
+        let texel = self.texels.get(y * self.size[0] + x);
+        let value = |code: &u16| (f64::from(*code) / 65535.0).powi(2);
+        texel.map_or([0.0; 4], |texel| [0, 1, 2, 3].map(|k| value(&texel[k])))
+    }
+
+    fn bilinear(&self, place: [f64; 2], wrap: [Wrap; 2]) -> [f64; 4] {
+        let axis = |k: usize| {
+            let at = place[k] * self.size[k] as f64 - 0.5;
+            let low = at.floor();
+            let index = |i: f64| wrapped(i, self.size[k], wrap[k]);
+            (index(low), index(low + 1.0), at - low)
+        };
+        let ((x0, x1, s), (y0, y1, t)) = (axis(0), axis(1));
+        let mix = |a: [f64; 4], b: [f64; 4], s: f64| [0, 1, 2, 3].map(|k| a[k] + (b[k] - a[k]) * s);
+        let top = mix(self.texel(x0, y0), self.texel(x1, y0), s);
+        let bottom = mix(self.texel(x0, y1), self.texel(x1, y1), s);
+        mix(top, bottom, t)
+    }
+
+    /// Half as many texels on each side, rounded up; each the mean of its area.
+    fn halved(&self) -> Level {
+        let [width, height] = self.size.map(|n| n.div_ceil(2));
+        let columns = footlight_picture::shrink::overlaps(self.size[0], width);
+        let rows = footlight_picture::shrink::overlaps(self.size[1], height);
+        let mut texels = Vec::with_capacity(width * height);
+        for rows in rows {
+            for columns in &columns {
+                let mut sum = [0.0; 4];
+                for (y, a) in &rows {
+                    for (x, b) in columns {
+                        let texel = self.texel(*x, *y);
+                        sum.iter_mut().zip(texel).for_each(|(s, t)| *s += a * b * t);
+                    }
+                }
+                texels.push(sum.map(coded));
+            }
+        }
+        Level {
+            size: [width, height],
+            texels,
+        }
+    }
+}
+
+fn coded(value: f64) -> u16 {
+    (value.max(0.0).sqrt() * 65535.0).round() as u16
+}
+
+/// The texel of a number that may be past the border.
+fn wrapped(index: f64, count: usize, wrap: Wrap) -> usize {
+    let most = count.saturating_sub(1);
+    if !index.is_finite() {
+        return 0;
+    }
+    let n = count as f64;
+    let within = match wrap {
+        Wrap::Clamp => index.clamp(0.0, most as f64),
+        Wrap::Repeat => index.rem_euclid(n),
+        Wrap::Mirror => {
+            let at = index.rem_euclid(2.0 * n);
+            if at < n { at } else { 2.0 * n - 1.0 - at }
+        }
+    };
+    (within as usize).min(most)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,109 @@
+//! Image files of a stage to [`Pixels`], each once, within a limit of memory.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::Pixels;
+use footlight_picture::PictureError;
+use footlight_picture::decode::codes;
+
+/// Bytes of all textures of a stage file at most, decoded.
+pub const MOST_BYTES: usize = 1 << 30;
+
+/// What of an image is read.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Channels {
+    /// Colour and alpha.
+    All,
+    /// Colour, also where the image is transparent, as glTF 2.0 has it for `alphaMode OPAQUE`.
+    Colour,
+}
+
+/// Reads images.
+#[derive(Debug)]
+pub struct TextureReader {
+    /// Bytes that may be taken.
+    limit: usize,
+    /// Bytes that are taken.
+    taken: usize,
+    /// Bytes that what was refused would take.
+    refused: u64,
+    /// By name and channels; why it was not read.
+    known: BTreeMap<(String, Channels), Result<Arc<Pixels>, String>>,
+}
+
+impl TextureReader {
+    /// Within so many bytes.
+    pub fn new(memory: usize) -> TextureReader {
+        TextureReader {
+            limit: memory.min(MOST_BYTES),
+            taken: 0,
+            refused: 0,
+            known: BTreeMap::new(),
+        }
+    }
+
+    /// The image of this name.
+    ///
+    /// # Errors
+    /// Why it cannot be read, as the end of a sentence.
+    pub fn read(
+        &mut self,
+        name: &str,
+        channels: Channels,
+        content: impl FnOnce() -> Result<Vec<u8>, String>,
+    ) -> Result<Arc<Pixels>, String> {
+        let key = (name.to_owned(), channels);
+        if let Some(known) = self.known.get(&key) {
+            return known.clone();
+        }
+        let pixels = match self.known.get(&(name.to_owned(), Channels::All)) {
+            Some(Ok(whole)) if !whole.is_transparent() => Ok(whole.clone()),
+            _ => content().and_then(|bytes| self.pixels(&bytes, channels)),
+        };
+        self.known.insert(key, pixels.clone());
+        pixels
+    }
+
+    fn pixels(&mut self, bytes: &[u8], channels: Channels) -> Result<Arc<Pixels>, String> {
+        let left = self.limit.saturating_sub(self.taken);
+        let (size, mut codes) = codes(bytes, left).map_err(|error| self.in_words(error))?;
+        if channels == Channels::Colour {
+            codes.iter_mut().for_each(|[.., alpha]| *alpha = 255);
+        }
+        let pixels = Pixels::new(size, &codes);
+        self.taken += pixels.bytes();
+        Ok(Arc::new(pixels))
+    }
+
+    /// Why an image cannot be read, and where it is too large what to do.
+    fn in_words(&mut self, error: PictureError) -> String {
+        let PictureError::Memory {
+            width,
+            height,
+            needed,
+            limit,
+        } = error
+        else {
+            return error.to_string();
+        };
+        // All that were refused so far: the last message tells what is enough for all.
+        self.refused = self.refused.saturating_add(needed);
+        let enough = self.refused.saturating_add(self.taken as u64);
+        let more = if enough <= MOST_BYTES as u64 {
+            format!(
+                ", or allow more with `--memory {}`",
+                enough.div_ceil(1 << 20)
+            )
+        } else {
+            String::new()
+        };
+        let megabytes = |bytes: u64| bytes as f64 / 1e6;
+        format!(
+            "{width} x {height} pixels need {:.1} MB to be read, and {:.1} MB are left for textures; \
+             make the image smaller{more}",
+            megabytes(needed),
+            megabytes(limit)
+        )
+    }
+}

@@ -1,0 +1,536 @@
+//! An outside renderer: any program that turns a file of settings into an OpenEXR picture.
+//!
+//! The program comes from the command line or the embedding program, never from a show. For each
+//! picture it is started once, with a JSON file of what to render and the path at
+//! which to leave the picture; nothing is shared between pictures. Time, exit code, size and finite
+//! numbers are checked, and before the first picture its linearity is measured, because the plan
+//! uses sums of its pictures as pictures of sums. A setting with negative numbers takes two runs:
+//! the picture of its negative part is subtracted from that of its positive part.
+
+mod scene;
+
+use std::path::PathBuf;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use serde_json::json;
+
+use footlight_host::files::process::{Job, ProcessError, Processes, Programs, SplitError, split};
+use footlight_show::geometry::Vec3;
+use footlight_picture::combine::{combine, dot};
+use footlight_picture::exr;
+use footlight_picture::{Image, PictureError};
+use crate::contract::{check_memory, check_quality, check_settings};
+use crate::{Cost, Prepared, Quality, Setup, Transport, TransportError, Warning, seed};
+use footlight_show::geometry::View;
+use footlight_host::work::Work;
+
+/// What stands for the path of the settings in the command.
+pub const SETTINGS: &str = "{settings}";
+/// What stands for the path of the picture in the command.
+pub const OUTPUT: &str = "{output}";
+
+/// What stands for the path of the scene in the command; the numbers lie beside it in `scene.bin`.
+pub const SCENE: &str = "{scene}";
+/// What stands for the path of a script that comes with the program.
+const SCRIPT: &str = "{script}";
+
+/// A renderer that is called by its name, through a script of Python that comes with the program.
+struct Known {
+    name: &'static str,
+    program: &'static str,
+    /// What stands before the paths of scene, settings and picture.
+    arguments: &'static [&'static str],
+    script: &'static str,
+}
+
+const KNOWN: [Known; 2] = [
+    Known {
+        name: "mitsuba",
+        program: "python3",
+        arguments: &[SCRIPT],
+        script: include_str!("../../examples/outside/mitsuba.py"),
+    },
+    Known {
+        name: "blender",
+        program: "blender",
+        arguments: &[
+            "--background",
+            "--factory-startup",
+            "-noaudio",
+            "--python-exit-code",
+            "1",
+            "--python",
+            SCRIPT,
+            "--",
+        ],
+        script: include_str!("../../examples/outside/blender.py"),
+    },
+];
+
+/// Steps of quality of a known renderer.
+const KNOWN_STEPS: u8 = 4;
+
+/// Relative deviation from linearity beyond which the user is warned. Pictures in half precision
+/// deviate by up to 5e-4 by their rounding alone.
+pub const TOLERATED: f64 = 2e-3;
+
+/// A mean that is off by so many standard errors is no work of chance, also where a few bright samples
+/// make the noise.
+const SIGNIFICANT: f64 = 6.0;
+
+/// Bytes beyond its pixels that an OpenEXR file of the right size may have.
+const HEADER: u64 = 1 << 20;
+
+/// Why an outside renderer gave no picture.
+#[derive(Debug, thiserror::Error)]
+pub enum OutsideError {
+    /// The command cannot be split into words.
+    #[error("the renderer's command cannot be read: {0}")]
+    Command(#[from] SplitError),
+    /// The command does not say where a path belongs.
+    #[error(
+        "the renderer's command has no `{0}`: write it where that path belongs, as in \
+         `python3 render.py {SETTINGS} {OUTPUT}`"
+    )]
+    Mark(&'static str),
+    /// The program did not run to a good end.
+    #[error("the renderer failed: {0}")]
+    Process(ProcessError),
+    /// What it left is no picture.
+    #[error("the renderer's picture cannot be used: {0}")]
+    Picture(#[from] PictureError),
+    /// Its picture has another size.
+    #[error(
+        "the renderer's picture has {}x{} pixels, the view has {}x{}",
+        found.0, found.1, wanted.0, wanted.1
+    )]
+    Size {
+        /// Width and height of its picture.
+        found: (usize, usize),
+        /// Width and height of the view.
+        wanted: (usize, usize),
+    },
+    /// The settings could not be written down.
+    #[error("the settings cannot be written: {0}")]
+    Settings(String),
+}
+
+/// How to call a renderer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Call {
+    /// The program.
+    pub program: String,
+    /// Its arguments, with [`SETTINGS`] and [`OUTPUT`] among them.
+    pub arguments: Vec<String>,
+    /// Seconds that one picture may take.
+    pub timeout: f64,
+    /// Its steps of quality, 1 if it has no scale.
+    pub steps: u8,
+    /// The show's file, given to the program.
+    pub show: Option<PathBuf>,
+    /// A script that comes with the program, for Python.
+    pub script: Option<&'static str>,
+    /// What the user calls the version of its pictures; none are kept without it.
+    pub version: Option<String>,
+}
+
+impl Call {
+    /// A command line, split without a shell ([`split`]); ten minutes for a picture, one step of
+    /// quality. Or the name of a renderer that the program knows how to call, `mitsuba` or `blender`,
+    /// with arguments for its script.
+    ///
+    /// # Errors
+    /// [`OutsideError::Command`] and [`OutsideError::Mark`].
+    pub fn parse(line: &str) -> Result<Call, OutsideError> {
+        let (program, arguments) = split(line)?;
+        if let Some(known) = KNOWN.iter().find(|known| known.name == program) {
+            let paths = [SCENE, SETTINGS, OUTPUT];
+            let own = known.arguments.iter().chain(&paths);
+            let own = own.map(|word| (*word).to_owned());
+            return Ok(Call {
+                program: known.program.to_owned(),
+                arguments: own.chain(arguments).collect(),
+                timeout: 600.0,
+                steps: KNOWN_STEPS,
+                show: None,
+                script: Some(known.script),
+                version: None,
+            });
+        }
+        for mark in [SETTINGS, OUTPUT] {
+            if !arguments.iter().any(|a| a.contains(mark)) {
+                return Err(OutsideError::Mark(mark));
+            }
+        }
+        Ok(Call {
+            program,
+            arguments,
+            timeout: 600.0,
+            steps: 1,
+            show: None,
+            script: None,
+            version: None,
+        })
+    }
+
+    /// Does the program read the scene?
+    fn reads_scene(&self) -> bool {
+        self.arguments.iter().any(|a| a.contains(SCENE))
+    }
+}
+
+/// By how much a renderer is not linear: relative RMS deviations.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Linearity {
+    /// Of G(a) + G(b) from G(a + b).
+    pub sum: f64,
+    /// Of G(2a) from 2 G(a).
+    pub double: f64,
+}
+
+/// What was measured on the runs so far.
+#[derive(Debug, Default)]
+struct Measurements {
+    linearity: Option<Linearity>,
+    /// For each step that was rendered: pictures and their seconds.
+    runs: Vec<(Quality, usize, f64)>,
+    /// Pictures with light, those without any, and those with negative light alone.
+    lit: usize,
+    black: usize,
+    negative: usize,
+}
+
+struct Renderer {
+    call: Call,
+    processes: Box<dyn Processes>,
+    measured: Mutex<Measurements>,
+}
+
+/// G by an outside renderer.
+#[derive(Clone)]
+pub struct Outside(Arc<Renderer>);
+
+impl Outside {
+    /// Calls the machine's own programs.
+    pub fn new(call: Call) -> Outside {
+        Outside::with(call, Box::new(Programs))
+    }
+
+    /// Calls programs by `processes`.
+    pub fn with(call: Call, processes: Box<dyn Processes>) -> Outside {
+        Outside(Arc::new(Renderer {
+            call,
+            processes,
+            measured: Mutex::default(),
+        }))
+    }
+
+    /// The same renderer for a worker among many: its linearity is not measured here, which would take
+    /// each of them four more pictures.
+    #[must_use]
+    pub fn unmeasured(self) -> Outside {
+        self.0.measured().linearity = Some(Linearity::default());
+        self
+    }
+
+    /// How linear the renderer is; `None` before the first picture.
+    pub fn linearity(&self) -> Option<Linearity> {
+        self.0.measured().linearity
+    }
+}
+
+impl Transport for Outside {
+    fn name(&self) -> &str {
+        "outside renderer"
+    }
+
+    fn finest(&self) -> Quality {
+        Quality(self.0.call.steps.max(1))
+    }
+
+    fn results_version(&self) -> Option<String> {
+        let Call { version, steps, .. } = &self.0.call;
+        let version = version.as_ref()?;
+        Some(format!("outside {version}, of {steps} steps"))
+    }
+
+    fn prepare(
+        &self,
+        setup: &Setup,
+        quality: Quality,
+        work: Work<'_>,
+    ) -> Result<Box<dyn Prepared>, TransportError> {
+        check_quality(quality, self.finest())?;
+        check_memory("the scene's files", scene::image_bytes(setup), work.memory)?;
+        let scene = if self.0.call.reads_scene() {
+            Some(scene::files(setup).map_err(OutsideError::Settings)?)
+        } else {
+            None
+        };
+        if let Some((json, binary)) = &scene {
+            check_memory("the scene's files", json.len() + binary.len(), work.memory)?;
+        }
+        let operator = OutsideOperator {
+            renderer: Arc::clone(&self.0),
+            scene,
+            names: setup.rig.sources.iter().map(|s| s.name.clone()).collect(),
+            view: setup.view.clone(),
+            quality,
+        };
+        if self.linearity().is_none() {
+            let linearity = operator.linearity(work)?;
+            self.0.measured().linearity = Some(linearity);
+        }
+        Ok(Box::new(operator))
+    }
+
+    /// The mean of its own runs at this quality, else at the last other one, in proportion to the
+    /// samples; zero before the first. Nothing is shared between pictures.
+    fn cost(&self, _setup: &Setup, quality: Quality) -> Cost {
+        let measured = self.0.measured();
+        let run = measured.runs.iter().find(|r| r.0 == quality);
+        let run = run.or(measured.runs.last());
+        let per_image = run.map_or(0.0, |(known, count, seconds)| {
+            let samples = [quality, *known].map(|step| self.samples(step).unwrap_or(1.0));
+            seconds / *count as f64 * samples[0] / samples[1]
+        });
+        Cost {
+            per_image,
+            per_lone: per_image,
+            ..Cost::default()
+        }
+    }
+
+    /// A renderer that reads the scene is given a seed, and four times the samples at each step.
+    fn samples(&self, quality: Quality) -> Option<f64> {
+        let is_noisy = self.0.call.reads_scene();
+        is_noisy.then(|| 4_f64.powi(i32::from(quality.0) - 1))
+    }
+
+    fn warnings(&self) -> Vec<Warning> {
+        let mut out = Vec::new();
+        let Linearity { sum, double } = self.linearity().unwrap_or_default();
+        if sum.max(double) > TOLERATED {
+            out.push(Warning::NotLinear { sum, double });
+        }
+        let measured = self.0.measured();
+        // A bank may well light nothing in the view; no bank at all does not.
+        if measured.lit == 0 && measured.black > 0 {
+            let pictures = measured.black;
+            out.push(Warning::Black { pictures });
+        }
+        if measured.negative > 0 {
+            let pictures = measured.negative;
+            out.push(Warning::Negative { pictures });
+        }
+        out
+    }
+}
+
+impl Renderer {
+    /// Counts a picture by what light it has.
+    fn record_light(&self, image: &Image) {
+        let has = |sign: f32| image.data().iter().any(|light| light * sign > 0.0);
+        let mut measured = self.measured();
+        match (has(1.0), has(-1.0)) {
+            (true, _) => measured.lit += 1,
+            (false, true) => measured.negative += 1,
+            (false, false) => measured.black += 1,
+        }
+    }
+
+    fn measured(&self) -> MutexGuard<'_, Measurements> {
+        // Each change is one assignment, so that a panic elsewhere leaves no half of it.
+        self.measured.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn record_run(&self, quality: Quality, seconds: f64) {
+        let mut measured = self.measured();
+        match measured.runs.iter_mut().find(|r| r.0 == quality) {
+            Some((_, count, sum)) => {
+                *count += 1;
+                *sum += seconds;
+            }
+            None => measured.runs.push((quality, 1, seconds)),
+        }
+    }
+}
+
+/// G for one rig, view and quality.
+struct OutsideOperator {
+    renderer: Arc<Renderer>,
+    /// `scene.json` and `scene.bin`, where the program reads them.
+    scene: Option<(Vec<u8>, Vec<u8>)>,
+    names: Vec<String>,
+    view: View,
+    quality: Quality,
+}
+
+impl OutsideOperator {
+    fn size(&self) -> (usize, usize) {
+        (self.view.width, self.view.height)
+    }
+
+    /// The settings file of one picture; the manual's page `farm` has the form.
+    fn request(&self, setting: &[f64]) -> Result<Vec<u8>, OutsideError> {
+        let call = &self.renderer.call;
+        let view = &self.view;
+        let point = |p: Vec3| [p.x, p.y, p.z];
+        let coordinates = self.names.iter().zip(setting);
+        let coordinates = coordinates.map(|(name, value)| json!({ "name": name, "value": value }));
+        let mut request = json!({
+            "schema": self.scene.as_ref().map_or(0, |_| scene::SCHEMA),
+            "show": call.show.as_ref().map(|p| p.display().to_string()),
+            "view": {
+                "from": point(view.from),
+                "to": point(view.to),
+                "up": point(view.axes()[1]),
+                "fov": view.fov,
+                "roll": view.roll,
+                "width": view.width,
+                "height": view.height,
+            },
+            "quality": self.quality.0,
+            "steps": call.steps,
+            "coordinates": coordinates.collect::<Vec<_>>(),
+        });
+        if let (Some(_), Some(fields)) = (&self.scene, request.as_object_mut()) {
+            fields.insert("seed".to_owned(), json!(seed(setting, self.quality)));
+        }
+        serde_json::to_vec_pretty(&request).map_err(|e| OutsideError::Settings(e.to_string()))
+    }
+
+    /// One run: the picture of a setting without negative numbers.
+    fn run(&self, setting: &[f64], work: Work<'_>) -> Result<Image, TransportError> {
+        work.check()?;
+        let request = self.request(setting)?;
+        let (width, height) = self.size();
+        // Some five times the picture's own floats: other channels may stand beside R, G and B.
+        let pixels = (width as u64 * height as u64).saturating_mul(64);
+        let mut inputs: Vec<(&str, &str, &[u8])> = vec![(SETTINGS, "settings.json", &request)];
+        if let Some((json, binary)) = &self.scene {
+            inputs.push((SCENE, "scene.json", json));
+            inputs.push(("{numbers}", "scene.bin", binary));
+        }
+        if let Some(script) = self.renderer.call.script {
+            inputs.push((SCRIPT, "render.py", script.as_bytes()));
+        }
+        let done = self.renderer.processes.run(&Job {
+            program: &self.renderer.call.program,
+            arguments: &self.renderer.call.arguments,
+            inputs: &inputs,
+            output: (OUTPUT, "picture.exr"),
+            limit: (pixels + HEADER).min(work.memory as u64),
+            timeout: self.renderer.call.timeout,
+            cancelled: &|| work.progress.cancelled(),
+        });
+        let done = done.map_err(|error| match error {
+            ProcessError::Cancelled => TransportError::Cancelled(footlight_host::work::Cancelled),
+            other => OutsideError::Process(other).into(),
+        })?;
+        let image = exr::decode(&done.output, work.memory).map_err(OutsideError::Picture)?;
+        let found = (image.width(), image.height());
+        if found != self.size() {
+            let wanted = self.size();
+            return Err(OutsideError::Size { found, wanted }.into());
+        }
+        self.renderer.record_run(self.quality, done.seconds);
+        self.renderer.record_light(&image);
+        Ok(image)
+    }
+
+    /// The picture of any setting: that of its positive part less that of its negative part.
+    fn signed(&self, setting: &[f64], work: Work<'_>) -> Result<Image, TransportError> {
+        let part = |sign: f64| {
+            let part: Vec<f64> = setting.iter().map(|s| (s * sign).max(0.0)).collect();
+            let is_lit = part.iter().any(|s| *s > 0.0);
+            is_lit.then(|| self.run(&part, work)).transpose()
+        };
+        match (part(1.0)?, part(-1.0)?) {
+            (Some(image), None) => Ok(image),
+            (positive, negative) => {
+                let positive = positive.iter().map(|image| (1.0, image));
+                let negative = negative.iter().map(|image| (-1.0, image));
+                let terms: Vec<(f64, &Image)> = positive.chain(negative).collect();
+                Ok(combine(self.size(), &terms, work.threads))
+            }
+        }
+    }
+
+    /// Four pictures: every other source (a), the rest (b), both, and twice the first. A rig of one
+    /// source is its own rest, at half.
+    fn linearity(&self, work: Work<'_>) -> Result<Linearity, TransportError> {
+        let n = self.names.len();
+        if n == 0 {
+            return Ok(Linearity::default());
+        }
+        let a: Vec<f64> = (0..n).map(|i| f64::from(u8::from(i % 2 == 0))).collect();
+        let b: Vec<f64> = match n {
+            1 => vec![0.5],
+            _ => a.iter().map(|x| 1.0 - x).collect(),
+        };
+        let both: Vec<f64> = a.iter().zip(&b).map(|(a, b)| a + b).collect();
+        let twice: Vec<f64> = a.iter().map(|a| 2.0 * a).collect();
+        let picture = |done, setting: Vec<f64>| {
+            let image = self.run(&setting, work)?;
+            work.progress.report("linearity of the renderer", done, 4);
+            Ok::<Image, TransportError>(image)
+        };
+        let (a, b) = (&picture(1, a)?, &picture(2, b)?);
+        let (both, twice) = (&picture(3, both)?, &picture(4, twice)?);
+        let off = |terms: &[(f64, &Image)], whole: &Image| {
+            let difference = combine(self.size(), terms, work.threads);
+            if self.scene.is_some() {
+                return bias(&difference, whole);
+            }
+            let (error, light) = (dot(&difference, &difference), dot(whole, whole));
+            if light > 0.0 {
+                (error / light).sqrt()
+            } else {
+                f64::from(u8::from(error > 0.0))
+            }
+        };
+        Ok(Linearity {
+            sum: off(&[(1.0, a), (1.0, b), (-1.0, both)], both),
+            double: off(&[(2.0, a), (-1.0, twice)], twice),
+        })
+    }
+}
+
+/// What a difference of noisy pictures is off by in the mean, relative to the picture's; 0 where
+/// chance alone may be the reason.
+fn bias(difference: &Image, whole: &Image) -> f64 {
+    let count = difference.data().len().max(1) as f64;
+    let mean = |image: &Image| image.data().iter().map(|v| f64::from(*v)).sum::<f64>() / count;
+    let off = mean(difference).abs();
+    let by_chance = (dot(difference, difference) / count / count).sqrt();
+    if off > SIGNIFICANT * by_chance {
+        off / mean(whole).abs().max(f64::MIN_POSITIVE)
+    } else {
+        0.0
+    }
+}
+
+impl Prepared for OutsideOperator {
+    fn render(
+        &mut self,
+        settings: &[Vec<f64>],
+        work: Work<'_>,
+    ) -> Result<Vec<Image>, TransportError> {
+        check_settings(settings, self.names.len())?;
+        let (width, height) = self.size();
+        // Beside the results two parts of a mixed setting.
+        let needed = (settings.len() + 2).saturating_mul(width * height * 3 * size_of::<f32>());
+        check_memory("the pictures of all settings", needed, work.memory)?;
+        let mut images = Vec::with_capacity(settings.len());
+        for setting in settings {
+            images.push(self.signed(setting, work)?);
+            work.progress
+                .report("outside renderer", images.len(), settings.len());
+        }
+        Ok(images)
+    }
+}
+
+#[cfg(test)]
+mod tests;
