@@ -32,13 +32,13 @@ use footlight_engine::{Background, Engine, Host, PoolPlace, TEXT_LIMIT};
 use footlight_host::files::{self, Disk, Folder, Monotonic, process};
 #[cfg(feature = "lsp")]
 use footlight_lsp as lsp;
-use footlight_show::printable::Printable;
-use footlight_transport::radiosity::Radiosity;
-use footlight_transport::Transport;
-use footlight_transport::outside::{self, Outside};
 use footlight_prompt::{Call, Console, Error, Repl, help_of, removed};
 use footlight_report::explain::explain;
 use footlight_report::film::{Outlets, Pipe};
+use footlight_show::printable::Printable;
+use footlight_transport::Transport;
+use footlight_transport::outside::{self, Outside};
+use footlight_transport::radiosity::Radiosity;
 
 use self::argument::{OwnCommand, Settings, Task};
 use self::encoder::Ffmpeg;

@@ -116,12 +116,12 @@ mod cli;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub use cli::main;
+pub use footlight_engine::plan::{Metric, PlanReport};
+pub use footlight_engine::playback::Player;
 pub use footlight_engine::{
     Background, Document, Edited, Ended, Engine, Error, Event, Forecast, Goal, Host, LiveControl,
     Moves, PoolPlace, RefinementSummary, Status, Way, WayForecast,
 };
-pub use footlight_engine::plan::{Metric, PlanReport};
-pub use footlight_engine::playback::Player;
 pub use footlight_host::files::{
     AtomicWriter, Clock, Disk, Entry, FileError, Files, Folder, Memory, MemoryStore, Store,
 };

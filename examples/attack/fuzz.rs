@@ -6,14 +6,14 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use footlight::{Engine, Host, Image, Time};
 use footlight_desk::{mvr, usitt};
-use footlight_show::diagnostic::Sources;
 use footlight_engine::PoolPlace;
 use footlight_host::files::{Memory, MemoryStore, Store};
-use footlight_show::lang;
-use footlight_picture::exr::{self, Precision};
 use footlight_host::work::Work;
-use footlight::{Engine, Host, Image, Time};
+use footlight_picture::exr::{self, Precision};
+use footlight_show::diagnostic::Sources;
+use footlight_show::lang;
 
 use crate::dice::Dice;
 

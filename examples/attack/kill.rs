@@ -15,9 +15,7 @@ pub fn all(seed: u64, kills: usize) -> bool {
     let mut dice = Dice(seed);
     let folder = tempfile::tempdir().unwrap();
     for name in ["first.lxq", "first.obj", "first.mtl"] {
-        let from = Path::new(env!("CARGO_MANIFEST_DIR"))
-            .join("..")
-            .join(name);
+        let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(name);
         fs::copy(from, folder.path().join(name)).unwrap();
     }
     let run = |out: &str, pool: &str| {

@@ -12,12 +12,12 @@ use clap::{Arg, ArgAction, ArgMatches, Args, Command, FromArgMatches, Subcommand
 
 use super::import::Imported;
 use super::work::Worker;
-use footlight_show::diagnostic::Style;
 use footlight_engine::POOL_LIMIT;
 use footlight_host::files;
+use footlight_prompt::{Call, VERBS, VerbSpec};
+use footlight_show::diagnostic::Style;
 use footlight_show::lang;
 use footlight_transport::outside;
-use footlight_prompt::{Call, VERBS, VerbSpec};
 
 /// Bytes that the program takes beside a show.
 const PROGRAM: usize = 64 << 20;

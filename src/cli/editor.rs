@@ -12,9 +12,9 @@ use rustyline::validate::{ValidationContext, ValidationResult, Validator};
 use rustyline::{Context, Helper};
 
 use footlight_host::files::{Disk, FileError, Store};
+use footlight_prompt::{Vocabulary, finished};
 use footlight_show::lang::{Token, tokens};
 use footlight_show::printable::{is_hidden, visible};
-use footlight_prompt::{Vocabulary, finished};
 
 /// Lines that are remembered from session to session.
 pub const REMEMBERED: usize = 2000;

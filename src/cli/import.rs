@@ -8,14 +8,14 @@ use super::argument::Settings;
 use super::screen::Screen;
 use super::{complain, file_limit, print, stop};
 use footlight_desk::{ImportError, Loss, mvr, usitt};
-use footlight_show::diagnostic::Diagnostics;
 use footlight_engine::{self as engine, Host};
 use footlight_host::files::{Disk, Folder, Store as _, is_same};
-use footlight_show::printable;
+use footlight_host::work::Work;
 use footlight_prompt::Error;
 use footlight_report::words::count;
 use footlight_report::{self as report, exchange, format};
-use footlight_host::work::Work;
+use footlight_show::diagnostic::Diagnostics;
+use footlight_show::printable;
 
 /// Arguments of `import`.
 #[derive(Debug, Args)]

@@ -12,8 +12,8 @@ use super::editor::{self, Reader};
 use super::screen::Screen;
 use super::{complain, print, stop};
 use footlight_engine::{Background, TEXT_LIMIT};
-use footlight_show::printable::Printable;
 use footlight_prompt::{Error, Repl, Vocabulary, finished};
+use footlight_show::printable::Printable;
 
 /// What the prompt waits for.
 pub enum Event {

@@ -8,11 +8,11 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use super::drawing::{Drawing, InPlace};
 use super::stop::{INTERRUPTED, Stop};
 use super::{complain, draw, print};
-use footlight_show::diagnostic::Style;
-use footlight_show::printable::visible;
+use footlight_host::work::Progress;
 use footlight_prompt::{Error, Reply};
 use footlight_report::film::Canvas;
-use footlight_host::work::Progress;
+use footlight_show::diagnostic::Style;
+use footlight_show::printable::visible;
 
 /// The terminal.
 #[derive(Clone, Debug)]

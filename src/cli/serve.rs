@@ -5,9 +5,9 @@ use std::thread;
 
 use super::screen::Screen;
 use super::{complain, print};
-use footlight_show::printable::Printable;
 use footlight_prompt::{Error, Repl};
 use footlight_serve::{Operator, serve};
+use footlight_show::printable::Printable;
 
 impl Operator for Screen {
     fn tell(&self, text: Printable) {

@@ -11,10 +11,10 @@ use super::screen::Screen;
 use super::{host, print, stop};
 use footlight_engine::{self as engine, Engine, LEASE, Task, TaskList, TaskState, Worked};
 use footlight_host::files::Disk;
-use footlight_show::printable;
-use footlight_transport::outside::{self, Outside};
 use footlight_prompt::Error;
 use footlight_report::tasks;
+use footlight_show::printable;
+use footlight_transport::outside::{self, Outside};
 
 /// The exit code of what is to be tried again.
 const TRY_AGAIN: u8 = 75;

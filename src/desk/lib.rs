@@ -24,9 +24,9 @@ use std::fmt;
 
 use serde::Serialize;
 
+use footlight_host::work::Cancelled;
 use footlight_show::diagnostic::Diagnostic;
 use footlight_show::timeline::TimelineError;
-use footlight_host::work::Cancelled;
 
 /// Something that does not go across, or only nearly.
 #[derive(Clone, Debug, PartialEq, Serialize)]

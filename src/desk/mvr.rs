@@ -16,8 +16,8 @@ use roxmltree::Node;
 use self::frame::Frame;
 use self::zip::Archive;
 use super::{ImportError, Loss};
-use footlight_show::diagnostic::Diagnostic;
 use footlight_host::work::{Cancelled, Work};
+use footlight_show::diagnostic::Diagnostic;
 
 /// Bytes of an archive that is read.
 pub const LIMIT: usize = 256 << 20;

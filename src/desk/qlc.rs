@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 
 use super::patch::{Frames, Patch, Slot};
 use super::{Carried, ExportError, Loss};
+use footlight_host::work::Work;
 use footlight_show::model::{Link, Show};
 use footlight_show::timeline::{Timeline, TimelineError, lights, tracked};
 use footlight_show::units::Time;
-use footlight_host::work::Work;
 
 /// The function that runs the cues; scenes follow.
 const CHASER: usize = 0;

@@ -11,12 +11,12 @@ use super::patch::Patch;
 use super::performance::Performance;
 use super::wire::{self, Source};
 use super::{Loss, qlc};
+use footlight_host::work::Work;
 use footlight_show::diagnostic::Sources;
 use footlight_show::lang;
 use footlight_show::model::Show;
 use footlight_show::timeline::Timeline;
 use footlight_show::units::{CueNumber, Time};
-use footlight_host::work::Work;
 
 fn parsed(text: &str) -> Show {
     let mut sources = Sources::default();

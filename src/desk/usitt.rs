@@ -18,8 +18,8 @@ pub use write::write;
 
 use self::read::Read;
 use super::{Carried, ImportError};
-use footlight_show::printable::of_bytes;
 use footlight_host::work::Work;
+use footlight_show::printable::of_bytes;
 
 /// Bytes of a file that is read. Reading takes up to 80 bytes of memory for each.
 pub const LIMIT: usize = 8 << 20;

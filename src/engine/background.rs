@@ -18,9 +18,9 @@ use super::refiner::{Extent, Next, Refiner, Ticket};
 use super::rendering::{Job, Rendered, SetupImages};
 use super::ways::{Mixtures, Way};
 use super::{Engine, Error};
-use footlight_transport::Quality;
-use footlight_show::units::ErrorUnit;
 use footlight_host::work::{Progress, Work};
+use footlight_show::units::ErrorUnit;
+use footlight_transport::Quality;
 
 /// How long a wait goes on before it looks at progress and cancel again.
 const GLANCE: Duration = Duration::from_millis(40);
@@ -28,9 +28,9 @@ const GLANCE: Duration = Duration::from_millis(40);
 /// Runs tasks in the background, such as on threads. A closure is one:
 ///
 /// ```
-/// let host = footlight::Host {
+/// let host = footlight_engine::Host {
 ///     background: Some(Box::new(|task| drop(std::thread::spawn(task)))),
-///     ..footlight::Host::default()
+///     ..footlight_engine::Host::default()
 /// };
 /// ```
 pub trait Background: Send {
@@ -218,8 +218,8 @@ impl Engine {
     /// then. [`Engine::picture`] waits only while coarse images are still to come.
     ///
     /// ```
-    /// # use footlight::{Engine, Goal, Host};
-    /// # fn refine(engine: &mut Engine) -> Result<(), footlight::Error> {
+    /// # use footlight_engine::{Engine, Goal, Host};
+    /// # fn refine(engine: &mut Engine) -> Result<(), footlight_engine::Error> {
     /// engine.start(Goal::until(0.0))?; // to the end of the plan
     /// while engine.is_busy() {
     ///     std::thread::sleep(std::time::Duration::from_millis(20)); // or whatever the program does

@@ -3,13 +3,13 @@
 
 use super::setup::{self, Loaded};
 use super::{Error, decode};
+use footlight_host::files::Files;
 use footlight_show::check;
 use footlight_show::diagnostic::{Diagnostics, Sources};
-use footlight_host::files::Files;
 use footlight_show::lang::{self, SpanMap};
-use footlight_transport::Setup;
 use footlight_show::model::Show;
 use footlight_show::timeline::{KeySequence, Timeline};
+use footlight_transport::Setup;
 
 /// A text to compile, and where the files that it names are read from.
 #[derive(Clone, Copy)]

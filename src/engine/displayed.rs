@@ -5,10 +5,10 @@
 //! pixels, with the slope at the 1st percentile of their darkest channels.
 
 use super::{Engine, Error};
-use footlight_picture::Image;
-use footlight_picture::tone;
 use crate::plan::Moment;
 use crate::pool::Pool;
+use footlight_picture::Image;
+use footlight_picture::tone;
 use footlight_show::units::ErrorUnit;
 
 /// The part of a picture's pixels that are darker than the one that counts.

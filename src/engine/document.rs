@@ -10,14 +10,14 @@ use std::sync::Arc;
 use super::Error;
 use super::compile::{self, Compiled, Source};
 use super::setup::Loaded;
-use footlight_show::diagnostic::{Diagnostics, Label};
 use footlight_host::files::{self, FileError, Files, Store};
+use footlight_show::diagnostic::{Diagnostics, Label};
 use footlight_show::lang;
 use footlight_show::lang::edit::{self, Change, Edit, Splice};
-use footlight_transport::Setup;
 use footlight_show::model::{NodeId, Show};
 use footlight_show::timeline::{KeySequence, Timeline};
 use footlight_show::units::Time;
+use footlight_transport::Setup;
 
 /// The largest text that is read, in bytes.
 pub const TEXT_LIMIT: u64 = 64 << 20;
@@ -28,9 +28,11 @@ const PAST: usize = 64 << 20;
 /// A show's text with everything that follows from it, and the edits made to it.
 ///
 /// ```
-/// use footlight::{Document, Edit, Memory};
+/// use footlight_engine::Document;
+/// use footlight_host::files::Memory;
+/// use footlight_show::lang::edit::Edit;
 ///
-/// # fn main() -> Result<(), footlight::Error> {
+/// # fn main() -> Result<(), footlight_engine::Error> {
 /// let text = b"show \"S\"\nbank a = x\nlight x spot at 0,0,3 aim 0,0,0 beam 20 field 30 900 cd\n\
 ///     cue 1 at 0:00 { snap  a 50 }\n";
 /// let files = Memory::default();

@@ -5,17 +5,17 @@ use std::path::PathBuf;
 
 use super::ManyKeys;
 
-use footlight_show::diagnostic::{Diagnostics, Style};
-use footlight_host::files::FileError;
-use footlight_show::lang::nearest;
-use footlight_picture::PictureError;
 use crate::plan::PlanError;
 use crate::playback::PlaybackError;
-use footlight_transport::TransportError;
-use footlight_stage::import::SceneError;
+use footlight_host::files::FileError;
+use footlight_host::work::Cancelled;
+use footlight_picture::PictureError;
+use footlight_show::diagnostic::{Diagnostics, Style};
+use footlight_show::lang::nearest;
 use footlight_show::timeline::TooManyKeys;
 use footlight_show::units::{CueNumber, Time};
-use footlight_host::work::Cancelled;
+use footlight_stage::import::SceneError;
+use footlight_transport::TransportError;
 
 /// Why a call of the engine failed. Nothing has changed then, but that finished images are kept.
 #[derive(Debug, thiserror::Error)]

@@ -10,12 +10,12 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{Engine, Error};
+use crate::pool::Pool;
+use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_picture::tone::{self, Curve, Tone};
-use crate::pool::Pool;
 use footlight_show::model::ToneCurve;
 use footlight_show::timeline::KeySequence;
-use footlight_host::work::Work;
 
 /// Key images that the exposure is found from; a show with effects has thousands, mostly alike.
 const MOST_KEYS: usize = 500;

@@ -8,9 +8,9 @@ use serde::Serialize;
 use super::{Engine, Error};
 use crate::plan::{self, Moment, Weighting};
 use crate::pool::{Pool, Stated};
+use footlight_show::units::ErrorUnit;
 use footlight_transport::Transport as _;
 use footlight_transport::{Cost, Quality};
-use footlight_show::units::ErrorUnit;
 
 /// An image that could be refined next.
 #[derive(Clone, Debug, PartialEq, Serialize)]

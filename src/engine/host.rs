@@ -6,18 +6,19 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::background::Background;
-use footlight_host::files::{Clock, Disk, Files, Memory, Monotonic, Store};
 use crate::pool::disk_cache::DiskCache;
 use crate::pool::image_cache::ImageCache;
-use footlight_transport::radiosity::Radiosity;
-use footlight_transport::Transport;
+use footlight_host::files::{Clock, Disk, Files, Memory, Monotonic, Store};
 use footlight_host::work::{Progress, Silent, Work};
+use footlight_transport::Transport;
+use footlight_transport::radiosity::Radiosity;
 
 /// The means an embedding program gives to an [`Engine`](super::Engine). All of them are [`Send`],
 /// so that an engine can be moved to another thread.
 ///
 /// ```
-/// use footlight::{Host, Memory};
+/// use footlight_engine::Host;
+/// use footlight_host::files::Memory;
 ///
 /// let host = Host {
 ///     files: Box::new(Memory::default().with("room.obj", "v 0 0 0")),

@@ -31,20 +31,24 @@ mod stage;
 mod tasks;
 mod ways;
 
+#[cfg(test)]
+#[path = "../../tests/kit/planted.rs"]
+mod planted;
+
 use std::path::Path;
 use std::sync::Arc;
 
-use footlight_host::files::{Stamp, Store};
-use footlight_show::lang::edit::Edit;
-use footlight_picture::Image;
 use crate::pool::Pool;
 use crate::pool::disk_cache::Note;
 use crate::pool::image_cache::{CacheStatistics, ImageCache};
-use footlight_transport::contract::check_memory;
-use footlight_transport::{self as renderer, Quality, Setup};
+use footlight_host::files::{Stamp, Store};
+use footlight_host::work::Work;
+use footlight_picture::Image;
+use footlight_show::lang::edit::Edit;
 use footlight_show::model::Show;
 use footlight_show::units::{ErrorUnit, Time};
-use footlight_host::work::Work;
+use footlight_transport::contract::check_memory;
+use footlight_transport::{self as renderer, Quality, Setup};
 
 pub use self::background::{Ahead, Background, Event, JobStatus, Status};
 pub use self::compile::{Compiled, Version};
@@ -70,15 +74,15 @@ const EVENTS: usize = 64;
 /// A document with a renderer and the images made of it.
 ///
 /// ```
-/// use footlight::{Engine, Host, Memory};
+/// use footlight_engine::{Engine, Host};
 ///
-/// # fn main() -> Result<(), footlight::Error> {
+/// # fn main() -> Result<(), footlight_engine::Error> {
 /// let show = b"show \"S\"\nsurface floor reflectance 0.5 box from -2,-2,-1 to 2,2,0\n\
 ///     view house from 0,-5,2 to 0,0,0 fov 40 size 32x18\n\
 ///     light key spot at 0,-2,3 aim 0,0,0 beam 30 field 60 900 cd\nbank front = key\n\
 ///     cue 1 at 0:00 { snap  front 100 }\n";
 /// let mut engine = Engine::from_text("s.lxq", show, Host::default())?;
-/// let image = engine.picture(footlight::Time::ZERO)?;
+/// let image = engine.picture(footlight_show::units::Time::ZERO)?;
 /// assert!(image.data().iter().any(|light| *light > 0.0));
 /// # Ok(())
 /// # }

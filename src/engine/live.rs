@@ -4,8 +4,8 @@
 use std::collections::BTreeSet;
 
 use super::{Document, Edited, Engine, Error};
-use footlight_show::diagnostic::Diagnostics;
 use footlight_host::files::Files;
+use footlight_show::diagnostic::Diagnostics;
 use footlight_show::lang::edit::{CueMove, CueText, Edit};
 use footlight_show::lang::{self, SetLevel};
 use footlight_show::model::Show;
@@ -55,9 +55,10 @@ impl Moves {
 /// The moment that is looked at, the levels being tried on top of it, and blind edits.
 ///
 /// ```
-/// use footlight::{Document, LiveControl, Memory, Moves};
+/// use footlight_engine::{Document, LiveControl, Moves};
+/// use footlight_host::files::Memory;
 ///
-/// # fn main() -> Result<(), footlight::Error> {
+/// # fn main() -> Result<(), footlight_engine::Error> {
 /// let text = b"show \"S\"\nbank a = x\nlight x spot at 0,0,3 aim 0,0,0 beam 20 field 30 900 cd\n\
 ///     cue 1 at 0:00 { snap  a 50 }\ncue 2 at 0:05 { time 2  a 80 }\n";
 /// let files = Memory::default();

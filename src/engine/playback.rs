@@ -12,11 +12,11 @@ mod player;
 pub use self::player::Player;
 
 use self::kernel::Keys;
-use footlight_picture::Image;
 use crate::plan::PlanError;
 use crate::pool::Pool;
-use footlight_show::timeline::{KeySequence, Segment};
 use footlight_host::work::{Cancelled, Work};
+use footlight_picture::Image;
+use footlight_show::timeline::{KeySequence, Segment};
 
 /// Bytes of a key image's pixel as it is made and as a player in half precision keeps it.
 const BYTES_PER_PIXEL: usize = 3 * (size_of::<f32>() + size_of::<u16>());

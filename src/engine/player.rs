@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use super::{Engine, Error};
-use footlight_picture::tone::Tone;
 use crate::playback::key::{self, Format};
 use crate::playback::{Playback, Player};
-use footlight_show::units::{Time, srgb_decode};
 use footlight_host::work::Cancelled;
+use footlight_picture::tone::Tone;
+use footlight_show::units::{Time, srgb_decode};
 
 /// Key images that memory does not hold.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -97,11 +97,7 @@ impl Engine {
     /// A half keeps light to 2^-11 of itself, a twentieth of a step of the display, down to 2^-29 of
     /// the brightest light of its image. So halves serve unless that is more than the light of half
     /// a step, as where the sun stands in sight.
-    pub fn player_of(
-        &self,
-        playback: &Arc<Playback>,
-        tone: Tone,
-    ) -> Result<Player, Cancelled> {
+    pub fn player_of(&self, playback: &Arc<Playback>, tone: Tone) -> Result<Player, Cancelled> {
         let brightest = playback.images().iter().map(key::peak).fold(0.0, f32::max);
         let format = if f64::from(brightest) * key::HALF_RANGE
             < tone.light(srgb_decode(0.5 / 255.0))

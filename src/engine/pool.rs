@@ -26,12 +26,12 @@ use std::sync::{Arc, OnceLock};
 
 pub use self::rule::{Evidence, Fit, is_within};
 
-use footlight_show::linalg::Matrix;
+use crate::plan::{self, Metric, PlanError, Weighting};
+use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_picture::combine::{add, combine, dot, extrapolate};
-use crate::plan::{self, Metric, PlanError, Weighting};
+use footlight_show::linalg::Matrix;
 use footlight_transport::Quality;
-use footlight_host::work::Work;
 
 /// A refined picture and how it came to be.
 #[derive(Clone, Debug)]

@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use super::{Engine, Error};
-use footlight_show::diagnostic::Label;
-use footlight_show::linalg::Dependent;
-use footlight_picture::Image;
 use crate::plan;
 use crate::pool::Pool;
 use crate::pool::disk_cache::Stored;
-use footlight_transport::Quality;
+use footlight_picture::Image;
+use footlight_show::diagnostic::Label;
+use footlight_show::linalg::Dependent;
 use footlight_show::model::Bank;
+use footlight_transport::Quality;
 
 /// Images at hand, in memory and in the store.
 #[derive(Clone, Debug, PartialEq)]

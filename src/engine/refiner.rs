@@ -11,9 +11,9 @@ use super::refine::{Ended, Goal, RefinementSummary, Warning};
 use super::rendering::{self, Job, Rendered, Reused};
 use super::ways::Mixtures;
 use super::{Engine, Error, WayForecast};
-use footlight_picture::Image;
 use crate::pool::Pool;
 use crate::pool::image_cache::Wanted;
+use footlight_picture::Image;
 use footlight_transport::layered::images_alone;
 use footlight_transport::{Quality, Setup};
 

@@ -10,18 +10,18 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
-use footlight_host::files::Store;
-use footlight_picture::Image;
 use crate::pool::Pool;
 use crate::pool::address::{Lighting, Lights, SceneKey};
 use crate::pool::disk_cache::Place;
 use crate::pool::image_cache::{ImageCache, Wanted};
+use footlight_host::files::Store;
+use footlight_host::work::Work;
+use footlight_picture::Image;
+use footlight_show::model::Preview;
+use footlight_show::units::ErrorUnit;
 use footlight_transport::contract::check_memory;
 use footlight_transport::layered::{Layered, only_images};
 use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError};
-use footlight_show::model::Preview;
-use footlight_show::units::ErrorUnit;
-use footlight_host::work::Work;
 
 /// Images that the pool does not use at present may take the memory budget divided by this.
 const IDLE_MEMORY_DIVISOR: usize = 4;

@@ -7,22 +7,22 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use super::compile::Source;
-use footlight_show::diagnostic::Diagnostic;
-use footlight_show::geometry::{Vec3, bounds, vec3};
-use footlight_show::lang::SpanMap;
 use footlight_picture::Image;
-use footlight_transport::Setup;
-use footlight_transport::layered::only_images;
-use footlight_stage::import;
-use footlight_stage::rig;
-use footlight_stage::luminaire_asset::LuminaireAssets;
+use footlight_show::diagnostic::Diagnostic;
+use footlight_show::geometry::View;
 use footlight_show::geometry::shape::Shape;
 use footlight_show::geometry::solid::Solid;
-use footlight_show::geometry::View;
-use footlight_stage::{Camera, Emitter, Images, Lamp, Light, Rig, Scene, Shading, still};
+use footlight_show::geometry::{Vec3, bounds, vec3};
+use footlight_show::lang::SpanMap;
 use footlight_show::model::ImageFile;
 use footlight_show::model::{self as show, Show};
 use footlight_show::units::Rgb;
+use footlight_stage::import;
+use footlight_stage::luminaire_asset::LuminaireAssets;
+use footlight_stage::rig;
+use footlight_stage::{Camera, Emitter, Images, Lamp, Light, Rig, Scene, Shading, still};
+use footlight_transport::Setup;
+use footlight_transport::layered::only_images;
 
 /// Bytes of a polygon besides its corners, about.
 const POLYGON_BYTES: usize = 64;

@@ -2,10 +2,10 @@
 
 use super::{Engine, Error};
 use footlight_host::files::Files;
+use footlight_show::units::Rgb;
 use footlight_stage::import::{self, Options, Summary};
 use footlight_stage::texture::Alpha;
 use footlight_stage::{LampShape, Scene};
-use footlight_show::units::Rgb;
 
 /// A stage's file as it is read without anything said of it.
 #[derive(Clone, Debug)]

@@ -16,14 +16,14 @@ use super::error::TaskFault;
 use super::refiner::{Extent, Next, Refiner};
 use super::rendering::each_step;
 use super::{Engine, Error, Goal};
-use footlight_host::files::claim::{self, Claim, Claimed, Holder};
-use footlight_host::files::{FileError, Store};
-use footlight_picture::Image;
 use crate::pool::address::Digest;
 use crate::pool::disk_cache::{names, pictures_of};
 use crate::pool::image_cache::Wanted;
-use footlight_transport::{self as renderer, Quality};
+use footlight_host::files::claim::{self, Claim, Claimed, Holder};
+use footlight_host::files::{FileError, Store};
 use footlight_host::work::{Progress, Work};
+use footlight_picture::Image;
+use footlight_transport::{self as renderer, Quality};
 
 /// Version of the form of lists.
 const SCHEMA: u32 = 0;

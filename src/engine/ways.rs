@@ -15,8 +15,8 @@ use super::refine::Goal;
 use super::rendering::each_step;
 use super::{Engine, Error};
 use crate::pool::{Stated, is_within};
-use footlight_transport::{Quality, Transport as _};
 use footlight_show::units::ErrorUnit;
+use footlight_transport::{Quality, Transport as _};
 
 /// How a sequence becomes good enough.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]

@@ -13,8 +13,8 @@ use super::hover::of_quantity;
 use super::open_show::{OpenShow, statement_at};
 use super::outline::endings;
 use super::text::{Encoding, Lines};
-use footlight_show::lang::{self, Token};
 use footlight_prompt::{help_of, help_of_word};
+use footlight_show::lang::{self, Token};
 
 /// Files of a folder that are offered.
 const FILES: usize = 200;

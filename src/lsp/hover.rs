@@ -6,8 +6,8 @@ use std::ops::Range;
 
 use super::open_show::{OpenShow, name_at, statement_at};
 use footlight_engine::Document;
-use footlight_show::lang::{self, Token};
 use footlight_prompt::{help_of, help_of_word};
+use footlight_show::lang::{self, Token};
 use footlight_show::model::{Motion, Show};
 use footlight_show::timeline::{CueTime, tracked};
 use footlight_show::units::{CueNumber, Time, percent};

@@ -7,10 +7,10 @@ use std::sync::Arc;
 
 use super::buffers::{Buffers, Overlay, normal};
 use super::text::{Encoding, Lines};
-use footlight_show::diagnostic::{Diagnostic, Diagnostics};
 use footlight_engine::{self as engine, Document, Error};
-use footlight_show::lang::{self, NamePlace, Token};
 use footlight_prompt::Vocabulary;
+use footlight_show::diagnostic::{Diagnostic, Diagnostics};
+use footlight_show::lang::{self, NamePlace, Token};
 
 /// Bytes that a show may take, and the largest file that it may name.
 #[derive(Clone, Copy, Debug)]

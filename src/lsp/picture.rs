@@ -14,9 +14,9 @@ use super::buffers::uri_of;
 use footlight_engine::{Engine, Host};
 use footlight_host::files::process::Private;
 use footlight_host::files::{Disk, Store};
+use footlight_host::work::Progress;
 use footlight_picture::png;
 use footlight_show::units::CueNumber;
-use footlight_host::work::Progress;
 
 /// Messages to the client.
 pub type Outgoing = crossbeam_channel::Sender<Message>;

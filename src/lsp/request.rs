@@ -25,8 +25,8 @@ use super::open_show::{OpenShow, name_at};
 use super::server::{Server, key};
 use super::text::{Encoding, Lines};
 use super::{action, complete, hover, name, outline};
-use footlight_show::diagnostic::Diagnostic;
 use footlight_engine as engine;
+use footlight_show::diagnostic::Diagnostic;
 use footlight_show::lang::edit::difference;
 
 /// What is to be sent.

@@ -110,9 +110,8 @@ fn decoded(
     Ok(decoded)
 }
 
-/// Tests, and a file for those of others.
 #[cfg(test)]
-pub mod tests {
+mod tests {
     #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
     use super::*;
@@ -121,10 +120,7 @@ pub mod tests {
     use proptest::prelude::*;
 
     /// A WebP file of two pixels without loss, as libwebp writes them.
-    pub const TWO: &[u8] = &[
-        82, 73, 70, 70, 34, 0, 0, 0, 87, 69, 66, 80, 86, 80, 56, 76, 21, 0, 0, 0, 47, 1, 0, 0, 16,
-        15, 240, 133, 255, 65, 254, 193, 197, 129, 126, 35, 28, 25, 209, 255, 0, 0,
-    ];
+    const TWO: &[u8] = include_bytes!("../../tests/kit/two.webp");
 
     fn png(colour: ColorType, depth: BitDepth, data: &[u8]) -> Vec<u8> {
         let mut bytes = Vec::new();

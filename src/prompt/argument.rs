@@ -3,12 +3,12 @@
 use super::error::usage;
 use super::{Call, Error};
 use footlight_engine::{Engine, Goal, LiveControl, Way};
-use footlight_show::lang;
 use footlight_picture::exr::Precision;
 use footlight_picture::y4m::Chroma;
-use footlight_transport::Quality;
 use footlight_report::target::{Layers, TargetOptions};
+use footlight_show::lang;
 use footlight_show::units::{CueNumber, Time, Tolerance};
+use footlight_transport::Quality;
 
 /// `2%` or `0.02`; between 0 and 1.
 pub fn fraction(text: &str) -> Result<f64, Error> {

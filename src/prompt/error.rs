@@ -1,11 +1,11 @@
 //! What can go wrong at a prompt, its message, and the exit code that belongs to it.
 
-use footlight_show::diagnostic::{Diagnostic, Diagnostics, Style};
 use footlight_engine as engine;
 use footlight_host::files::FileError;
+use footlight_report as report;
+use footlight_show::diagnostic::{Diagnostic, Diagnostics, Style};
 use footlight_show::printable::Printable;
 use footlight_transport::TransportError;
-use footlight_report as report;
 
 /// Why a line could not be done. Nothing has changed then.
 #[derive(Debug, thiserror::Error)]

@@ -18,16 +18,16 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use footlight_report::chart::Drawing;
-use footlight_show::diagnostic::Style;
 use footlight_engine::{Edited, Engine, Event, LiveControl};
 use footlight_host::files::is_same;
-use footlight_show::lang;
-use footlight_show::printable::{self, Printable};
+use footlight_report::chart::Drawing;
 use footlight_report::farm::Farm;
 use footlight_report::film::{Canvas, Outlets, Shown};
 use footlight_report::sheet::{self, Difference};
 use footlight_report::{self as report, document, refine, versions};
+use footlight_show::diagnostic::Style;
+use footlight_show::lang;
+use footlight_show::printable::{self, Printable};
 
 pub use self::answer::help::{of as help_of, of_word as help_of_word};
 pub use self::call::Call;
@@ -122,7 +122,8 @@ pub struct Reloaded {
 /// A prompt: an engine, the moment that is looked at, and what was reported already.
 ///
 /// ```
-/// use footlight::{Console, Engine, Host, Repl};
+/// use footlight_engine::{Engine, Host};
+/// use footlight_prompt::{Console, Repl};
 ///
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let show = b"show \"S\"\nlight x spot at 0,0,3 aim 0,0,0 beam 20 field 30 900 cd\nbank a = x\n\

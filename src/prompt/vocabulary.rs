@@ -136,7 +136,6 @@ fn word_start(typed: &str) -> usize {
 
 impl Vocabulary {
     /// The materials of a stage and nothing else.
-    #[cfg(test)]
     pub fn of_materials(materials: Vec<String>) -> Vocabulary {
         Vocabulary {
             materials,

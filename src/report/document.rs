@@ -5,12 +5,12 @@ use std::fmt::Write as _;
 
 use super::sheet::hex;
 use super::words::{count, label, seconds};
-use footlight_show::diagnostic::{Diagnostic, Style};
 use footlight_engine::measure::LongRun;
 use footlight_engine::{Document, Edited, LiveControl, ManyKeys, UnlitBank};
+use footlight_show::diagnostic::{Diagnostic, Style};
 use footlight_show::lang::{self, codes, edit::Action};
-use footlight_show::printable::{Printable, left};
 use footlight_show::model::{Cue, Link, Show};
+use footlight_show::printable::{Printable, left};
 use footlight_show::timeline;
 use footlight_show::units::{Time, percent};
 
@@ -242,7 +242,8 @@ pub fn moment(document: &Document, live: &LiveControl) -> String {
 fn levels(document: &Document, live: &LiveControl) -> String {
     let levels = live.levels(document);
     let show = document.show();
-    let bent = |bank: &footlight_show::model::Bank| bank.dimmer != footlight_show::model::Dimmer::Linear;
+    let bent =
+        |bank: &footlight_show::model::Bank| bank.dimmer != footlight_show::model::Dimmer::Linear;
     let bent = show.banks.iter().any(bent);
     let mut text = String::new();
     if bent {

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use crate::chart::ChartError;
 use footlight_engine as engine;
-use footlight_host::files::FileError;
-use footlight_picture::PictureError;
 use footlight_engine::playback::page::PageError;
+use footlight_host::files::FileError;
 use footlight_host::work::Cancelled;
+use footlight_picture::PictureError;
 
 /// Why results could not be written out.
 #[derive(Debug, thiserror::Error)]

@@ -11,14 +11,14 @@ use super::Error;
 use super::format::header;
 use super::target::{Kind, Numbered};
 use super::words::count;
+use footlight_engine::playback::key::Format;
+use footlight_engine::playback::{Playback, Player};
 use footlight_engine::{self as engine, Engine};
 use footlight_host::files::{AtomicWriter, FileError};
 use footlight_picture::exr;
 use footlight_picture::tone::Tone;
 use footlight_picture::y4m::{Chroma, Film};
 use footlight_picture::{Image, png};
-use footlight_engine::playback::key::Format;
-use footlight_engine::playback::{Playback, Player};
 use footlight_show::units::Time;
 
 /// A display-coded image.

@@ -8,10 +8,10 @@ use super::Error;
 use super::record::Record;
 use super::table::Table;
 use crate::chart::{Drawing, Theme};
+use footlight_host::work::Cancelled;
 use footlight_picture::exr::{self, Precision};
 use footlight_picture::tone::Tone;
 use footlight_picture::{Image, png};
-use footlight_host::work::Cancelled;
 
 /// Characters of a line of a table in words.
 pub const WIDTH: usize = 100;

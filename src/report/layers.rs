@@ -4,12 +4,12 @@ use super::Error;
 use super::format::header;
 use super::target::Layers;
 use super::words::{count, setting};
+use footlight_engine::playback::Playback;
 use footlight_engine::{self as engine, Engine};
 use footlight_picture::Image;
 use footlight_picture::exr::{Precision, stack};
-use footlight_engine::playback::Playback;
-use footlight_transport::contract::check_memory;
 use footlight_show::model::{Coordinate, Show};
+use footlight_transport::contract::check_memory;
 
 /// What does not fit, and the way out.
 const ALL_AT_ONCE: &str = "a file of all these layers (numbered pictures, `-o frame####.exr`, are \

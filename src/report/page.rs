@@ -4,17 +4,17 @@ use std::collections::BTreeSet;
 
 use super::Error;
 use super::words::count;
+use crate::sheet::{fades, link, time, up_down};
+use footlight_engine::playback::Playback;
+use footlight_engine::playback::page::{self, Contents, Cue, Fader, Law, Mixer};
 use footlight_engine::{self as engine, Document, Engine};
 use footlight_picture::Image;
 use footlight_picture::tone::Tone;
-use footlight_engine::playback::Playback;
-use footlight_engine::playback::page::{self, Contents, Cue, Fader, Law, Mixer};
-use footlight_show::printable::visible;
-use footlight_transport::contract::check_memory;
-use crate::sheet::{fades, link, time, up_down};
 use footlight_show::model::{Bank, Coordinate, Dimmer, Show};
+use footlight_show::printable::visible;
 use footlight_show::timeline::{self, Timeline};
 use footlight_show::units::Time;
+use footlight_transport::contract::check_memory;
 
 /// Levels at which the page gets a user's dimmer curve.
 const LEVELS: usize = 257;

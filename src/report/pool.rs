@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 
 use super::document::headline;
 use super::words::{count, megabytes, qualities};
-use footlight_engine::{self as engine, Engine, Freed, PoolSummary, StoreSummary};
 use footlight_engine::pool::Pool;
+use footlight_engine::{self as engine, Engine, Freed, PoolSummary, StoreSummary};
 use footlight_transport::Quality;
 
 /// Images in memory and in the store.

@@ -8,18 +8,18 @@ use super::manifest::{Results, cue_name, key_name, sheet_name};
 use super::words::{percent, setting};
 use super::{Error, page, plan, sheet};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Series, Theme};
+use footlight_engine::plan::PlanReport;
+use footlight_engine::playback::Playback;
 use footlight_engine::{self as engine, Engine, Step};
+use footlight_host::work::{Work, in_order};
 use footlight_picture::exr::{self, Precision};
 use footlight_picture::shrink::shrink;
 use footlight_picture::tone::Tone;
 use footlight_picture::{Image, png, signed};
-use footlight_engine::plan::PlanReport;
-use footlight_engine::playback::Playback;
-use footlight_transport::TransportError;
-use footlight_transport::contract::check_memory;
 use footlight_show::timeline::CueTime;
 use footlight_show::units::{ErrorUnit, Time, Tolerance};
-use footlight_host::work::{Work, in_order};
+use footlight_transport::TransportError;
+use footlight_transport::contract::check_memory;
 
 /// Errors below this are rounding; they have no place on a log axis.
 pub const ROUNDING: f64 = 1e-7;

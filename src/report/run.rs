@@ -8,12 +8,12 @@ use super::document::headline;
 use super::manifest::Results;
 use super::words::{count, error, exposure, percent, qualities};
 use super::{Error, results, sheet, ways};
-use footlight_engine::{self as engine, Ended, Engine, Goal, WayForecast, WorstMoment};
 use footlight_engine::plan::PlanReport;
 use footlight_engine::playback::Playback;
 use footlight_engine::pool::image_cache::CacheStatistics;
-use footlight_show::units::ErrorUnit;
+use footlight_engine::{self as engine, Ended, Engine, Goal, WayForecast, WorstMoment};
 use footlight_host::work::Cancelled;
+use footlight_show::units::ErrorUnit;
 
 /// What a run did, and what it took.
 #[derive(Clone, Debug)]

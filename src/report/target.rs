@@ -11,10 +11,10 @@ use super::film::{Encoder, Outlets, Piped, Span};
 use super::format::{ending, unknown};
 use super::{Error, film, layers, page};
 use footlight_engine::Engine;
+use footlight_engine::playback::{Playback, Player};
 use footlight_picture::exr::Precision;
 use footlight_picture::tone::Tone;
 use footlight_picture::y4m::Chroma;
-use footlight_engine::playback::{Playback, Player};
 
 /// What `play` can write, as its errors say it.
 const KNOWN: &str = "a .mp4 or .webm (film), a .y4m or `-` (raw video), \

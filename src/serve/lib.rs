@@ -15,11 +15,11 @@ use std::sync::Arc;
 
 use self::audience::{Audience, Token};
 use self::publisher::Publisher;
-use footlight_show::diagnostic::Style;
 use footlight_engine::{self as engine, Goal};
-use footlight_show::printable::{Printable, visible};
 use footlight_prompt::saves::{Look, PAUSE, Saves};
 use footlight_prompt::{Error, Repl};
+use footlight_show::diagnostic::Style;
+use footlight_show::printable::{Printable, visible};
 
 /// Who is told what happens, and says when it is over.
 pub trait Operator {

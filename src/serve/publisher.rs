@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use super::audience::{Audience, Files};
 use footlight_engine::Engine;
+use footlight_engine::playback::page::{self, Picture};
 use footlight_picture::Image;
 use footlight_picture::tone::Tone;
-use footlight_engine::playback::page::{self, Picture};
 use footlight_prompt::Error;
 use footlight_report as report;
 use footlight_report::words::{count, percent};

@@ -16,9 +16,9 @@ pub use self::effect::{Effect, EffectChange, EffectKind};
 pub use self::fade::{FADES, Fade, FadeCurve};
 pub use self::light::{ImageFile, ImportedLuminaire, LightKind, Luminaire, Output, Spot, Strength};
 
-use crate::geometry::{self, Place};
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::Solid;
+use crate::geometry::{self, Place};
 use crate::units::{CueNumber, Rgb, Time, Tolerance};
 
 /// Names a statement or a part of one; meaningful only to the span map made with the show.

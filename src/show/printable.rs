@@ -42,7 +42,7 @@ fn windows_1252(byte: u8) -> char {
 /// Text is converted with [`From`], or written with [`fmt::Write`]; it is read as a `str`.
 ///
 /// ```
-/// let title = footlight::Printable::from("\u{1b}]0;hostile\u{7}");
+/// let title = footlight_show::printable::Printable::from("\u{1b}]0;hostile\u{7}");
 /// assert_eq!(&*title, "␛]0;hostile␇");
 /// ```
 #[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -1,8 +1,8 @@
 //! Lights of the stage's file: what the file says, and over it what the show says.
 
 use super::rig::RigError;
-use footlight_show::geometry::profile::Profile;
 use super::{Lamp, LampShape};
+use footlight_show::geometry::profile::Profile;
 use footlight_show::model::{ImportedLuminaire, NodeId, Output, Spot};
 use footlight_show::units::Rgb;
 

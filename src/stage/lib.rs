@@ -23,7 +23,9 @@ pub mod texture;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use footlight_show::geometry::{Vec3, View, block, diameter, newell, polygon, shape, solid, upright};
+use footlight_show::geometry::{
+    Vec3, View, block, diameter, newell, polygon, shape, solid, upright,
+};
 use footlight_show::units::Rgb;
 
 pub use self::light::{Light, Measured, Projection};
@@ -359,6 +361,7 @@ impl Camera {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use footlight_show::geometry::vec3;
 
     #[test]
     fn a_camera_becomes_a_view_with_its_axes() {

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::gobo::Gobo;
 use super::photometric::Distribution;
-use footlight_show::geometry::mount::Mount;
 use footlight_picture::Image;
+use footlight_show::geometry::mount::Mount;
 use footlight_show::model::Spot;
 use footlight_show::units::Rgb;
 

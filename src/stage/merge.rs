@@ -19,8 +19,8 @@ mod outline;
 use std::collections::HashMap;
 
 use super::{Polygon, Shading};
-use footlight_show::geometry::polygon;
 use footlight_show::geometry::Vec3;
+use footlight_show::geometry::polygon;
 
 /// Corners of a merged polygon at most.
 const CORNERS: usize = 64;

@@ -4,7 +4,9 @@ use super::imported_luminaire;
 use super::luminaire_asset::LuminaireAssets;
 use super::{Emitter, Images, Light, Measured, Projection, Rig, Scene, Source};
 use footlight_show::geometry::mount::Mount;
-use footlight_show::model::{Coordinate, Fixed, LightKind, Luminaire, NodeId, Output, Show, Strength};
+use footlight_show::model::{
+    Coordinate, Fixed, LightKind, Luminaire, NodeId, Output, Show, Strength,
+};
 use footlight_show::units::Rgb;
 
 /// Why a show's lights do not fit its stage.

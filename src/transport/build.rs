@@ -99,7 +99,10 @@ fn below(lock: &str) -> BTreeSet<String> {
         let listed = package.split("dependencies = [").nth(1).unwrap_or_default();
         let mut all: Vec<&str> = listed.split('"').skip(1).step_by(2).collect();
         all.extend(value("version = "));
-        packages.entry(value("name = ").unwrap_or_default()).or_default().extend(all);
+        packages
+            .entry(value("name = ").unwrap_or_default())
+            .or_default()
+            .extend(all);
     }
     let mut out = BTreeSet::new();
     let mut open = vec![OPERATOR];

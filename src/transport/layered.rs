@@ -12,15 +12,13 @@
 
 use std::sync::Arc;
 
+use crate::contract::{check_memory, check_quality, check_settings};
+use crate::{Cost, Prepared, Quality, QualityParameter, Setup, Transport, TransportError, Warning};
+use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_picture::combine::add_coloured;
-use crate::contract::{check_memory, check_quality, check_settings};
-use crate::{
-    Cost, Prepared, Quality, QualityParameter, Setup, Transport, TransportError, Warning,
-};
-use footlight_stage::{Emitter, Light, Rig};
 use footlight_show::units::{ErrorUnit, Rgb};
-use footlight_host::work::Work;
+use footlight_stage::{Emitter, Light, Rig};
 
 /// Seconds to add one number of a picture to another.
 const SECONDS_PER_NUMBER: f64 = 1.5e-9;
@@ -292,8 +290,8 @@ impl Prepared for Sum {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use footlight_show::geometry::vec3;
     use footlight_show::geometry::View;
+    use footlight_show::geometry::vec3;
     use footlight_stage::{Emitter, Scene, Source};
 
     /// Paints the coordinates of the setting into the picture, and remembers what it was asked.

@@ -13,10 +13,10 @@ mod setup;
 
 pub use setup::Setup;
 
-use footlight_show::hash::{GOLDEN, mix};
-use footlight_picture::Image;
-use footlight_show::units::ErrorUnit;
 use footlight_host::work::{Cancelled, Work};
+use footlight_picture::Image;
+use footlight_show::hash::{GOLDEN, mix};
+use footlight_show::units::ErrorUnit;
 
 /// A step on an operator's one ordered scale of quality; 1 is the cheapest.
 #[derive(
@@ -152,7 +152,9 @@ pub enum TransportError {
 /// A light-transport operator, before it has a scene. An embedding program may give its own.
 ///
 /// ```
-/// use footlight::{Cost, Image, Prepared, Quality, Setup, Transport, TransportError, Work};
+/// use footlight_host::work::Work;
+/// use footlight_picture::Image;
+/// use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 ///
 /// /// Every source lights every pixel alike.
 /// struct Flat;
@@ -191,10 +193,7 @@ pub enum TransportError {
 ///         Ok(settings.iter().filter_map(image).collect())
 ///     }
 /// }
-/// let _host = footlight::Host {
-///     renderer: std::sync::Arc::new(Flat),
-///     ..footlight::Host::default()
-/// };
+/// let _renderer: std::sync::Arc<dyn Transport> = std::sync::Arc::new(Flat);
 /// ```
 pub trait Transport: Send + Sync {
     /// A short name for reports.

@@ -14,15 +14,15 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde_json::json;
 
+use crate::contract::{check_memory, check_quality, check_settings};
+use crate::{Cost, Prepared, Quality, Setup, Transport, TransportError, Warning, seed};
 use footlight_host::files::process::{Job, ProcessError, Processes, Programs, SplitError, split};
-use footlight_show::geometry::Vec3;
+use footlight_host::work::Work;
 use footlight_picture::combine::{combine, dot};
 use footlight_picture::exr;
 use footlight_picture::{Image, PictureError};
-use crate::contract::{check_memory, check_quality, check_settings};
-use crate::{Cost, Prepared, Quality, Setup, Transport, TransportError, Warning, seed};
+use footlight_show::geometry::Vec3;
 use footlight_show::geometry::View;
-use footlight_host::work::Work;
 
 /// What stands for the path of the settings in the command.
 pub const SETTINGS: &str = "{settings}";

@@ -42,20 +42,18 @@ pub use visibility::hemicube_raster::VertexBuffer;
 pub use visibility::interior::is_interior;
 pub use visibility::raster::Camera;
 
-use footlight_show::geometry::Vec3;
-use footlight_picture::Image;
-use crate::{
-    Cost, Prepared, Quality, QualityParameter, Setup, Transport, TransportError,
-};
-use footlight_stage::{Light, Polygon, Rig};
-use footlight_show::units::ErrorUnit;
-use footlight_host::work::Work;
+use crate::{Cost, Prepared, Quality, QualityParameter, Setup, Transport, TransportError};
 use camera::fragment::{Fragment, Fragments, fragments};
 use compose::gather_weights;
 use cost::Counts;
 use direct::check_rig;
 use direct::projector::Projector;
 use final_gather::{FinalGather, GatherStep};
+use footlight_host::work::Work;
+use footlight_picture::Image;
+use footlight_show::geometry::Vec3;
+use footlight_show::units::ErrorUnit;
+use footlight_stage::{Light, Polygon, Rig};
 use indirect::gather::{GatherPoints, GatherScene, RowTally, form_factors, record_visible_points};
 use lists::Lists;
 use memory::MemoryBudget;

@@ -50,8 +50,8 @@ fn same<T: PartialEq>(a: &Arc<T>, b: &Arc<T>) -> bool {
 mod tests {
     use super::*;
     use footlight_show::geometry::vec3;
-    use footlight_stage::{Material, Source};
     use footlight_show::units::Rgb;
+    use footlight_stage::{Material, Source};
 
     fn setup() -> Setup {
         let view = View {

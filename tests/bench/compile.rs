@@ -17,12 +17,12 @@ mod cue_sheet;
 
 use cue_sheet::{Size, cue_sheet};
 use divan::{Bencher, black_box};
+use footlight_engine::plan::{Plan, Weighting};
+use footlight_engine::{Engine, Host};
 use footlight_show::check::check;
 use footlight_show::diagnostic::Sources;
-use footlight_engine::{Engine, Host};
 use footlight_show::lang::edit::Edit;
 use footlight_show::lang::{self, Parsed};
-use footlight_engine::plan::{Plan, Weighting};
 use footlight_show::timeline::{KeySequence, Timeline};
 
 #[global_allocator]

@@ -5,11 +5,11 @@ use std::time::Instant;
 
 use footlight_engine::{Engine, Goal, Host};
 use footlight_host::files::Memory;
+use footlight_host::work::Work;
 use footlight_picture::Image;
-use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 use footlight_prompt::{Console, Repl};
 use footlight_show::geometry::View;
-use footlight_host::work::Work;
+use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 
 /// Coarse pictures, each of two qualities.
 const BANKS: usize = 24;

@@ -25,11 +25,11 @@ use std::hint::black_box;
 use std::process::Command;
 use std::time::Instant;
 
+use footlight_engine::playback::kernel::{Factors, Keys, Target};
+use footlight_engine::playback::key::{Format, KeyImage};
 use footlight_picture::Image;
 use footlight_picture::combine::combine;
 use footlight_picture::tone::Tone;
-use footlight_engine::playback::kernel::{Factors, Keys, Target};
-use footlight_engine::playback::key::{Format, KeyImage};
 use footlight_show::timeline::{Blend, blend};
 
 /// Banks of the naive sum: as many as the tavern's sources.

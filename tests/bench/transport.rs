@@ -24,11 +24,11 @@ mod rooms;
 #[path = "../reference/walk.rs"]
 mod walk;
 
+use footlight_host::work::{Silent, Work};
 use footlight_picture::Image;
 use footlight_picture::exr::{self, Precision};
 use footlight_transport::radiosity::Radiosity;
 use footlight_transport::{Quality, Transport};
-use footlight_host::work::{Silent, Work};
 use reference::{Case, cornell, counted, errors, picture, stage, tavern};
 use std::time::Instant;
 

@@ -2,11 +2,11 @@
 //! many polygons there are.
 
 use crate::meter::{INWARD, Meter, Room, cuboid, mean};
+use footlight_host::work::{Silent, Work};
+use footlight_show::geometry::View;
 use footlight_show::geometry::{Vec3, vec3};
 use footlight_transport::radiosity::{MANY_POLYGONS, Radiosity};
 use footlight_transport::{Quality, Setup, Transport};
-use footlight_show::geometry::View;
-use footlight_host::work::{Silent, Work};
 use std::f64::consts::PI;
 
 /// Steps that are worth their time in a test.

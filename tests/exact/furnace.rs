@@ -4,9 +4,9 @@
 use crate::form_factor::sphere;
 use crate::meter::{GREY, INWARD, Meter, Room, aside, cuboid, level, qualities};
 use crate::reference::{errors, furnace, picture, render};
-use footlight_show::geometry::{Vec3, vec3};
 use footlight_picture::Image;
 use footlight_show::geometry::View;
+use footlight_show::geometry::{Vec3, vec3};
 use std::f64::consts::PI;
 
 /// Largest deviation of a pixel from E / (1 - rho) in a closed room of walls alike.

@@ -3,9 +3,9 @@
 
 use crate::meter::{GREY, Room, cuboid, level, qualities};
 use crate::reference::{Case, cornell, errors, render, stage};
-use footlight_show::geometry::{Vec3, vec3};
 use footlight_picture::Image;
 use footlight_show::geometry::View;
+use footlight_show::geometry::{Vec3, vec3};
 use std::sync::Arc;
 
 fn small(mut case: Case) -> Case {

@@ -3,20 +3,22 @@
 
 use std::sync::Arc;
 
-use footlight_show::geometry::{Vec3, vec3};
+use footlight_host::work::Work;
 use footlight_picture::Image;
-use footlight_transport::radiosity::Radiosity;
-use footlight_transport::{Quality, Setup, Transport};
-use footlight_stage::gobo::Gobo;
+use footlight_show::geometry::View;
 use footlight_show::geometry::mount::Mount;
-use footlight_stage::photometric::Distribution;
 use footlight_show::geometry::profile::Profile;
 use footlight_show::geometry::shape::Shape;
-use footlight_show::geometry::View;
-use footlight_stage::{Emitter, Light, Material, Measured, Polygon, Projection, Rig, Scene, Source};
+use footlight_show::geometry::{Vec3, vec3};
 use footlight_show::model::Spot;
 use footlight_show::units::Rgb;
-use footlight_host::work::Work;
+use footlight_stage::gobo::Gobo;
+use footlight_stage::photometric::Distribution;
+use footlight_stage::{
+    Emitter, Light, Material, Measured, Polygon, Projection, Rig, Scene, Source,
+};
+use footlight_transport::radiosity::Radiosity;
+use footlight_transport::{Quality, Setup, Transport};
 
 /// So dark that what it reflects is below a millionth, yet visible to a camera.
 const DARK: f64 = 1e-6;

@@ -4,14 +4,14 @@
 //! there. A camera that looks straight at a wall has pixels that are equal squares of it, so one
 //! picture measures a grid of known points.
 
-use footlight_show::geometry::{Vec3, vec3};
-use footlight_transport::radiosity::Radiosity;
-use footlight_transport::{Quality, Setup, Transport};
+use footlight_host::work::{Silent, Work};
 use footlight_show::geometry::View;
-use footlight_stage::{Emitter, Light, Material, Polygon, Rig, Scene, Source};
+use footlight_show::geometry::{Vec3, vec3};
 use footlight_show::model::Spot;
 use footlight_show::units::Rgb;
-use footlight_host::work::{Silent, Work};
+use footlight_stage::{Emitter, Light, Material, Polygon, Rig, Scene, Source};
+use footlight_transport::radiosity::Radiosity;
+use footlight_transport::{Quality, Setup, Transport};
 use std::f64::consts::{PI, TAU};
 
 /// Reflectance of walls that are to be measured but must not light each other.

@@ -3,17 +3,17 @@
 use crate::reference::{Case, cornell, counted, errors, furnace, picture, render, stage};
 use crate::superposition::stage_with_spot;
 use footlight_host::files::Memory;
-use footlight_show::geometry::vec3;
 use footlight_picture::png;
-use footlight_transport::radiosity::Radiosity;
-use footlight_transport::{Quality, Transport};
-use footlight_stage::import::{self, Options};
-use footlight_show::geometry::profile::Profile;
-use footlight_stage::texture::{Alpha, Texture};
 use footlight_show::geometry::View;
-use footlight_stage::{Emitter, Light, Material, Polygon, Scene};
+use footlight_show::geometry::profile::Profile;
+use footlight_show::geometry::vec3;
 use footlight_show::model::Spot;
 use footlight_show::units::Rgb;
+use footlight_stage::import::{self, Options};
+use footlight_stage::texture::{Alpha, Texture};
+use footlight_stage::{Emitter, Light, Material, Polygon, Scene};
+use footlight_transport::radiosity::Radiosity;
+use footlight_transport::{Quality, Transport};
 
 /// Where every wall shines and reflects alike, radiosity is the same everywhere. What is left is
 /// direct light between its samples: with planes alone it was 0.8 % at the worst pixel. One step for

@@ -2,13 +2,13 @@
 //! not depend on threads or company, the order of sources does not matter.
 
 use crate::reference::{Case, cornell, furnace, render, stage, tavern};
-use footlight_show::geometry::vec3;
 use footlight_picture::Image;
-use footlight_stage::gobo::Gobo;
 use footlight_show::geometry::mount::Mount;
-use footlight_stage::{Emitter, Light, Projection, Source};
+use footlight_show::geometry::vec3;
 use footlight_show::model::Spot;
 use footlight_show::units::Rgb;
+use footlight_stage::gobo::Gobo;
+use footlight_stage::{Emitter, Light, Projection, Source};
 use std::sync::Arc;
 
 /// A picture small enough to be made fifteen times.

@@ -1,9 +1,9 @@
 //! Intensity and colour of a bank as two things; colours by name, by hue, by the number of a gel.
 
-use footlight_show::diagnostic::Sources;
 use footlight_host::files::Memory;
-use footlight_show::lang::{codes, parse_with_files};
 use footlight_report::sheet::hex;
+use footlight_show::diagnostic::Sources;
+use footlight_show::lang::{codes, parse_with_files};
 use footlight_show::model::Show;
 use footlight_show::timeline::Timeline;
 use footlight_show::units::Time;

@@ -6,9 +6,9 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use footlight_show::diagnostic::{Diagnostics, Style};
 use footlight_engine::{Document, Error};
 use footlight_host::files::{Files, Folder, Memory};
+use footlight_show::diagnostic::{Diagnostics, Style};
 use footlight_show::lang;
 
 /// All that a show's text and the files it names have against it.

@@ -1,10 +1,10 @@
 //! The paper's Figure 4, from its text to its key settings: three segments of which two are linear,
 //! six keys, rank four.
 
-use footlight_show::diagnostic::Sources;
-use footlight_show::lang;
 use footlight_engine::plan::{Plan, Weighting};
 use footlight_report::plan::form;
+use footlight_show::diagnostic::Sources;
+use footlight_show::lang;
 use footlight_show::timeline::{KeySequence, Timeline};
 
 #[test]

@@ -1,8 +1,8 @@
 //! Levels read without an edit are those of a cue written behind all others, and what is refused is
 //! refused in the same words.
 
-use footlight_show::diagnostic::{Diagnostic, Sources, Style, render};
 use footlight_host::files::{Files, Folder, Memory};
+use footlight_show::diagnostic::{Diagnostic, Sources, Style, render};
 use footlight_show::lang::edit::{self, Edit};
 use footlight_show::lang::{self, SetLevel};
 use footlight_show::model::Motion;

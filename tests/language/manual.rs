@@ -4,9 +4,9 @@
 use std::fs;
 use std::path::PathBuf;
 
-use footlight_show::diagnostic::{Sources, Style, render};
 use footlight_host::files::{Files, Folder, Memory};
-use footlight::{check, lang};
+use footlight_show::diagnostic::{Sources, Style, render};
+use footlight_show::{check, lang};
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))

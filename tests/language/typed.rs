@@ -6,8 +6,8 @@ use std::path::Path;
 
 use footlight_engine::{Document, Error};
 use footlight_host::files::Memory;
-use footlight_show::lang;
 use footlight_prompt::Call;
+use footlight_show::lang;
 
 /// Where the words of a message may be meant to stand, at `@`.
 const PLACES: &[&str] = &[

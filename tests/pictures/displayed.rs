@@ -1,8 +1,8 @@
 //! The way of the paper's hardware: key images coded for the display and blended as they are. It is
 //! wrong wherever keys differ, since the code is no measure of light.
 
-use footlight_picture::tone::Tone;
 use footlight_engine::playback::Playback;
+use footlight_picture::tone::Tone;
 use footlight_show::timeline::{Blend, KeySequence, blend};
 use footlight_show::units::Time;
 

@@ -4,12 +4,12 @@
 //! Errors are in steps of the display's 8 bits and of values that are not rounded to them yet:
 //! rounding is the display's own, half a step at most, whatever the keys.
 
+use footlight_engine::playback::Playback;
+use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
 use footlight_picture::tone::{ByteTable, Curve, Tone};
-use footlight_engine::playback::Playback;
 use footlight_show::timeline::blend;
 use footlight_show::units::Time;
-use footlight_host::work::{Cancelled, Work};
 
 /// The error that is not seen: half a step of 8 bits.
 pub const UNSEEN: f64 = 0.5;

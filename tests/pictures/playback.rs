@@ -5,15 +5,15 @@ use std::sync::Arc;
 
 use crate::displayed::Displayed;
 use crate::judge::{Frame, Judged, UNSEEN, judge};
-use footlight_engine::{Engine, Host};
-use footlight_host::files::{Folder, MemoryStore};
-use footlight_picture::Image;
-use footlight_picture::tone::{Curve, Tone, auto_exposure, sampling};
 use footlight_engine::playback::key::Format;
 use footlight_engine::playback::{Playback, Player};
+use footlight_engine::{Engine, Host};
+use footlight_host::files::{Folder, MemoryStore};
+use footlight_host::work::Work;
+use footlight_picture::Image;
+use footlight_picture::tone::{Curve, Tone, auto_exposure, sampling};
 use footlight_prompt::{Console, Repl};
 use footlight_show::units::Time;
-use footlight_host::work::Work;
 
 /// The first show of another size, with a store of its own.
 fn first(store: &MemoryStore, size: &str) -> Repl {

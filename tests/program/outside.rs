@@ -9,12 +9,12 @@ use assert_cmd::Command;
 use footlight_engine::{Ended, Engine, Error, Goal, Host, Way};
 use footlight_host::files::process::{Done, Job};
 use footlight_host::files::{Memory, MemoryStore};
+use footlight_host::work::Progress;
 use footlight_picture::Image;
 use footlight_picture::exr::{self, Precision};
+use footlight_prompt::{Console, Repl};
 use footlight_transport::Quality;
 use footlight_transport::outside::{Call, Outside};
-use footlight_prompt::{Console, Repl};
-use footlight_host::work::Progress;
 
 /// What one run of the renderer paints: each coordinate lights its own column, and step of quality
 /// `q` adds an error of 0.1/q of it to the next.

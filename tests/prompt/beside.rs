@@ -8,9 +8,9 @@ use std::sync::{Arc, Mutex};
 use crate::operator::Altered;
 use crate::prompt;
 use footlight_engine::{self as engine, Background, Ended, Goal, Host};
-use footlight_transport::Quality;
-use footlight_prompt::Repl;
 use footlight_host::work::Progress;
+use footlight_prompt::Repl;
+use footlight_transport::Quality;
 use proptest::prelude::*;
 
 /// Light from three panels with a box between, in text alone.
@@ -80,7 +80,9 @@ fn open_text(text: &str) -> (Repl, Queue) {
 fn say(show: &mut Repl, line: &str) -> String {
     match show.execute(line) {
         Ok(reply) => reply.notes.join("\n") + &reply.text,
-        Err(error) => error.report(footlight_show::diagnostic::Style::Plain).into(),
+        Err(error) => error
+            .report(footlight_show::diagnostic::Style::Plain)
+            .into(),
     }
 }
 

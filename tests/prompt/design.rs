@@ -7,8 +7,8 @@ use crate::operator::Altered;
 use crate::{Stopped, prompt};
 use footlight_engine::Host;
 use footlight_host::files::{Folder, MemoryStore};
-use footlight_transport::Cost;
 use footlight_prompt::Repl;
+use footlight_transport::Cost;
 
 const SHARED: Cost = Cost {
     prepare: 2.0,

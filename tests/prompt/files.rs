@@ -105,7 +105,10 @@ fn a_stage_edited_elsewhere_is_read_again() {
 #[test]
 fn a_part_of_a_show_is_played() {
     let text = include_str!("../../examples/first.lxq").replace("size 480x270", "size 16x9");
-    let (files, store) = (footlight_host::files::Memory::default(), MemoryStore::default());
+    let (files, store) = (
+        footlight_host::files::Memory::default(),
+        MemoryStore::default(),
+    );
     let host = Host {
         files: Box::new(
             files

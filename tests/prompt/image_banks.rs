@@ -4,12 +4,12 @@
 use std::path::{Path, PathBuf};
 
 use crate::prompt;
-use footlight_show::diagnostic::Style;
 use footlight_engine::{Ended, Goal, Host, TEXT_LIMIT};
 use footlight_host::files::{Folder, Memory, MemoryStore, Store};
 use footlight_picture::exr::{self, Precision};
 use footlight_picture::{Image, png};
 use footlight_prompt::{Error, Repl};
+use footlight_show::diagnostic::Style;
 
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))

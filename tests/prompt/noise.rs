@@ -7,11 +7,11 @@ use crate::dice::Dice;
 use crate::{Stopped, prompt};
 use footlight_engine::{Ended, Goal, Host, Way};
 use footlight_host::files::{Folder, MemoryStore};
+use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_picture::combine::{combine, dot};
-use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError, seed};
 use footlight_prompt::Repl;
-use footlight_host::work::Work;
+use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError, seed};
 
 /// Noise of a picture of one bank at a sample a pixel, as a share of its light in each pixel.
 const NOISE: f64 = 0.8;

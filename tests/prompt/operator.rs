@@ -3,11 +3,11 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use footlight_host::work::Work;
 use footlight_picture::Image;
+use footlight_show::units::ErrorUnit;
 use footlight_transport::radiosity::Radiosity;
 use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError};
-use footlight_show::units::ErrorUnit;
-use footlight_host::work::Work;
 
 /// Radiosity with a scale, quality or cost of its own where there is one.
 #[derive(Default)]

@@ -7,17 +7,17 @@ use std::time::Duration;
 
 use crate::operator::Altered;
 use crate::prompt;
-use footlight_show::diagnostic::Style;
-use footlight_engine::{self as engine, Ended, Goal, Host, Version};
-use footlight_host::files::{Clock, Memory, MemoryStore, Store};
-use footlight_picture::tone::Tone;
 use footlight_engine::playback::Player;
 use footlight_engine::playback::key::Format;
+use footlight_engine::{self as engine, Ended, Goal, Host, Version};
+use footlight_host::files::{Clock, Memory, MemoryStore, Store};
+use footlight_host::work::{Progress, Work};
+use footlight_picture::tone::Tone;
 use footlight_prompt::{self as repl, Repl};
 use footlight_report as report;
 use footlight_report::versions::Comparison;
+use footlight_show::diagnostic::Style;
 use footlight_show::units::Time;
-use footlight_host::work::{Progress, Work};
 
 const SHOW: &str = r#"// a comment that must survive
 show "Session"

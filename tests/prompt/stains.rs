@@ -4,15 +4,15 @@
 use std::sync::Arc;
 
 use crate::{Stopped, prompt};
+use footlight_engine::plan;
 use footlight_engine::{Goal, Host};
+use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_picture::combine::{combine, dot};
-use footlight_engine::plan;
-use footlight_transport::radiosity::Radiosity;
-use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 use footlight_prompt::Repl;
 use footlight_show::units::{ErrorUnit, Tolerance};
-use footlight_host::work::Work;
+use footlight_transport::radiosity::Radiosity;
+use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 
 const SHOW: &str = r#"show "Stains"
 surface wall reflectance 0.5  quad -5, 4, 0  5, 4, 0  5, 4, 5  -5, 4, 5

@@ -8,9 +8,9 @@ use crate::operator::Altered;
 use crate::{Ticking, prompt};
 use footlight_engine::{Goal, Host, NextImage, PoolPlace};
 use footlight_host::files::{Entry, FileError, Memory, MemoryStore, Store};
+use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_prompt::Repl;
-use footlight_host::work::Work;
 
 const SHOW: &str = r#"show "Store"
 preview { tolerance 1%  coarse 1  refined 3  rate 5 }

@@ -4,14 +4,14 @@ use std::path::{Path, PathBuf};
 
 use crate::operator::Altered;
 use crate::{Ticking, prompt};
-use footlight_show::diagnostic::Style;
 use footlight_engine::{Ended, Goal, Host, Way};
 use footlight_host::files::{Disk, Folder, MemoryStore, Store};
 use footlight_picture::Image;
 use footlight_picture::exr::{self, Precision};
-use footlight_transport::Quality;
 use footlight_prompt::{Call, Repl, find};
 use footlight_report::{Kind, Record};
+use footlight_show::diagnostic::Style;
+use footlight_transport::Quality;
 use std::sync::Arc;
 
 /// The furnace, small, with a store of its own.

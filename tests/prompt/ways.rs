@@ -10,9 +10,9 @@ use footlight_engine::{Ended, Goal, Host, Way};
 use footlight_host::files::{Folder, MemoryStore};
 use footlight_picture::Image;
 use footlight_picture::combine::{combine, dot};
-use footlight_transport::Cost;
 use footlight_prompt::Repl;
 use footlight_show::units::ErrorUnit;
+use footlight_transport::Cost;
 
 /// What each step is off by, as the operator of these tests states it.
 const STATED: [f64; 3] = [0.04, 0.02, 0.0005];
@@ -224,8 +224,9 @@ fn what_is_promised_of_a_room_is_true() {
     let (mut show, mut apart) = (open(), open());
     let engine = show.engine_mut();
     let cues = engine.document().timeline().cues().to_vec();
-    let both =
-        |c: &footlight_show::timeline::CueTime| [c.go + (c.completion - c.go).scaled(0.5), c.completion];
+    let both = |c: &footlight_show::timeline::CueTime| {
+        [c.go + (c.completion - c.go).scaled(0.5), c.completion]
+    };
     let settings: Vec<Vec<f64>> = cues
         .iter()
         .flat_map(both)

@@ -7,21 +7,21 @@
     reason = "test support, used by several test programs"
 )]
 
-use footlight_show::diagnostic::Sources;
 use footlight_engine::measure::Reference;
 use footlight_engine::measure::difference::away_from;
 use footlight_engine::measure::difference::difference;
 use footlight_host::files::Folder;
+use footlight_host::work::{Silent, Work};
+use footlight_picture::{Image, exr};
+use footlight_show::diagnostic::Sources;
+use footlight_show::geometry::View;
 use footlight_show::geometry::vec3;
 use footlight_show::lang;
-use footlight_picture::{Image, exr};
+use footlight_show::units::Rgb;
+use footlight_stage::{Emitter, Light, Rig, Scene, Source, obj};
 use footlight_transport::radiosity::Radiosity;
 use footlight_transport::radiosity::emitter_mask;
 use footlight_transport::{Quality, Setup, Transport};
-use footlight_show::geometry::View;
-use footlight_stage::{Emitter, Light, Rig, Scene, Source, obj};
-use footlight_show::units::Rgb;
-use footlight_host::work::{Silent, Work};
 use std::path::{Path, PathBuf};
 
 /// A scene with one source for each of its banks.

@@ -6,9 +6,9 @@
     reason = "a study stops where its record cannot be written"
 )]
 
-use footlight_report::chart::Drawing;
 use footlight_host::files::{Disk, Store};
 use footlight_report::Record;
+use footlight_report::chart::Drawing;
 use std::path::Path;
 
 /// Writes NAME.json, NAME.csv and, where there is a chart, NAME.svg and NAME.png.

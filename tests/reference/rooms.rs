@@ -8,13 +8,13 @@
 )]
 
 use crate::reference::Case;
-use footlight_show::diagnostic::Sources;
 use footlight_host::files::Folder;
+use footlight_show::diagnostic::Sources;
+use footlight_show::geometry::View;
 use footlight_show::geometry::vec3;
 use footlight_show::lang;
-use footlight_show::geometry::View;
-use footlight_stage::{Emitter, Light, Material, Polygon, Rig, Scene, Source, obj};
 use footlight_show::units::Rgb;
+use footlight_stage::{Emitter, Light, Material, Polygon, Rig, Scene, Source, obj};
 
 /// The smallest show.
 pub fn first() -> Case {

@@ -14,14 +14,14 @@
 )]
 
 use crate::reference::Case;
+use footlight_host::work::Work;
 use footlight_show::geometry::{Vec3, frame};
 use footlight_show::hash::{GOLDEN, mix};
+use footlight_stage::Light;
 use footlight_transport::radiosity::{
     Camera, Hierarchy, Luminaire, Precision, Receiver, Receivers, Setting, Shining, Surfaces,
     camera, irradiance, luminaires,
 };
-use footlight_stage::Light;
-use footlight_host::work::Work;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 

@@ -4,12 +4,12 @@ use std::fs;
 use std::path::PathBuf;
 
 use footlight_desk::usitt;
-use footlight_show::diagnostic::Sources;
 use footlight_host::files::Folder;
+use footlight_host::work::Work;
+use footlight_show::diagnostic::Sources;
 use footlight_show::lang;
 use footlight_show::model::Show;
 use footlight_show::timeline::Timeline;
-use footlight_host::work::Work;
 
 fn parsed(name: &str, text: &str) -> Show {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");

@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use footlight_show::diagnostic::Style;
 use footlight_engine::{Engine, Error, Host};
 use footlight_host::files::{Folder, Memory};
 use footlight_prompt::{Console, Repl};
+use footlight_show::diagnostic::Style;
 use footlight_stage::import::{Options, read};
 
 #[path = "../../examples/hall/model.rs"]

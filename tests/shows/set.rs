@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use footlight_show::geometry::{Vec3, newell, vec3};
 use footlight_picture::{decode, png};
 use footlight_show::geometry::View;
+use footlight_show::geometry::{Vec3, newell, vec3};
 
 /// A face by what it is of, and its corners.
 pub type VertexBuffer = (String, Vec<Vec3>);

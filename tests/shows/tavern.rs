@@ -3,12 +3,12 @@
 use std::path::Path;
 
 use crate::set;
-use footlight_show::diagnostic::Sources;
 use footlight_host::files::Folder;
+use footlight_show::diagnostic::Sources;
 use footlight_show::geometry::vec3;
 use footlight_show::lang;
-use footlight_stage::obj;
 use footlight_show::model::{Dimmer, Fade, Interpolation, Link, Motion, Move, Part, Show, Trigger};
+use footlight_stage::obj;
 
 #[allow(dead_code, reason = "the program's `main` is not wanted here")]
 #[path = "../../examples/tavern/model.rs"]

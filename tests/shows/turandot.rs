@@ -3,14 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use crate::set;
+use footlight_engine::plan::{Plan, Weighting};
 use footlight_engine::{Engine, Host};
 use footlight_host::files::Folder;
-use footlight_show::lang;
 use footlight_picture::{Image, decode, png};
-use footlight_engine::plan::{Plan, Weighting};
-use footlight_transport::Quality;
+use footlight_show::lang;
 use footlight_show::model::LightKind;
 use footlight_show::units::Time;
+use footlight_transport::Quality;
 
 #[allow(dead_code, reason = "the program's `main` is not wanted here")]
 #[path = "../../examples/turandot/model.rs"]

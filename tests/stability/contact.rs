@@ -2,12 +2,12 @@
 //! boxes.
 
 use crate::meter::{Room, cuboid, level, mean, upright};
+use footlight_host::work::Work;
+use footlight_show::geometry::View;
 use footlight_show::geometry::{Vec3, vec3};
 use footlight_transport::radiosity::{
     CellRequest, Hierarchy, Layout, Setting, Surfaces, hash_to_unit, is_interior,
 };
-use footlight_show::geometry::View;
-use footlight_host::work::Work;
 
 /// Two chambers under one roof, on one floor: the partition at y = 2.3 is `thick`, and only the
 /// near chamber has a lamp.

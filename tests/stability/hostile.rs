@@ -1,13 +1,13 @@
 //! Stages made to break the operator: each gives pictures of finite numbers or a clear error.
 
-use footlight_show::geometry::{Vec3, vec3};
-use footlight_transport::radiosity::Radiosity;
-use footlight_transport::{Quality, Setup, Transport, TransportError};
+use footlight_host::work::{Silent, Work};
 use footlight_show::geometry::View;
-use footlight_stage::{Emitter, Light, Material, Polygon, Rig, Scene, Source};
+use footlight_show::geometry::{Vec3, vec3};
 use footlight_show::model::Spot;
 use footlight_show::units::Rgb;
-use footlight_host::work::{Silent, Work};
+use footlight_stage::{Emitter, Light, Material, Polygon, Rig, Scene, Source};
+use footlight_transport::radiosity::Radiosity;
+use footlight_transport::{Quality, Setup, Transport, TransportError};
 use std::sync::Arc;
 
 /// A stage, its lights (one source each) and the eye.

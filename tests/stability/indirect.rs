@@ -3,8 +3,9 @@
 pub use crate::methods::furnace::scene;
 use crate::methods::furnace::{self, Furnace, room, rows};
 use crate::reference::{Case, render, stage};
-use footlight_show::geometry::vec3;
+use footlight_host::work::{Progress, Work};
 use footlight_picture::Image;
+use footlight_show::geometry::vec3;
 use footlight_transport::radiosity::cost::Counts;
 use footlight_transport::radiosity::step::Step;
 use footlight_transport::radiosity::{
@@ -12,7 +13,6 @@ use footlight_transport::radiosity::{
     hash_to_unit,
 };
 use footlight_transport::{Quality, Transport, TransportError};
-use footlight_host::work::{Progress, Work};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// About so many elements of what is open half a metre over the floor.

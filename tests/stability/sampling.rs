@@ -4,15 +4,15 @@
 use crate::indirect::{mesh, scene};
 use crate::meter::{GREY, INWARD, Meter, Room, contour, cuboid, mean};
 use crate::methods::lamp::Lamp;
+use footlight_show::geometry::View;
 use footlight_show::geometry::{Vec3, vec3};
+use footlight_show::model::Spot;
+use footlight_show::units::Rgb;
+use footlight_stage::Light;
 use footlight_transport::radiosity::{
     Beam, Hemicube, Hierarchy, Setting, Surfaces, Table, VertexBuffer, camera, hash_to_unit,
     kept_inside,
 };
-use footlight_show::geometry::View;
-use footlight_stage::Light;
-use footlight_show::model::Spot;
-use footlight_show::units::Rgb;
 use std::f64::consts::PI;
 
 /// A rectangle around (0, 0, z) that looks down.

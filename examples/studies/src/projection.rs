@@ -11,9 +11,9 @@
 )]
 
 use crate::trial::{Shown, Trial};
-use footlight_show::linalg::{Matrix, svd};
 use footlight_engine::plan::{self, Metric, PlanError, Weighting};
 use footlight_engine::pool::Pool;
+use footlight_show::linalg::{Matrix, svd};
 
 /// How a setting is made up of refined images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -5,14 +5,14 @@ use crate::evaluation::{Rule, Verdict};
 use crate::projection::Projection;
 use crate::random_show::random_show;
 use crate::trial::{self, Trial};
-use footlight_engine::{Engine, Host};
-use footlight_picture::Image;
-use footlight_picture::combine::{combine, dot};
 use footlight_engine::plan::{self, Metric};
 use footlight_engine::pool::Pool;
+use footlight_engine::{Engine, Host};
+use footlight_host::work::Work;
+use footlight_picture::Image;
+use footlight_picture::combine::{combine, dot};
 use footlight_transport::radiosity::Radiosity;
 use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError};
-use footlight_host::work::Work;
 use std::sync::Arc;
 
 const SEEDS: [u64; 2] = [1, 7];

@@ -13,14 +13,14 @@
 )]
 
 use footlight_engine::Engine;
-use footlight_show::linalg::Matrix;
-use footlight_picture::Image;
-use footlight_picture::combine::{combine, dot};
 use footlight_engine::plan::{self, Metric, Moment, PlanError, Weighting};
 use footlight_engine::pool::{Evidence, Fit, Pool};
-use footlight_transport::{Quality, TransportError};
-use footlight_show::timeline::KeySequence;
 use footlight_host::work::{Cancelled, Work};
+use footlight_picture::Image;
+use footlight_picture::combine::{combine, dot};
+use footlight_show::linalg::Matrix;
+use footlight_show::timeline::KeySequence;
+use footlight_transport::{Quality, TransportError};
 
 /// Scalar products of the images of a show's n sources, with its keys.
 #[derive(Clone, Debug)]

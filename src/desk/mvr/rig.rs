@@ -10,11 +10,11 @@ use super::{Carried, Fault, Hung, Plan, Set, addressed};
 use crate::Loss;
 use crate::names::Names;
 use footlight_host::files::Memory;
+use footlight_host::work::Work;
 use footlight_show::lang::{self, quoted};
+use footlight_show::units::Rgb;
 use footlight_stage::gltf::named_files;
 use footlight_stage::import::{self, SceneError};
-use footlight_show::units::Rgb;
-use footlight_host::work::Work;
 
 /// Of a fixture whose type says nothing: angles of a profile, and the light of a 575 W lamp.
 const BEAM: f64 = 20.0;

@@ -16,9 +16,9 @@ use super::Fault;
 use super::zip::Archive;
 use super::{addressed, import};
 use crate::{ImportError, Loss};
+use footlight_host::work::{Progress, Work};
 use footlight_show::diagnostic::Sources;
 use footlight_show::lang;
-use footlight_host::work::{Progress, Work};
 
 /// A ZIP archive of deflated files.
 fn archive(files: &[(&str, &[u8])]) -> Vec<u8> {

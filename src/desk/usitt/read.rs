@@ -13,9 +13,9 @@ use super::model::{Channel, Desk, Group, Tenths};
 use super::record::{Record, records};
 use super::{LIMIT, MOST_CHANNELS, MOST_GROUPS};
 use crate::{ImportError, Loss};
+use footlight_host::work::Work;
 use footlight_show::diagnostic::Diagnostic;
 use footlight_show::units::Time;
-use footlight_host::work::Work;
 
 type Refused = Box<Diagnostic>;
 

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::model::{Cue, Desk, Fade, Part, Tenths};
 use crate::Loss;
-use footlight_show::units::{CueNumber, Rgb, Time};
 use footlight_host::work::{Cancelled, Work};
+use footlight_show::units::{CueNumber, Rgb, Time};
 
 /// A cue with what it moves.
 #[derive(Debug)]

@@ -8,9 +8,9 @@ use super::model::{Curve, Desk, FULL, Tenths};
 use super::settle::{FIVE, Move, Settled, Step, Timing, timing_of};
 use crate::names::Names;
 use crate::{ImportError, Loss};
+use footlight_host::work::Work;
 use footlight_show::lang::{self, quoted};
 use footlight_show::units::Time;
-use footlight_host::work::Work;
 
 /// Columns of a line.
 const WIDTH: usize = 92;

@@ -14,12 +14,12 @@ use proptest::prelude::*;
 use super::model::{step, tenths};
 use super::{import, write};
 use crate::{Carried, ImportError};
+use footlight_host::work::{Progress, Work};
 use footlight_show::diagnostic::{Sources, Style, render};
 use footlight_show::lang;
 use footlight_show::model::{Link, Show};
 use footlight_show::timeline::{Timeline, cue_moves};
 use footlight_show::units::{Rgb, Time};
-use footlight_host::work::{Progress, Work};
 
 fn parsed(text: &str) -> Show {
     let mut sources = Sources::default();

@@ -8,10 +8,10 @@ use std::fmt::Write as _;
 
 use super::model::{FULL, Tenths, step, tenths};
 use crate::{Carried, ExportError, Loss};
+use footlight_host::work::Work;
 use footlight_show::model::{Bank, Cue, Fade, Link, Motion, Show};
 use footlight_show::timeline::{Moved, Timeline, Timing, cue_moves};
 use footlight_show::units::{Time, percent};
-use footlight_host::work::Work;
 
 /// Columns of a line, as the standard allows.
 const WIDTH: usize = 80;

@@ -5,8 +5,8 @@ use std::path::Path;
 use super::quality::Seconds;
 use super::{BankError, Origin, Reference, difference};
 use crate::{Engine, Error};
-use footlight_transport::radiosity::emitter_mask;
 use footlight_transport::Quality;
+use footlight_transport::radiosity::emitter_mask;
 
 /// The error of every step of quality against the time that it takes.
 #[derive(Clone, Debug, PartialEq)]

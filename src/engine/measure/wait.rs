@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
 use crate::{Engine, Error};
-use footlight_transport::{Cost, Quality};
 use footlight_show::model::LightKind;
+use footlight_transport::{Cost, Quality};
 
 /// Seconds from which a run is worth a warning.
 pub const LONG: f64 = 60.0;

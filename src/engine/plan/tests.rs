@@ -6,7 +6,7 @@ use super::*;
 use footlight_show::linalg::Matrix;
 use footlight_show::model::{Show, Trigger};
 use footlight_show::timeline::Timeline;
-use footlight_show::timeline::tests::planted::*;
+use crate::planted::*;
 
 fn keys_of(show: &Show) -> Option<KeySequence> {
     let timeline = Timeline::new(show).ok()?;

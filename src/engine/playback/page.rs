@@ -16,11 +16,11 @@ use serde::Serialize;
 
 pub use self::coding::{Coded, fit};
 use self::coding::{attempt, smaller};
+use footlight_host::work::{Cancelled, Work};
 use footlight_picture::tone::{Curve, Tone};
 use footlight_picture::{Image, PictureError};
 use footlight_show::printable;
 use footlight_show::timeline::{KeySequence, Segment};
-use footlight_host::work::{Cancelled, Work};
 
 /// The most bytes of a page unless something else is said.
 pub const BUDGET: usize = 20_000_000;
@@ -376,7 +376,7 @@ mod tests {
 
     use super::*;
     use footlight_show::timeline::Timeline;
-    use footlight_show::timeline::tests::planted::empty;
+    use crate::planted::empty;
 
     fn tone() -> Tone {
         Tone {

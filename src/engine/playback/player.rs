@@ -5,11 +5,11 @@ use std::sync::Arc;
 use super::Playback;
 use super::kernel::{Factors, Keys, Target};
 use super::key::{Format, KeyImage};
+use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
 use footlight_picture::tone::{ByteTable, Tone};
 use footlight_show::timeline::{Segment, blend};
 use footlight_show::units::Time;
-use footlight_host::work::{Cancelled, Work};
 
 /// A sequence with its exposure and curve: every frame is made in one pass over its keys.
 #[derive(Debug)]

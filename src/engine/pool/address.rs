@@ -11,16 +11,18 @@ use std::fmt;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
-use footlight_show::geometry::Vec3;
 use footlight_picture::Image;
-use footlight_transport::Quality;
-use footlight_show::geometry::mount::Mount;
-use footlight_stage::photometric::{Distribution, Parts, Symmetry};
-use footlight_stage::texture::{Alpha, Texture, Wrap};
+use footlight_show::geometry::Vec3;
 use footlight_show::geometry::View;
-use footlight_stage::{Emitter, Light, Material, Measured, Polygon, Projection, Rig, Scene, Shading, Source};
+use footlight_show::geometry::mount::Mount;
 use footlight_show::model::Spot;
 use footlight_show::units::Rgb;
+use footlight_stage::photometric::{Distribution, Parts, Symmetry};
+use footlight_stage::texture::{Alpha, Texture, Wrap};
+use footlight_stage::{
+    Emitter, Light, Material, Measured, Polygon, Projection, Rig, Scene, Shading, Source,
+};
+use footlight_transport::Quality;
 
 /// Version of everything here: raised when the way of addressing changes.
 const SCHEME: &str = "footlight address 2";

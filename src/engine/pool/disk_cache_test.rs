@@ -6,13 +6,13 @@
 )]
 
 use super::*;
-use footlight_host::files::MemoryStore;
-use footlight_show::geometry::{Vec3, vec3};
 use crate::pool::address::Lights;
+use footlight_host::files::MemoryStore;
 use footlight_show::geometry::View;
-use footlight_stage::{Emitter, Light, Rig, Scene, Source};
+use footlight_show::geometry::{Vec3, vec3};
 use footlight_show::model::Spot;
 use footlight_show::units::Rgb;
+use footlight_stage::{Emitter, Light, Rig, Scene, Source};
 
 const SIZE: (usize, usize) = (5, 3);
 

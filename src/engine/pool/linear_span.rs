@@ -7,8 +7,8 @@
 
 use std::collections::BTreeMap;
 
-use footlight_show::linalg::{Matrix, Orthonormal, least_squares};
 use footlight_picture::Image;
+use footlight_show::linalg::{Matrix, Orthonormal, least_squares};
 
 use super::address::{Digest, Lighting};
 

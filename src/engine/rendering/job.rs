@@ -2,10 +2,10 @@
 //! on.
 
 use super::SetupImages;
+use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_transport::layered::Layered;
 use footlight_transport::{Prepared, Quality, Setup, Transport, TransportError};
-use footlight_host::work::Work;
 
 /// A call of the operator.
 pub(crate) struct Job {

@@ -6,14 +6,14 @@ use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use super::SetupImages;
-use footlight_host::files::Store;
-use footlight_show::linalg::Orthonormal;
-use footlight_picture::Image;
 use crate::pool::Pool;
 use crate::pool::address::{Address, Lighting};
 use crate::pool::disk_cache::Place;
 use crate::pool::image_cache::ImageCache;
 use crate::pool::linear_span;
+use footlight_host::files::Store;
+use footlight_picture::Image;
+use footlight_show::linalg::Orthonormal;
 use footlight_transport::Quality;
 
 /// The least share of a known setting, in the pool's metric, that must be outside the span of those

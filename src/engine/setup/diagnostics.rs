@@ -1,16 +1,16 @@
 //! Errors that show only when the stage's files are read: diagnostics at the statement that names
 //! the file, the surface or the light.
 
-use footlight_show::diagnostic::{Diagnostic, Label, Severity};
 use footlight_host::files::FileError;
-use footlight_show::lang::{SpanMap, codes, nearest};
 use footlight_picture::PictureError;
-use footlight_stage::import::SceneError;
-use footlight_stage::still::{ImageError, Refused};
-use footlight_stage::rig::RigError;
-use footlight_stage::{Camera, Scene};
+use footlight_show::diagnostic::{Diagnostic, Label, Severity};
+use footlight_show::lang::{SpanMap, codes, nearest};
 use footlight_show::model::ImageFile;
 use footlight_show::model::{NodeId, Show, Stage, Surface, View};
+use footlight_stage::import::SceneError;
+use footlight_stage::rig::RigError;
+use footlight_stage::still::{ImageError, Refused};
+use footlight_stage::{Camera, Scene};
 
 /// What to do about a path as Windows has it.
 const NO_BACKSLASH: &str = "write `/` for `\\`; the file must be in the show's folder, or below it";

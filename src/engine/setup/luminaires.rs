@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use footlight_show::diagnostic::Diagnostic;
 use footlight_show::lang::SpanMap;
+use footlight_show::model::{LightKind, NodeId, Show};
 use footlight_stage::gobo::Gobo;
 use footlight_stage::luminaire_asset::LuminaireAssets;
 use footlight_stage::photometric::Distribution;
-use footlight_show::model::{LightKind, NodeId, Show};
 
 use super::diagnostics;
 use crate::compile::Source;

@@ -1,9 +1,9 @@
 //! Edits of the show's text by verbs: delete, copy, rename.
 
 use super::usage;
-use footlight_show::lang::edit::Edit;
 use crate::argument::cue;
 use crate::{Call, Error, Repl, Reply};
+use footlight_show::lang::edit::Edit;
 use footlight_show::units::CueNumber;
 
 pub fn delete(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {

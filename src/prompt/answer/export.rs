@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::usage;
+use crate::{Call, Error, Repl, Reply};
 use footlight_desk::{ExportError, qlc, usitt};
 use footlight_engine as engine;
-use crate::{Call, Error, Repl, Reply};
 use footlight_report::{exchange, format};
 
 /// Writes the show as the file's ending says, and reports what is not in it.

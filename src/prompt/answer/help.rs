@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use footlight_show::lang;
 use crate::{Call, Error, Repl, Reply, VERBS, find};
+use footlight_show::lang;
 
 pub fn help(_: &mut Repl, call: &Call) -> Result<Reply, Error> {
     match call.words().into_iter().next() {

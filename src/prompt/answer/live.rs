@@ -1,12 +1,12 @@
 //! Live control: moves in time, levels that are tried, blind edits.
 
 use super::{picture, usage};
-use footlight_engine::{self as engine, Moves};
-use footlight_show::lang;
-use footlight_show::printable::Printable;
 use crate::argument::{cue, duration, share, time_of};
 use crate::{Call, Error, Repl, Reply, find};
+use footlight_engine::{self as engine, Moves};
 use footlight_report::document;
+use footlight_show::lang;
+use footlight_show::printable::Printable;
 use footlight_show::units::{CueNumber, Time};
 
 pub fn at(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {

@@ -1,9 +1,9 @@
 //! Measurements: of quality, against references, as charts.
 
 use super::usage;
-use footlight_report::chart::Theme;
 use crate::argument::quality as step;
 use crate::{Call, Error, Repl, Reply, removed};
+use footlight_report::chart::Theme;
 use footlight_report::format::{self, DRAWING, RECORD};
 use footlight_report::{self as report, comparison, tradeoff};
 

@@ -1,10 +1,10 @@
 //! One picture.
 
 use super::usage;
-use footlight_picture::Image;
-use footlight_picture::tone::{self, Tone};
 use crate::argument::{precision, quality, time, time_of};
 use crate::{Call, Error, Repl, Reply};
+use footlight_picture::Image;
+use footlight_picture::tone::{self, Tone};
 use footlight_report::film::Shown;
 use footlight_report::format::{self, PICTURE, ending};
 use footlight_report::words::count;

@@ -1,14 +1,14 @@
 //! What the show and its plan look like.
 
 use super::usage;
-use footlight_report::chart::{Drawing, Theme};
-use footlight_show::lang::nearest;
 use crate::argument::tolerance;
 use crate::{Call, Error, Repl, Reply};
+use footlight_report::chart::{Drawing, Theme};
 use footlight_report::curves::{curves, moving};
 use footlight_report::format::DRAWING;
 use footlight_report::words::{count, percent};
 use footlight_report::{self as report, results};
+use footlight_show::lang::nearest;
 
 /// What is drawn instead of banks where its word stands alone.
 const SUBJECTS: [&str; 4] = ["keys", "spectrum", "basis", "error"];

@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::usage;
-use footlight_engine::{Ended, Goal};
 use crate::argument::{duration, error, goal, tolerance, whole};
 use crate::{Call, Error, Repl, Reply};
+use footlight_engine::{Ended, Goal};
 use footlight_report::words::{count, exposure, qualities};
 use footlight_report::{self as report, refine as words, run as whole_loop};
 

@@ -3,16 +3,16 @@
 use std::path::{Path, PathBuf};
 
 use super::usage;
-use footlight_engine::{self as engine, Version};
-use footlight_transport::contract::check_memory;
 use crate::{Call, Error, Repl, Reply};
+use footlight_engine::{self as engine, Version};
+use footlight_host::work::Cancelled;
 use footlight_report::format::{self, WIDTH};
 use footlight_report::table::Table;
 use footlight_report::versions::Comparison;
 use footlight_report::words::count;
 use footlight_report::{self as report, document};
 use footlight_report::{sheet, stage};
-use footlight_host::work::Cancelled;
+use footlight_transport::contract::check_memory;
 
 pub fn check(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
     let style = repl.console.style;

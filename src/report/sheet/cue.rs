@@ -103,7 +103,8 @@ fn starts(cue: &Cue, at: &CueTime, before: Option<&Cue>) -> String {
 
 /// Paths have times of their own; without any, the part's times count.
 pub fn fades(part: &Part) -> bool {
-    let fade = |m: &footlight_show::model::Move| matches!(m.motion, footlight_show::model::Motion::To(_));
+    let fade =
+        |m: &footlight_show::model::Move| matches!(m.motion, footlight_show::model::Motion::To(_));
     part.moves.is_empty() || part.moves.iter().any(fade)
 }
 

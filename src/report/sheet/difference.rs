@@ -10,8 +10,8 @@ use super::level::{self, by_bank, clock, motion, number, time, up_down};
 use footlight_engine::Version;
 use footlight_show::lang;
 use footlight_show::linalg::{Bernstein, mass};
-use footlight_show::printable::{columns, left};
 use footlight_show::model::{Cue, Part, Show, Trigger};
+use footlight_show::printable::{columns, left};
 use footlight_show::timeline::{Piece, Timeline};
 use footlight_show::units::{Time, percent};
 

@@ -1,13 +1,13 @@
 //! Sheets of small shows, in full.
 
 use super::{Difference, cue_sheet, difference, track_sheet};
-use footlight_show::diagnostic::Sources;
 use footlight_engine::Version;
 use footlight_host::files::Memory;
+use footlight_host::work::Work;
+use footlight_show::diagnostic::Sources;
 use footlight_show::lang;
 use footlight_show::model::Show;
 use footlight_show::timeline::Timeline;
-use footlight_host::work::Work;
 
 const RIG: &str = "show \"A\"\nlight a panel glass\nlight b panel brass\nlight c panel cloth\nbank lamps = a\nbank fire = b\nbank sky = c  rgb\n";
 

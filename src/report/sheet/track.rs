@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use super::level;
 use crate::table::Table;
-use footlight_show::model::{Bank, Cue, Motion, Show};
 use footlight_host::work::{Cancelled, Work};
+use footlight_show::model::{Bank, Cue, Motion, Show};
 
 /// How a bank comes to its level in a cue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -26,24 +26,8 @@ use place::Key;
 /// Declarations in one edit; each costs a pass over the source.
 const MOST: usize = 100;
 
-/// An edit of a show's text, as a value; it becomes the smallest change of the text.
-///
-/// ```
-/// use footlight::{CueNumber, Document, Edit, Memory};
-///
-/// # fn main() -> Result<(), footlight::Error> {
-/// let text = "show \"S\"\nlight x spot at 0,0,3 aim 0,0,0 beam 20 field 30 900 cd\nbank a = x\n\
-///     cue 1 at 0:00 { snap  a 50 } // as ever\n";
-/// let files = Memory::default();
-/// let mut document = Document::new("s.lxq", text.as_bytes(), &files)?;
-/// let cue = CueNumber::from_thousandths(1000).expect("cue 1");
-/// let (target, level) = ("a".to_owned(), 0.7);
-/// let edited = document.apply(&Edit::UpdateMove { cue, target, level }, &files)?;
-/// assert_eq!(document.text(), text.replace("a 50", "a 70"));
-/// assert_eq!(edited.splices.len(), 1);
-/// # Ok(())
-/// # }
-/// ```
+/// An edit of a show's text, as a value; it becomes the smallest change of the text. A document of
+/// `footlight-engine` applies it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Edit {
     /// Declarations as the language writes them: each replaces the one of its kind and name (a

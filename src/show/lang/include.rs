@@ -15,8 +15,8 @@ use super::scan::{Scan, first_word, scan};
 use super::syntax::{self, Rule};
 use super::{codes, decode, gels, limits, unquoted};
 use crate::diagnostic::{Diagnostic, Sources};
-use footlight_host::files::Files;
 use crate::units::Rgb;
+use footlight_host::files::Files;
 
 /// A file of the show.
 pub struct Part<'a> {
@@ -294,8 +294,8 @@ fn resolved(from: &str, path: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use footlight_host::files::Memory;
     use crate::lang::{Parsed, parse, parse_with_files};
+    use footlight_host::files::Memory;
     use proptest::prelude::*;
 
     fn parsed(files: &Memory, text: &str) -> Parsed {

@@ -7,8 +7,8 @@ use super::lower;
 use super::read::{self, Read};
 use super::{codes, include};
 use crate::diagnostic::{Diagnostic, Sources};
-use footlight_host::files::Files;
 use crate::model::{Cue, Motion};
+use footlight_host::files::Files;
 
 /// A parameter and the level that it is set to, before the dimmer.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -44,9 +44,9 @@ pub use report::{Place, too_many};
 pub use token::{Token, pieces, tokens};
 
 use crate::diagnostic::{Diagnostic, Sources};
-use footlight_host::files::{Files, Memory};
 use crate::model::{NodeId, Show};
 use crate::units::{Rgb, Time};
+use footlight_host::files::{Files, Memory};
 use report::Report;
 
 /// Turns the model's node ids back into places.

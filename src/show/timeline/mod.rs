@@ -22,7 +22,7 @@ mod sweep;
 mod track;
 
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;
 
 pub use blend::{Blend, blend};
 pub use clock::CueTime;

@@ -3,7 +3,8 @@
 
 use proptest::prelude::*;
 
-pub(crate) mod planted;
+#[path = "../../../tests/kit/planted.rs"]
+mod planted;
 mod reference;
 
 use super::*;

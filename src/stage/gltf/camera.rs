@@ -4,8 +4,8 @@ use super::Root;
 
 use super::node::Placed;
 use super::{Fault, entry, outside, place};
-use footlight_show::geometry::{Vec3, vec3};
 use crate::Camera;
+use footlight_show::geometry::{Vec3, vec3};
 
 /// Adds the camera of a node, if it has one.
 pub fn add(root: &Root, placed: &Placed<'_>, cameras: &mut Vec<Camera>) -> Result<(), Fault> {

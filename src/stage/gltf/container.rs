@@ -14,8 +14,8 @@ use gltf_json::{
 use serde::Deserialize;
 
 use super::{Fault, entry, lacks, limit, meshopt, not_gltf, place, short};
-use footlight_host::files::Files;
 use crate::import::SceneError;
+use footlight_host::files::Files;
 
 /// Bytes of the JSON. Its text can be sixteen times as large in memory.
 const JSON_LIMIT: usize = 32 << 20;

@@ -6,8 +6,8 @@ use proptest::prelude::*;
 
 use super::tests::{described, floats, glb, square};
 use super::*;
-use footlight_host::files::Memory;
 use crate::import::{Import, Options, POLYGON_LIMIT, read};
+use footlight_host::files::Memory;
 
 const NODE: &str = r#""nodes":[{"mesh":0}],"materials":[{"name":"wall"}]"#;
 

@@ -11,8 +11,8 @@ use gltf_json::validation::Checked;
 
 use super::node::Placed;
 use super::{Fault, entry, lacks, outside, place};
-use footlight_show::geometry::{Vec3, vec3};
 use crate::{Lamp, LampShape};
+use footlight_show::geometry::{Vec3, vec3};
 use footlight_show::units::Rgb;
 
 /// Adds the light of a node, if it has one.

@@ -10,11 +10,11 @@ use gltf_json::validation::Checked;
 
 use super::container::Document;
 use super::{Fault, LeftOut, Root, UNSTATED, outside, place};
-use footlight_host::files::Files;
 use crate::Material;
 use crate::import::reflectance;
 use crate::texture::reader::{Channels, TextureReader};
 use crate::texture::{Alpha, Texture, Wrap};
+use footlight_host::files::Files;
 use footlight_show::units::Rgb;
 
 /// What a texture that cannot be read leaves of a material's factor. Images of surfaces are a half on

@@ -13,10 +13,10 @@ use super::{
     FAR, FAR_AWAY, Fault, Imported, LeftOut, TRIANGLE_LIMIT, VERTEX_LIMIT, accessor, draco, entry,
     lacks, limit, missing, place,
 };
-use footlight_show::geometry::vec3;
+use crate::Polygon;
 use crate::shading::{Corner, Shading};
 use footlight_show::geometry::polygon;
-use crate::Polygon;
+use footlight_show::geometry::vec3;
 
 /// Vertices with what they have.
 #[derive(Clone, Default)]

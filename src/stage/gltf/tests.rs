@@ -1,11 +1,11 @@
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
 use super::*;
-use footlight_host::files::{FileError, Memory};
-use footlight_show::geometry::{Vec3, newell, vec3};
-use footlight_picture::png;
 use crate::import::{Import, Options, read};
 use crate::{LampShape, Polygon};
+use footlight_host::files::{FileError, Memory};
+use footlight_picture::png;
+use footlight_show::geometry::{Vec3, newell, vec3};
 use footlight_show::units::Rgb;
 
 /// A GLB of a JSON text and a binary chunk.
@@ -394,7 +394,7 @@ fn a_webp_texture_is_read_where_there_is_no_other() {
         (import.scene.materials[0].texture.is_some(), said.join("; "))
     };
     assert_eq!(
-        texture(footlight_picture::decode::tests::TWO),
+        texture(include_bytes!("../../../tests/kit/two.webp")),
         (true, String::new())
     );
     let (is_read, said) = texture(b"\xabKTX 20");

@@ -3,10 +3,10 @@
 use proptest::prelude::*;
 
 use super::*;
-use footlight_host::files::{FileError, Memory};
-use footlight_show::geometry::{newell, vec3};
-use footlight_picture::png;
 use crate::import;
+use footlight_host::files::{FileError, Memory};
+use footlight_picture::png;
+use footlight_show::geometry::{newell, vec3};
 use footlight_show::units::Rgb;
 
 const MTL: &str =

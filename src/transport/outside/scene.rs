@@ -5,14 +5,14 @@ use std::f64::consts::TAU;
 
 use serde::Serialize;
 
-use footlight_show::geometry::{Vec3, newell};
 use crate::Setup;
 use footlight_show::geometry::mount::Mount;
 use footlight_show::geometry::polygon::triangles;
 use footlight_show::geometry::profile::Profile;
+use footlight_show::geometry::{Vec3, newell};
+use footlight_show::units::Rgb;
 use footlight_stage::texture::{Texture, Wrap};
 use footlight_stage::{Light, Measured, Polygon, Projection, Scene};
-use footlight_show::units::Rgb;
 
 /// The form of `scene.json`.
 pub const SCHEMA: u32 = 1;

@@ -4,11 +4,11 @@
 
 use super::*;
 use footlight_host::files::process::Done;
+use footlight_host::work::Progress;
+use footlight_picture::exr::Precision;
 use footlight_show::geometry::vec3;
 use footlight_show::hash::{GOLDEN, mix};
-use footlight_picture::exr::Precision;
 use footlight_stage::{Rig, Scene, Source};
-use footlight_host::work::Progress;
 
 fn setup(names: &[&str]) -> Setup {
     let source = |name: &&str| Source {
@@ -242,9 +242,9 @@ fn commands_without_their_marks_are_refused() {
 
 /// A floor of two triangles, a spot on it, and an l-shaped panel.
 fn lit_floor() -> Setup {
-    use footlight_stage::{Emitter, Light, Material, Polygon};
     use footlight_show::model::Spot;
     use footlight_show::units::Rgb;
+    use footlight_stage::{Emitter, Light, Material, Polygon};
     let flat = |points: &[(f64, f64)]| points.iter().map(|&(x, y)| vec3(x, y, 0.0)).collect();
     let scene = Scene {
         materials: vec![
@@ -448,11 +448,11 @@ fn a_known_renderer_is_called_by_its_name() {
 /// An image of two texels, and a file of batwings, wider across than along.
 #[test]
 fn projections_and_photometric_files_are_written_with_their_numbers() {
-    use footlight_stage::gobo::Gobo;
     use footlight_show::geometry::mount::Mount;
+    use footlight_show::units::Rgb;
+    use footlight_stage::gobo::Gobo;
     use footlight_stage::photometric::Distribution;
     use footlight_stage::{Light, Measured, Projection};
-    use footlight_show::units::Rgb;
     let mut setup = lit_floor();
     let mount = Mount {
         position: vec3(0.0, 0.0, 2.0),

@@ -6,11 +6,11 @@
 )]
 
 use super::{Operator, Solution};
-use footlight_picture::Image;
 use crate::radiosity::camera::fragment::{Fragment, Fragments};
 use crate::radiosity::direct::projector::pixel as footprint;
 use crate::radiosity::geometry::surface::Surfaces;
 use crate::radiosity::lists::Lists;
+use footlight_picture::Image;
 use footlight_stage::Light;
 use rayon::prelude::*;
 use std::f64::consts::PI;

@@ -12,7 +12,6 @@
     reason = "pixels are addressed within the view, cells within their layout, facets by items"
 )]
 
-use footlight_show::geometry::{Vec3, vec3};
 use crate::radiosity::Radiosity;
 use crate::radiosity::camera::fragment::{camera, is_stretched};
 use crate::radiosity::geometry::surface::Surfaces;
@@ -20,11 +19,12 @@ use crate::radiosity::mesh::Layout;
 use crate::radiosity::step::Step;
 use crate::radiosity::visibility::raster::{ItemBuffer, NOTHING};
 use crate::{Cost, Quality, QualityParameter, Setup, Transport, TransportError};
+use footlight_host::work::Work;
 use footlight_show::geometry::View;
-use footlight_stage::{Emitter, Light, Material, Polygon, Rig, Scene, Source};
+use footlight_show::geometry::{Vec3, vec3};
 use footlight_show::model::Spot;
 use footlight_show::units::Rgb;
-use footlight_host::work::Work;
+use footlight_stage::{Emitter, Light, Material, Polygon, Rig, Scene, Source};
 
 /// Names of the counts of [`Counts::prepare`].
 pub const PREPARE: [&str; 6] = [

@@ -21,7 +21,8 @@ mod point_source;
 pub mod projector;
 mod quadratic_fit;
 
-use footlight_show::geometry::Vec3;
+use crate::TransportError;
+use crate::contract::check_memory;
 use crate::radiosity::camera::fragment::Fragments;
 use crate::radiosity::direct::beam::Beam;
 use crate::radiosity::direct::cluster::Receivers;
@@ -31,10 +32,9 @@ use crate::radiosity::direct::panel::Panel;
 use crate::radiosity::direct::point_source::PointSourceIntegrator;
 use crate::radiosity::geometry::surface::{Piece, Surfaces};
 use crate::radiosity::visibility::Hierarchy;
-use crate::TransportError;
-use crate::contract::check_memory;
-use footlight_stage::{Light, Rig, Scene};
 use footlight_host::work::Work;
+use footlight_show::geometry::Vec3;
+use footlight_stage::{Light, Rig, Scene};
 use rayon::prelude::*;
 
 /// A light, prepared for direct illumination.

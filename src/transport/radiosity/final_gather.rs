@@ -22,8 +22,7 @@ mod systematic;
 
 pub use step::{GatherStep, STEPS, cost};
 
-use footlight_show::geometry::frame;
-use footlight_picture::Image;
+use crate::contract::check_memory;
 use crate::radiosity::camera::fragment::camera;
 use crate::radiosity::direct::projector::Projector;
 use crate::radiosity::direct::{Luminaire, check_rig, luminaires};
@@ -41,9 +40,10 @@ use crate::radiosity::memory::MemoryBudget;
 use crate::radiosity::unit_lights::UnitLights;
 use crate::radiosity::visibility::raster::Camera;
 use crate::radiosity::{FACET_BYTES, Threads, projector};
-use crate::contract::check_memory;
 use crate::{Quality, Setup, TransportError};
 use footlight_host::work::{Cancelled, Work};
+use footlight_picture::Image;
+use footlight_show::geometry::frame;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 

@@ -18,7 +18,6 @@ pub mod element;
 pub mod grid;
 pub mod sample;
 
-use footlight_show::geometry::Vec3;
 use crate::radiosity::direct::Setting;
 use crate::radiosity::geometry::surface::Surfaces;
 use crate::radiosity::mesh::bsp::{BspTree, CellContactEdge, Line, SplitPlane};
@@ -26,6 +25,7 @@ use crate::radiosity::mesh::contact::Contacts;
 use crate::radiosity::mesh::element::{Element, Maker};
 use crate::radiosity::mesh::grid::Grid;
 use footlight_host::work::{Cancelled, Work};
+use footlight_show::geometry::Vec3;
 use rayon::prelude::*;
 
 /// No element: nothing of the cell lies on the facet, or it is inside a solid.

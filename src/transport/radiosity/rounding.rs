@@ -11,11 +11,11 @@
     reason = "corners are numbered modulo their count, facets by the surfaces, places by their lists"
 )]
 
-use footlight_show::geometry::Vec3;
 use crate::radiosity::camera::fragment::{Fragment, Fragments};
 use crate::radiosity::direct::cluster::{Receiver, Receivers};
 use crate::radiosity::geometry::surface::{Edge, Facet, Surfaces};
 use crate::radiosity::lists::Lists;
+use footlight_show::geometry::Vec3;
 use std::collections::BTreeMap;
 
 /// Cosine between the shading normals of two facets at their common corner that count as one.
@@ -193,10 +193,10 @@ fn corners(facet: &Facet, k: usize) -> [Vec3; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use footlight_show::geometry::vec3;
-    use footlight_stage::Scene;
     use footlight_show::geometry::solid::Solid;
+    use footlight_show::geometry::vec3;
     use footlight_show::units::Rgb;
+    use footlight_stage::Scene;
 
     #[test]
     fn a_cylinder_is_round_across_the_edges_of_its_mantle_alone() {

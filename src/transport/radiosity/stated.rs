@@ -6,8 +6,8 @@
 //! these are coarser where polygons are many.
 
 use crate::{Quality, Setup};
-use footlight_stage::Light;
 use footlight_show::units::ErrorUnit;
+use footlight_stage::Light;
 
 /// Of up to [`FEW`] polygons, with hemicubes.
 const OF_FEW: [f64; 3] = [0.0155, 0.0095, 0.003];

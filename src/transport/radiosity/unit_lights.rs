@@ -1,12 +1,12 @@
 //! What both methods have in common: every light is solved once at unit strength, and any setting is
 //! composed of those.
 
-use footlight_picture::Image;
-use crate::radiosity::Threads;
 use crate::contract::{check_memory, check_settings};
+use crate::radiosity::Threads;
 use crate::{Prepared, TransportError};
-use footlight_stage::{Light, Rig};
 use footlight_host::work::Work;
+use footlight_picture::Image;
+use footlight_stage::{Light, Rig};
 use std::sync::Arc;
 
 /// A method that keeps its lights at unit strength.

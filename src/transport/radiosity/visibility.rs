@@ -17,10 +17,10 @@ pub mod shadow;
 
 use std::borrow::Borrow;
 
-use footlight_show::geometry::{Vec3, bounds, greater, smaller};
 #[cfg(doc)]
 use crate::radiosity::geometry::solid::Solids;
 use crate::radiosity::geometry::surface::{Piece, Surfaces};
+use footlight_show::geometry::{Vec3, bounds, greater, smaller};
 
 /// Pieces in a leaf.
 const LEAF: usize = 4;
@@ -404,8 +404,8 @@ pub fn blocks(piece: &Piece, a: Vec3, b: Vec3, touching: f64) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use footlight_show::geometry::vec3;
     use crate::radiosity::geometry::rectangle;
+    use footlight_show::geometry::vec3;
     use proptest::prelude::*;
 
     fn square(z: f64, half: f64) -> Vec<Vec3> {

@@ -1,15 +1,15 @@
 //! Light between equal walls, where every solver's error is known: in a closed room of reflectance
 //! ρ that gives off 1 everywhere, radiosity is 1 / (1 − ρ) everywhere.
 
+use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::{Vec3, vec3};
+use footlight_show::units::Rgb;
+use footlight_stage::{Material, Polygon, Scene};
+use footlight_transport::TransportError;
 use footlight_transport::radiosity::{
     BLOCK, Block, Bounces, CellRequest, Hemicube, Hierarchy, Layout, Mesh, Rows, Setting, Surfaces,
     Table, VertexBuffer, hash_to_unit,
 };
-use footlight_transport::TransportError;
-use footlight_stage::{Material, Polygon, Scene};
-use footlight_show::units::Rgb;
-use footlight_host::work::{Cancelled, Work};
 
 /// Reflectances, up to where light is met a thousand times.
 pub const REFLECTANCES: [f32; 9] = [0.3, 0.5, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999];

@@ -4,13 +4,13 @@
 use std::f64::consts::{PI, TAU};
 
 use super::furnace::{mesh, scene};
+use footlight_host::work::Work;
 use footlight_show::geometry::{Vec3, vec3};
+use footlight_transport::TransportError;
 use footlight_transport::radiosity::{
     Hemicube, Hierarchy, Luminaire, Precision, Receiver, Receivers, Setting, Shining, Surfaces,
     Table, VertexBuffer, hash_to_unit, irradiance,
 };
-use footlight_transport::TransportError;
-use footlight_host::work::Work;
 
 /// A lamp's rectangle, parallel to the floor and looking down.
 #[derive(Clone, Copy, Debug, PartialEq)]

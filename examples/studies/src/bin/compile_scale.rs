@@ -22,13 +22,13 @@ mod cue_sheet;
 mod results;
 
 use cue_sheet::{Size, cue_sheet};
-use footlight_report::chart::{self, Axis, Marker, Panel, Scale, Theme};
 use footlight_engine::measure::{Machine, Origin};
+use footlight_engine::plan::{Plan, Weighting};
 use footlight_engine::{Engine, Host};
 use footlight_host::files::processor;
-use footlight_show::lang::edit::Edit;
-use footlight_engine::plan::{Plan, Weighting};
+use footlight_report::chart::{self, Axis, Marker, Panel, Scale, Theme};
 use footlight_report::{Kind, Quantity, Record, words};
+use footlight_show::lang::edit::Edit;
 use std::path::Path;
 use std::process::Command;
 use std::time::Instant;

@@ -18,11 +18,11 @@ mod reference;
 #[path = "../../../../tests/reference/rooms.rs"]
 mod rooms;
 
+use footlight_host::work::{Silent, Work};
 use footlight_transport::radiosity::Radiosity;
 use footlight_transport::radiosity::cost::{self, Counts, LIGHTS, PICTURE, PREPARE};
 use footlight_transport::radiosity::step::Step;
 use footlight_transport::{Quality, Transport};
-use footlight_host::work::{Silent, Work};
 use reference::{Case, cornell, furnace, stage, tavern};
 use rooms::{first, room};
 use std::time::Instant;

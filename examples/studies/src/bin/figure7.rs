@@ -13,17 +13,17 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use footlight_report::chart::{self, Axis, Marker, Panel, Scale, Series, Theme};
-use footlight_engine::{Engine, Host};
-use footlight_host::files::Folder;
-use footlight_show::linalg::Matrix;
-use footlight_picture::Image;
-use footlight_picture::combine::{combine, dot};
 use footlight_engine::plan;
 use footlight_engine::pool::Pool;
-use footlight_transport::Setup;
-use footlight_prompt::{Console, Repl, finished};
+use footlight_engine::{Engine, Host};
+use footlight_host::files::Folder;
 use footlight_host::work::Work;
+use footlight_picture::Image;
+use footlight_picture::combine::{combine, dot};
+use footlight_prompt::{Console, Repl, finished};
+use footlight_report::chart::{self, Axis, Marker, Panel, Scale, Series, Theme};
+use footlight_show::linalg::Matrix;
+use footlight_transport::Setup;
 
 /// A moment of the session.
 struct Moment {

@@ -17,17 +17,17 @@
 use std::error::Error;
 use std::path::Path;
 
-use footlight_report::chart::{self, Axis, Marker, Panel, Scale, Series, Theme};
 use footlight_engine::{Engine, Host};
 use footlight_host::files::Folder;
-use footlight_show::geometry::vec3;
 use footlight_picture::combine::{combine, dot};
 use footlight_picture::tone::Tone;
 use footlight_picture::{Image, png};
-use footlight_transport::Quality;
+use footlight_report::chart::{self, Axis, Marker, Panel, Scale, Series, Theme};
+use footlight_show::geometry::vec3;
 use footlight_show::units::ErrorUnit;
 use footlight_studies::dice;
 use footlight_studies::random_show::{RandomShow, random_show};
+use footlight_transport::Quality;
 
 /// Random shows.
 const SHOWS: u64 = 40;

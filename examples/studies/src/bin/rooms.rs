@@ -16,10 +16,10 @@
 #[path = "../../../../tests/reference/results.rs"]
 mod results;
 
+use footlight::{Engine, Host, Quality, Radiosity, Transport, Work};
 use footlight_engine::measure::Reference;
 use footlight_engine::measure::difference::difference;
 use footlight_host::files::{Disk, Folder};
-use footlight::{Engine, Host, Quality, Radiosity, Transport, Work};
 use std::path::Path;
 use std::process::Command;
 

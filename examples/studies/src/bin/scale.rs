@@ -20,13 +20,13 @@ mod results;
 #[path = "../../../../tests/reference/rooms.rs"]
 mod rooms;
 
-use footlight_report::chart::{self, Axis, Marker, Panel, Scale, Theme};
 use footlight_engine::measure::{Machine, Origin};
 use footlight_host::files::processor;
+use footlight_host::work::{Silent, Work};
+use footlight_report::chart::{self, Axis, Marker, Panel, Scale, Theme};
+use footlight_report::{Kind, Quantity, Record};
 use footlight_transport::radiosity::Radiosity;
 use footlight_transport::{Quality, Transport};
-use footlight_report::{Kind, Quantity, Record};
-use footlight_host::work::{Silent, Work};
 use rooms::room;
 use std::path::Path;
 use std::process::Command;

@@ -1,9 +1,9 @@
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
 use super::*;
+use crate::playback::key::{Format, KeyImage};
 use footlight_picture::Image;
 use footlight_picture::tone::{Curve, Tone};
-use crate::playback::key::{Format, KeyImage};
 use footlight_show::timeline::blend;
 use proptest::prelude::*;
 

@@ -1,11 +1,11 @@
 //! Pictures in the code of 8 bits, as PNG files, within a budget.
 
 use super::PageError;
+use crate::playback::key::{ByteCurve, peak};
+use footlight_host::work::{Work, in_order};
 use footlight_picture::shrink::shrink;
 use footlight_picture::tone::Tone;
 use footlight_picture::{Image, PictureError, png};
-use crate::playback::key::{ByteCurve, peak};
-use footlight_host::work::{Work, in_order};
 
 /// The least width that pictures are made smaller to.
 const NARROWEST: usize = 160;

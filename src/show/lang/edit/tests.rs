@@ -3,10 +3,10 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::diagnostic::Sources;
-use footlight_host::files::Memory;
 use crate::lang::parse_with_files;
 use crate::model::{Motion, Show};
 use crate::units::Time;
+use footlight_host::files::Memory;
 
 const SHOW: &str = "// top\nshow \"A\"\n\nbank a = x  // one\nbank b = y /* two\n lines */\n\n// the cues\ncue 1 { a 5 }\n  cue 3 {\n    a 6 // six\n  } // three\n";
 

@@ -2,14 +2,14 @@
 
 use super::{Lower, colour};
 use crate::geometry::Vec3;
+use crate::geometry::mount::Mount;
+use crate::geometry::profile::Profile;
+use crate::geometry::shape::Shape;
 use crate::lang::ast::{self, Clause, Span, Word};
 use crate::lang::codes;
 use crate::lang::names::Kind;
 use crate::lang::quantity::{self, Unit, Wanted};
 use crate::model::Spot;
-use crate::geometry::mount::Mount;
-use crate::geometry::profile::Profile;
-use crate::geometry::shape::Shape;
 use crate::model::{ImportedLuminaire, LightKind, Luminaire, Output, Strength};
 use crate::units::Rgb;
 

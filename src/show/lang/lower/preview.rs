@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 
 use super::Lower;
 use crate::diagnostic::Diagnostic;
+use crate::geometry;
 use crate::geometry::Vec3;
 use crate::lang::ast::{Clause, Declaration, Span, Statement, Word};
 use crate::lang::codes;
 use crate::lang::quantity::{self, Unit, Wanted};
 use crate::lang::report::Place;
 use crate::lang::unquoted;
-use crate::geometry;
 
 use crate::model::{Stage, ToneCurve, View};
 use crate::units::{Tolerance, fraction};

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 
 use super::{Lower, colour};
 use crate::geometry::Vec3;
+use crate::geometry::solid::Solid;
 use crate::lang::ast::{self, Clause, Span, Word};
 use crate::lang::quantity::Wanted;
 use crate::lang::{codes, unquoted};
-use crate::geometry::solid::Solid;
 use crate::model::Surface;
 use crate::units::Rgb;
 
@@ -228,9 +228,9 @@ impl<'a> Lower<'a, '_> {
 #[cfg(test)]
 mod tests {
     use crate::diagnostic::Sources;
+    use crate::geometry::solid::Solid;
     use crate::geometry::vec3;
     use crate::lang::{codes, parse};
-    use crate::geometry::solid::Solid;
 
     #[test]
     fn solids_are_what_they_say() {

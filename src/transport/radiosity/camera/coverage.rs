@@ -210,8 +210,8 @@ fn nearer(a: &Layer, b: &Layer) -> Line {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use footlight_show::geometry::{Vec3, vec3};
     use crate::radiosity::geometry::rectangle;
+    use footlight_show::geometry::{Vec3, vec3};
 
     fn seen(quads: &[[Vec3; 4]]) -> Vec<f64> {
         let surfaces = Surfaces::grey(quads.iter().map(|q| q.to_vec()).collect());

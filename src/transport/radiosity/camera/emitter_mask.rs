@@ -4,8 +4,8 @@ use crate::radiosity::Threads;
 use crate::radiosity::camera::fragment::{Sampling, Split, fragments};
 use crate::radiosity::geometry::surface::Surfaces;
 use crate::{Setup, TransportError};
-use footlight_stage::Light;
 use footlight_host::work::Work;
+use footlight_stage::Light;
 
 /// For each pixel of the setup's view, row by row, whether it shows the front of a surface that
 /// some light of the rig makes emit, be it only in a part of it.

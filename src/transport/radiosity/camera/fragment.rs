@@ -11,16 +11,16 @@
     reason = "sub-pixels are addressed within the band's buffer by construction"
 )]
 
-use footlight_show::geometry::Vec3;
+use crate::TransportError;
 use crate::radiosity::camera::coverage::{Shares, Silhouettes, Square};
 use crate::radiosity::geometry::clipper::PlanePoint;
 use crate::radiosity::geometry::surface::{Facet, Piece, Surfaces};
 use crate::radiosity::lists::Lists;
 use crate::radiosity::mesh::sample::kept_inside;
 use crate::radiosity::visibility::raster::{Camera, ItemBuffer, NOTHING};
-use crate::TransportError;
-use footlight_show::geometry::View;
 use footlight_host::work::Work;
+use footlight_show::geometry::Vec3;
+use footlight_show::geometry::View;
 use rayon::prelude::*;
 
 /// Pixel rows that are rasterized at once.

@@ -8,10 +8,10 @@ use std::sync::Arc;
 
 use footlight_show::geometry::Vec3;
 use footlight_show::geometry::mount::Axes;
-use footlight_stage::photometric::Distribution;
 use footlight_show::geometry::profile::Profile;
-use footlight_stage::{Measured, Projection};
 use footlight_show::model::Spot;
+use footlight_stage::photometric::Distribution;
+use footlight_stage::{Measured, Projection};
 
 /// A point source.
 #[derive(Clone, Debug)]

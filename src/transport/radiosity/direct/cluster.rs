@@ -10,10 +10,10 @@
     reason = "ranges and lists of members are made and kept by this module"
 )]
 
-use footlight_show::geometry::{Vec3, frame};
 use crate::radiosity::camera::fragment::Fragments;
 use crate::radiosity::geometry::clipper::Rectangle;
 use crate::radiosity::geometry::surface::Surfaces;
+use footlight_show::geometry::{Vec3, frame};
 use rayon::prelude::*;
 use std::sync::OnceLock;
 

@@ -9,9 +9,9 @@
     reason = "clusters name points of the chunk that they belong to"
 )]
 
-use footlight_show::geometry::{Vec3, frame};
 use crate::radiosity::direct::cluster::{CORNERS, Cluster, PATCH, SAMPLES};
 use crate::radiosity::direct::quadratic_fit::QuadraticFit;
+use footlight_show::geometry::{Vec3, frame};
 
 /// Points of the largest patch whose fit needs no check.
 const UNCHECKED: usize = 32;
@@ -147,10 +147,10 @@ fn first<T: Copy>(all: &[T; SAMPLES]) -> [T; CORNERS] {
 #[allow(clippy::unwrap_used, reason = "test")]
 mod tests {
     use super::*;
-    use footlight_show::geometry::vec3;
     use crate::radiosity::direct::cluster::{Receiver, Receivers};
     use crate::radiosity::geometry::rectangle;
     use crate::radiosity::geometry::surface::Surfaces;
+    use footlight_show::geometry::vec3;
 
     const UP: Vec3 = vec3(0.0, 0.0, 1.0);
 

@@ -12,10 +12,10 @@
     reason = "indices run over the polygon's own vertices"
 )]
 
-use footlight_show::geometry::{Vec3, frame, greater, part_above};
 use crate::radiosity::geometry::clipper::{Line, PlanePoint, PolygonClipper, Rectangle, range};
 use crate::radiosity::geometry::surface::Piece;
 use crate::radiosity::visibility::blocks;
+use footlight_show::geometry::{Vec3, frame, greater, part_above};
 
 /// Lit parts beyond which the emitter is halved and each half begun again, so that the work stays
 /// near the number of occluders. Shadows of a dozen separate occluders stay far below it.

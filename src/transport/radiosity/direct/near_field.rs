@@ -10,12 +10,12 @@
     reason = "fragments are named by their receivers"
 )]
 
-use footlight_show::geometry::Vec3;
 use crate::radiosity::camera::fragment::Fragments;
 use crate::radiosity::direct::beam::Beam;
 use crate::radiosity::direct::cluster::{Cluster, Receivers};
 use crate::radiosity::geometry::clipper::{PlanePoint, measured};
 use crate::radiosity::visibility::shadow::Canvas;
+use footlight_show::geometry::Vec3;
 
 /// The largest size of a pixel's footprint on a surface, against its distance from a point source,
 /// for which one point stands for it: the inverse square then errs by about 3/8 of the square,

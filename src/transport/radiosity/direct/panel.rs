@@ -10,13 +10,13 @@
     reason = "ranges of the emitters, pairs and lists that this module has stacked"
 )]
 
-use footlight_show::geometry::Vec3;
 use crate::radiosity::direct::cluster::{Cluster, PATCH};
 use crate::radiosity::direct::irradiance_patch::{IrradiancePatch, SHADED};
 use crate::radiosity::direct::lambert::{LambertIntegrator, LightPolygon};
 use crate::radiosity::direct::near_field::Picture;
 use crate::radiosity::direct::{CulledOccluders, Setting};
 use crate::radiosity::visibility::Shaft;
+use footlight_show::geometry::Vec3;
 use std::ops::Range;
 
 /// Occluders beyond which an emitter is halved.

@@ -8,7 +8,6 @@
     reason = "receivers are named by their clusters, pieces by the hierarchy"
 )]
 
-use footlight_show::geometry::Vec3;
 use crate::radiosity::camera::fragment::Fragments;
 use crate::radiosity::direct::beam::Beam;
 use crate::radiosity::direct::cluster::{Cluster, PATCH, Receivers};
@@ -18,6 +17,7 @@ use crate::radiosity::direct::{CulledOccluders, Setting};
 use crate::radiosity::geometry::clipper::{PlanePoint, PolygonClipper, Rectangle, measured};
 use crate::radiosity::visibility::shadow::{Lit, Meeting, Shadows, shade};
 use crate::radiosity::visibility::{Shaft, blocks};
+use footlight_show::geometry::Vec3;
 
 /// Working memory to light one chunk of a facet by a point source.
 pub struct PointSourceIntegrator<'a> {

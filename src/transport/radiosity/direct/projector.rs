@@ -7,12 +7,12 @@
 
 use std::sync::Arc;
 
-use footlight_show::geometry::Vec3;
 use crate::radiosity::visibility::raster::Camera;
+use footlight_show::geometry::Vec3;
+use footlight_show::geometry::mount::{Axes, Mount};
 use footlight_stage::Projection;
 use footlight_stage::footprint::Taps;
 use footlight_stage::gobo::Gobo;
-use footlight_show::geometry::mount::{Axes, Mount};
 
 /// A projector.
 #[derive(Clone, Debug)]
@@ -131,8 +131,8 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
 
     use super::*;
-    use footlight_show::geometry::vec3;
     use footlight_picture::Image;
+    use footlight_show::geometry::vec3;
     use footlight_show::units::Rgb;
 
     /// A projector at the origin that looks upstage, 90 degrees high.

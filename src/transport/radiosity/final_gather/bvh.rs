@@ -8,10 +8,10 @@
 mod build;
 
 use self::build::{Extent, Fork, LEVELS, Primitive, Tree};
-use footlight_show::geometry::{Vec3, bounds};
 use crate::radiosity::geometry::surface::Surfaces;
-use footlight_host::work::{Cancelled, Work};
 use arrayvec::ArrayVec;
+use footlight_host::work::{Cancelled, Work};
+use footlight_show::geometry::{Vec3, bounds};
 use wide::f32x4;
 
 /// Triangles in a leaf, and children of a node.

@@ -8,14 +8,14 @@
 //! as it stands for, so that points go where light of the picture comes by. All of it depends on
 //! geometry alone.
 
-use footlight_show::geometry::{Vec3, frame};
-use footlight_show::hash::mix;
+use crate::TransportError;
 use crate::radiosity::final_gather::ray_scene::{DARK, RayScene, SurfacePoint};
 use crate::radiosity::final_gather::sampling::{cosine_direction, hash, point};
 use crate::radiosity::final_gather::systematic::SystematicSample;
 use crate::radiosity::memory::MemoryBudget;
-use crate::TransportError;
 use footlight_host::work::{Cancelled, Work};
+use footlight_show::geometry::{Vec3, frame};
+use footlight_show::hash::mix;
 use rayon::prelude::*;
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};

@@ -3,7 +3,6 @@
 //! Each light is at unit radiance or intensity; colours and levels come later. This module does not
 //! depend on pictures.
 
-use footlight_show::geometry::Vec3;
 use crate::radiosity::direct::Luminaire;
 use crate::radiosity::direct::beam::Beam;
 use crate::radiosity::direct::lambert::closed_form;
@@ -12,6 +11,7 @@ use crate::radiosity::final_gather::ray_scene::{DARK, RayScene};
 use crate::radiosity::final_gather::sampling::cosine_direction;
 use crate::radiosity::geometry::surface::Surfaces;
 use arrayvec::ArrayVec;
+use footlight_show::geometry::Vec3;
 use std::f64::consts::PI;
 
 /// Triangles up to which a panel's light without shadows is found in closed form. A panel of more
@@ -355,9 +355,9 @@ fn point_of([a, b, c]: [Vec3; 3], u: f64, v: f64) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use footlight_show::geometry::vec3;
     use crate::radiosity::final_gather::bvh::Bvh;
     use footlight_host::work::Work;
+    use footlight_show::geometry::vec3;
 
     /// A unit square a metre above a floor, hidden by nothing: by closed form and by samples.
     #[test]

@@ -5,10 +5,10 @@
 //! neighbours, so that a gradient stays and only noise is evened out. Weights depend on geometry
 //! alone.
 
-use footlight_show::geometry::{Vec3, frame};
 use crate::radiosity::final_gather::ray_scene::SurfacePoint;
 use crate::radiosity::geometry::surface::{Facet, Surfaces};
 use footlight_host::work::{Cancelled, Work};
+use footlight_show::geometry::{Vec3, frame};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 

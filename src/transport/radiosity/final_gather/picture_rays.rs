@@ -3,7 +3,7 @@
 //!
 //! This module does not depend on lights.
 
-use footlight_show::geometry::Vec3;
+use crate::TransportError;
 use crate::radiosity::direct::projector::pixel as footprint;
 use crate::radiosity::final_gather::cells::{CAMERA_RAY, CellFinder, CellSettings, Landing};
 use crate::radiosity::final_gather::irradiance_filter::{SmoothPixel, differ};
@@ -13,8 +13,8 @@ use crate::radiosity::final_gather::step::GatherStep;
 use crate::radiosity::lists::Lists;
 use crate::radiosity::memory::MemoryBudget;
 use crate::radiosity::visibility::raster::Camera;
-use crate::TransportError;
 use footlight_host::work::{Cancelled, Work};
+use footlight_show::geometry::Vec3;
 use rayon::prelude::*;
 
 /// Rays of a point at which a cell is evaluated.

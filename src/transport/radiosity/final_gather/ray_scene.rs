@@ -2,9 +2,9 @@
 //!
 //! This module does not depend on lights.
 
-use footlight_show::geometry::Vec3;
 use crate::radiosity::final_gather::bvh::{Bvh, Hit};
 use crate::radiosity::geometry::surface::Surfaces;
+use footlight_show::geometry::Vec3;
 
 /// No light comes from there: nothing is hit, or a back.
 pub const DARK: u32 = u32::MAX;

@@ -12,8 +12,8 @@
 
 use std::ops::Range;
 
-use footlight_show::geometry::{Vec3, greater, smaller};
 use crate::radiosity::visibility::raster::Camera;
+use footlight_show::geometry::{Vec3, greater, smaller};
 
 /// A place in the picture, in pixels, or on a panel's plane, in metres.
 pub type PlanePoint = [f64; 2];

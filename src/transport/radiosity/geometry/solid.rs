@@ -11,10 +11,10 @@
     reason = "corners, facets and pieces are numbered by the lists that this module makes or is given"
 )]
 
-use footlight_show::geometry::{Vec3, frame};
 use crate::radiosity::geometry::clipper::{Line, PlanePoint, PolygonClipper, Rectangle, measured};
 use crate::radiosity::geometry::extent;
 use crate::radiosity::geometry::surface::{Facet, Piece};
+use footlight_show::geometry::{Vec3, frame};
 use std::collections::BTreeMap;
 
 /// Corners of a solid at most: hulls are found by trying all triples.
@@ -245,10 +245,10 @@ fn round(mut points: Vec<PlanePoint>) -> Vec<PlanePoint> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use footlight_show::geometry::{block, vec3};
     use crate::radiosity::geometry::rectangle;
     use crate::radiosity::geometry::surface::Surfaces;
     use crate::radiosity::visibility::blocks;
+    use footlight_show::geometry::{block, vec3};
     use proptest::prelude::*;
 
     fn floor(x: (f64, f64), y: (f64, f64)) -> Vec<Vec3> {

@@ -9,10 +9,10 @@
     reason = "indices of vertices come from the polygon's own length"
 )]
 
+use crate::TransportError;
+use crate::radiosity::geometry::solid::Solids;
 use footlight_show::geometry::{Vec3, diameter, newell};
 use footlight_show::hash::mix;
-use crate::radiosity::geometry::solid::Solids;
-use crate::TransportError;
 use footlight_stage::import::FAR;
 use footlight_stage::texture::Texture;
 use footlight_stage::{Scene, Shading};
@@ -289,8 +289,8 @@ impl Surfaces {
     /// Of polygons that reflect one half, for tests.
     #[cfg(test)]
     pub fn grey(polygons: Vec<Vec<Vec3>>) -> Surfaces {
-        use footlight_stage::{Material, Polygon};
         use footlight_show::units::Rgb;
+        use footlight_stage::{Material, Polygon};
         let polygon = |vertices| Polygon::new(vertices, 0);
         let scene = Scene {
             materials: vec![Material::diffuse("grey", Rgb([0.5; 3]))],
@@ -424,10 +424,10 @@ fn is_ear(rest: &[Vec3], i: usize, normal: Vec3) -> bool {
 mod tests {
     use super::*;
     use footlight_show::geometry::vec3;
+    use footlight_show::units::Rgb;
     use footlight_stage::Polygon;
     use footlight_stage::shading::Corner;
     use footlight_stage::texture::{Alpha, Pixels, Wrap};
-    use footlight_show::units::Rgb;
 
     const UP: Vec3 = vec3(0.0, 0.0, 1.0);
 

@@ -11,12 +11,12 @@
     reason = "one entry for each light, element or sample, made together"
 )]
 
+use crate::TransportError;
 use crate::radiosity::Operator;
 use crate::radiosity::direct::cluster::{Receiver, Receivers};
 use crate::radiosity::direct::{Setting, Shining, irradiance};
 use crate::radiosity::mesh::sample::Sample;
 use crate::radiosity::visibility::interior::is_interior;
-use crate::TransportError;
 use footlight_host::work::Work;
 use rayon::prelude::*;
 

@@ -8,7 +8,8 @@
 
 use super::interpolation::Interpolation;
 use super::smoothing::Smoothing;
-use footlight_show::geometry::Vec3;
+use crate::TransportError;
+use crate::contract::check_memory;
 use crate::radiosity::camera::fragment::Fragments;
 use crate::radiosity::direct::Setting;
 use crate::radiosity::indirect::form::{BLOCK, Block, Rows, times};
@@ -17,9 +18,8 @@ use crate::radiosity::mesh::{CellRequest, Layout, Mesh};
 use crate::radiosity::rounding::Rounding;
 use crate::radiosity::step::Step;
 use crate::radiosity::visibility::hemicube_raster::VertexBuffer;
-use crate::TransportError;
-use crate::contract::check_memory;
 use footlight_host::work::{Cancelled, Work};
+use footlight_show::geometry::Vec3;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

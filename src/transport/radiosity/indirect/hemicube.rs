@@ -13,14 +13,14 @@
     reason = "buffers and tables have one entry for each pixel, corner, facet or element"
 )]
 
-use footlight_show::geometry::{Vec3, frame};
-use footlight_show::hash::{GOLDEN, mix};
 use crate::radiosity::direct::Setting;
 use crate::radiosity::mesh::grid::Grid;
 use crate::radiosity::mesh::{Mesh, NONE, PointAboveFacet};
 use crate::radiosity::visibility::hemicube_raster::{
     BLACK, FaceBuffer, HemicubeRasterizer, VertexBuffer, lead,
 };
+use footlight_show::geometry::{Vec3, frame};
+use footlight_show::hash::{GOLDEN, mix};
 
 /// The pixels' share of the hemisphere, one table for all faces of a resolution.
 #[derive(Clone, Debug)]

@@ -183,13 +183,13 @@ fn parents(mesh: &Mesh, grid: &Grid, at: [usize; 2], stride: usize) -> Option<Ve
 #[allow(clippy::unwrap_used, reason = "tests")]
 mod tests {
     use super::*;
-    use footlight_show::geometry::{Vec3, block, vec3};
     use crate::radiosity::direct::Setting;
     use crate::radiosity::geometry::surface::Surfaces;
     use crate::radiosity::indirect::hemicube::{Hemicube, Table, hash_to_unit};
     use crate::radiosity::mesh::Layout;
     use crate::radiosity::visibility::Hierarchy;
     use crate::radiosity::visibility::hemicube_raster::VertexBuffer;
+    use footlight_show::geometry::{Vec3, block, vec3};
     use std::convert::Infallible;
 
     /// Elements and gather points of a room of 6 x 6 x 4 m with a table of half a metre in it.

@@ -85,7 +85,6 @@ impl Smoothing {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use footlight_show::geometry::{Vec3, block, vec3};
     use crate::radiosity::direct::Setting;
     use crate::radiosity::direct::lambert::{LambertIntegrator, LightPolygon};
     use crate::radiosity::geometry::surface::Surfaces;
@@ -94,6 +93,7 @@ mod tests {
     use crate::radiosity::mesh::element::Element;
     use crate::radiosity::visibility::Hierarchy;
     use crate::radiosity::visibility::hemicube_raster::VertexBuffer;
+    use footlight_show::geometry::{Vec3, block, vec3};
     use std::f64::consts::PI;
 
     /// A room of 6 x 6 x 4 m with a small bright square under its ceiling, the last facet.

@@ -7,10 +7,10 @@
 )]
 
 use super::gather::GatherScene;
+use crate::TransportError;
 use crate::radiosity::direct::projector::pixel;
 use crate::radiosity::direct::{Precision, Shining, irradiance};
 use crate::radiosity::{Operator, Solution};
-use crate::TransportError;
 use footlight_host::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};

@@ -8,10 +8,10 @@
     reason = "corners are numbered modulo their count, pieces by the sorted list"
 )]
 
-use footlight_show::geometry::{Vec3, vec3};
 use crate::radiosity::geometry::extent;
 use crate::radiosity::geometry::surface::{Facet, Piece, Surfaces};
 use crate::radiosity::visibility::Bounds;
+use footlight_show::geometry::{Vec3, vec3};
 
 /// Where a surface stands on a facet.
 pub struct ContactEdge {

@@ -7,13 +7,13 @@
     reason = "facets and pieces are named by the surfaces"
 )]
 
-use footlight_show::geometry::{Vec3, frame};
 use crate::radiosity::direct::Setting;
 use crate::radiosity::geometry::surface::Surfaces;
 use crate::radiosity::mesh::bsp::{BspTree, Line, height};
 use crate::radiosity::mesh::grid::Grid;
 use crate::radiosity::mesh::sample::{Sample, kept_inside};
 use crate::radiosity::visibility::interior::is_interior;
+use footlight_show::geometry::{Vec3, frame};
 
 /// A mesh cell that light can reach.
 #[derive(Clone, Debug)]

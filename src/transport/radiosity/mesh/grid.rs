@@ -7,9 +7,9 @@
     reason = "corners are numbered modulo their count, axes by two"
 )]
 
-use footlight_show::geometry::Vec3;
 use crate::radiosity::geometry::extent;
 use crate::radiosity::geometry::surface::Facet;
+use footlight_show::geometry::Vec3;
 
 /// Cells along one side of a facet at most.
 const MOST_CELLS: f64 = 2048.0;

@@ -8,10 +8,10 @@
     reason = "corners are numbered modulo their count"
 )]
 
-use footlight_show::geometry::{Vec3, newell, part_above};
 use crate::radiosity::geometry::surface::{Facet, Surfaces};
 use crate::radiosity::mesh::bsp::{Line, height};
 use crate::radiosity::mesh::grid::Grid;
+use footlight_show::geometry::{Vec3, newell, part_above};
 use std::sync::Arc;
 
 /// Distance that samples keep from edges, as a share of the scene's size.

@@ -14,8 +14,8 @@
     reason = "corners are numbered by this module; rows and columns are clamped to the sheet"
 )]
 
-use footlight_show::geometry::{Vec3, bounds, greater, smaller};
 use crate::radiosity::geometry::surface::Surfaces;
+use footlight_show::geometry::{Vec3, bounds, greater, smaller};
 use std::collections::BTreeMap;
 
 /// Nothing was drawn.

@@ -12,8 +12,8 @@
     reason = "pieces are named by the hierarchy, facets by the pieces"
 )]
 
-use footlight_show::geometry::{Vec3, frame};
 use crate::radiosity::direct::{Luminaire, Setting};
+use footlight_show::geometry::{Vec3, frame};
 
 /// Seeds of one light at most; a panel of many faces has one on some of them.
 const SEEDS_OF_A_LIGHT: usize = 4;
@@ -99,11 +99,11 @@ fn is_open(setting: Setting<'_>, seeds: &[Vec3], facet: usize, p: Vec3, depth: u
 #[cfg(test)]
 mod tests {
     use super::*;
-    use footlight_show::geometry::{block, vec3};
     use crate::radiosity::direct::beam::Beam;
     use crate::radiosity::geometry::rectangle;
     use crate::radiosity::geometry::surface::Surfaces;
     use crate::radiosity::visibility::Hierarchy;
+    use footlight_show::geometry::{block, vec3};
     use footlight_show::model::Spot;
     use footlight_show::units::Rgb;
 

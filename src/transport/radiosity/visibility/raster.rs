@@ -221,8 +221,8 @@ impl ItemBuffer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use footlight_show::geometry::vec3;
     use crate::radiosity::geometry::rectangle;
+    use footlight_show::geometry::vec3;
 
     const TOWARDS: Vec3 = vec3(0.0, 0.0, 1.0);
 

@@ -10,13 +10,13 @@
     reason = "indices run over polygons, lines and parts that this module has made"
 )]
 
-use footlight_show::geometry::Vec3;
 use crate::radiosity::geometry::clipper::{
     self, Line, PlanePoint, PolygonClipper, Rectangle, measured, value,
 };
 use crate::radiosity::geometry::surface::Piece;
 use crate::radiosity::lists::Lists;
 use crate::radiosity::visibility::raster::Camera;
+use footlight_show::geometry::Vec3;
 
 /// Lit parts of one outline beyond which the shadows that are left are taken as whole or none
 /// for each part, at its centroid; a dozen occluders of one pixel stay far below.
@@ -166,9 +166,9 @@ fn drop_dark(clipper: &mut PolygonClipper, shadows: &Shadows, rest: &[usize]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use footlight_show::geometry::{newell, vec3};
     use crate::radiosity::geometry::rectangle;
     use crate::radiosity::visibility::blocks;
+    use footlight_show::geometry::{newell, vec3};
     use proptest::prelude::*;
 
     const SQUARE: [PlanePoint; 4] = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];

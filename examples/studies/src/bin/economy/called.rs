@@ -12,18 +12,18 @@ use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use footlight_report::chart::{self, Axis, Marker, Panel, Scale, Series, Theme};
+use footlight_engine::pool::Pool;
 use footlight_engine::{Ended, Engine, Goal, Host, Way};
 use footlight_host::files::Folder;
 use footlight_host::files::process::{Done, Job, ProcessError, Processes, Programs};
-use footlight_show::linalg::Matrix;
+use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_picture::combine::{combine, dot};
-use footlight_engine::pool::Pool;
-use footlight_transport::radiosity::Radiosity;
+use footlight_report::chart::{self, Axis, Marker, Panel, Scale, Series, Theme};
+use footlight_show::linalg::Matrix;
 use footlight_transport::outside::{Call, Outside};
+use footlight_transport::radiosity::Radiosity;
 use footlight_transport::{Quality, Transport};
-use footlight_host::work::Work;
 
 use crate::results;
 

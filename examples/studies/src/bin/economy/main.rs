@@ -24,9 +24,9 @@ use std::path::Path;
 
 use footlight_engine::measure::quality::Seconds;
 use footlight_engine::measure::{Machine, Origin};
+use footlight_engine::plan::Metric;
 use footlight_engine::{Engine, Host};
 use footlight_host::files::Folder;
-use footlight_engine::plan::Metric;
 use footlight_report::{Kind, Quantity, Record, words};
 use footlight_studies::projection::keys_alike;
 use footlight_studies::trial::{Shown, Trial, trial};

@@ -14,8 +14,8 @@ use std::path::Path;
 use footlight_studies::dice;
 
 use curves::{Curve, View, curves};
-use footlight_report::chart::{self, Axis, Drawing, Marker, Panel, Scale, Theme};
 use footlight_host::files::{Disk, Store};
+use footlight_report::chart::{self, Axis, Drawing, Marker, Panel, Scale, Theme};
 use footlight_report::{format, words::figure};
 use methods::Stability;
 use methods::furnace::REFLECTANCES;

@@ -1,6 +1,6 @@
 use super::*;
-use footlight_show::geometry::vec3;
 use crate::radiosity::final_gather::sampling::point;
+use footlight_show::geometry::vec3;
 
 /// Squares of different sizes anywhere in a room.
 fn squares(count: u32) -> Surfaces {

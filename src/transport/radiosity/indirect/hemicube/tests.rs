@@ -1,13 +1,13 @@
 //! What a point sees, against closed forms and what is drawn naively.
 
 use super::*;
-use footlight_show::geometry::{block, vec3};
 use crate::radiosity::direct::lambert::{LambertIntegrator, LightPolygon};
 use crate::radiosity::geometry::solid::Solids;
 use crate::radiosity::geometry::surface::{Facet, Surfaces};
 use crate::radiosity::mesh::Layout;
 use crate::radiosity::mesh::element::Element;
 use crate::radiosity::visibility::Hierarchy;
+use footlight_show::geometry::{block, vec3};
 use std::collections::BTreeMap;
 
 /// A box 2 x 2 x 1 seen from inside, its lid as wide as `lid`.

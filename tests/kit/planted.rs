@@ -1,23 +1,25 @@
 //! Random shows for tests: some with a planted answer (segments, degrees, keys, rank), some wild.
 
 #![allow(
+    dead_code,
+    missing_docs,
     clippy::indexing_slicing,
     clippy::unwrap_used,
     reason = "test generators"
 )]
 
-use crate::model::*;
-use crate::units::{CueNumber, Time, fraction};
+use footlight_show::model::*;
+use footlight_show::units::{CueNumber, Time, fraction};
 
 /// Marsaglia's xorshift, enough for tests.
-pub(crate) struct Random(u64);
+pub struct Random(u64);
 
 impl Random {
-    pub(crate) fn new(seed: u64) -> Random {
+    pub fn new(seed: u64) -> Random {
         Random(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
     }
 
-    pub(crate) fn next(&mut self) -> u64 {
+    pub fn next(&mut self) -> u64 {
         self.0 ^= self.0 << 13;
         self.0 ^= self.0 >> 7;
         self.0 ^= self.0 << 17;
@@ -25,25 +27,25 @@ impl Random {
     }
 
     /// A whole number from `from` to `to`, both possible.
-    pub(crate) fn between(&mut self, from: i64, to: i64) -> i64 {
+    pub fn between(&mut self, from: i64, to: i64) -> i64 {
         from + ((self.next() >> 11) % (to - from + 1) as u64) as i64
     }
 
-    pub(crate) fn chance(&mut self, share: f64) -> bool {
+    pub fn chance(&mut self, share: f64) -> bool {
         (self.next() >> 11) as f64 / ((1u64 << 53) as f64) < share
     }
 
-    pub(crate) fn pick<T: Copy>(&mut self, from: &[T]) -> T {
+    pub fn pick<T: Copy>(&mut self, from: &[T]) -> T {
         from[self.between(0, from.len() as i64 - 1) as usize]
     }
 }
 
-pub(crate) fn seconds(s: f64) -> Time {
+pub fn seconds(s: f64) -> Time {
     Time::from_seconds(s).unwrap()
 }
 
 /// A show of `n` plain banks without cues.
-pub(crate) fn empty(n: usize) -> Show {
+pub fn empty(n: usize) -> Show {
     let bank = |i: usize| Bank {
         id: NodeId(i as u32),
         name: format!("b{i}"),
@@ -59,7 +61,7 @@ pub(crate) fn empty(n: usize) -> Show {
     }
 }
 
-pub(crate) fn fixed_light(show: &mut Show) {
+pub fn fixed_light(show: &mut Show) {
     show.fixed.push(Fixed {
         id: NodeId(900),
         name: "exits".to_owned(),
@@ -69,7 +71,7 @@ pub(crate) fn fixed_light(show: &mut Show) {
 }
 
 /// A cue with one part; `number` from 1 in the order of the list.
-pub(crate) fn cue(number: u32, trigger: Trigger, up: f64, moves: Vec<Move>) -> Cue {
+pub fn cue(number: u32, trigger: Trigger, up: f64, moves: Vec<Move>) -> Cue {
     Cue {
         id: NodeId(1000 * number),
         number: CueNumber::from_thousandths(1000 * number).unwrap(),
@@ -97,11 +99,11 @@ pub(crate) fn cue(number: u32, trigger: Trigger, up: f64, moves: Vec<Move>) -> C
 }
 
 /// A fade to `percent` of full.
-pub(crate) fn to(parameter: usize, percent: f64) -> Move {
+pub fn to(parameter: usize, percent: f64) -> Move {
     moving(parameter, Motion::To(fraction(percent)))
 }
 
-pub(crate) fn moving(parameter: usize, motion: Motion) -> Move {
+pub fn moving(parameter: usize, motion: Motion) -> Move {
     Move {
         id: NodeId(500_000 + parameter as u32),
         parameter,
@@ -111,7 +113,7 @@ pub(crate) fn moving(parameter: usize, motion: Motion) -> Move {
 }
 
 /// A knot at `percent` of full.
-pub(crate) fn knot(time: f64, percent: f64) -> Knot {
+pub fn knot(time: f64, percent: f64) -> Knot {
     let level = fraction(percent);
     Knot {
         time: seconds(time),
@@ -122,7 +124,7 @@ pub(crate) fn knot(time: f64, percent: f64) -> Knot {
 }
 
 /// A path through points of seconds and percent of full.
-pub(crate) fn path(interpolation: Interpolation, points: &[(f64, f64)]) -> Motion {
+pub fn path(interpolation: Interpolation, points: &[(f64, f64)]) -> Motion {
     let knots = points.iter().map(|(t, l)| knot(*t, *l)).collect();
     Motion::Path(Path {
         interpolation,
@@ -132,7 +134,7 @@ pub(crate) fn path(interpolation: Interpolation, points: &[(f64, f64)]) -> Motio
 
 /// A show and what must come out of it.
 #[derive(Debug)]
-pub(crate) struct Planted {
+pub struct Planted {
     pub show: Show,
     /// Start and end in seconds, degree.
     pub segments: Vec<(f64, f64, usize)>,
@@ -143,7 +145,7 @@ pub(crate) struct Planted {
 /// A show of `n` banks whose settings are combinations of `rank` base curves, with segments of
 /// these degrees (no two zeros in a row). Percents are multiples of small powers of two, so
 /// that sums are exact; control points are within 0 to 100 %, so that positivity inserts nothing.
-pub(crate) fn planted(random: &mut Random, n: usize, rank: usize, degrees: &[usize]) -> Planted {
+pub fn planted(random: &mut Random, n: usize, rank: usize, degrees: &[usize]) -> Planted {
     let mix = mixtures(random, n, rank);
     let level =
         |base: &[f64], c: usize| -> f64 { mix[c].iter().zip(base).map(|(w, b)| w * b).sum() };
@@ -211,8 +213,8 @@ pub(crate) fn planted(random: &mut Random, n: usize, rank: usize, degrees: &[usi
             distinct.push(p);
         }
     }
-    let spanned = crate::linalg::Matrix::from_fn(rank, distinct.len(), |i, j| distinct[j][i]);
-    let rank = crate::linalg::svd(&spanned).unwrap().rank(1e-9);
+    let spanned = footlight_show::linalg::Matrix::from_fn(rank, distinct.len(), |i, j| distinct[j][i]);
+    let rank = footlight_show::linalg::svd(&spanned).unwrap().rank(1e-9);
     Planted {
         show,
         segments,
@@ -253,7 +255,7 @@ fn base(random: &mut Random, rank: usize, taken: &[Vec<f64>]) -> Vec<f64> {
 /// A show with everything in it: triggers and links of every kind, delays, interrupted moves, paths
 /// of every interpolation, repeats, assert, cueonly, user curves, an rgb bank, fixed lights.
 /// Dimmers are linear. Some such shows leave 0 to 1.
-pub(crate) fn wild(random: &mut Random) -> Show {
+pub fn wild(random: &mut Random) -> Show {
     let n = random.between(2, 5) as usize;
     let mut show = empty(n);
     show.banks[0].rgb = random.chance(0.3);
