@@ -52,7 +52,7 @@ pub fn work(told: &Worker, settings: &Settings, screen: &Screen) -> Result<u8, E
         ),
     };
     let mut engine = open(&list, settings, screen)?;
-    engine.check_tasks(&list)?;
+    list.check_for(&engine)?;
     let lease = told.lease.unwrap_or(LEASE);
     let done = match chosen {
         Some(task) => one(&mut engine, &list, task, lease),
@@ -128,7 +128,7 @@ fn one(
     task: &Task,
     lease: Duration,
 ) -> Result<u8, engine::Error> {
-    let worked = engine.work_on(list, task, lease)?;
+    let worked = list.work_on(engine, task, lease)?;
     print(format!("{}\n", tasks::worked(task.task, &worked)));
     Ok(match worked {
         Worked::Rendered(_) | Worked::There => 0,
@@ -154,7 +154,7 @@ fn all_free(engine: &mut Engine, list: &TaskList, lease: Duration) -> Result<u8,
         open.sort_by_key(|(_, state)| matches!(state, TaskState::Failed(_)));
         is_new = false;
         for (task, _) in open {
-            if let done @ Worked::Rendered(_) = engine.work_on(list, task, lease)? {
+            if let done @ Worked::Rendered(_) = list.work_on(engine, task, lease)? {
                 print(format!("{}\n", tasks::worked(task.task, &done)));
                 is_new = true;
             }

@@ -5,18 +5,18 @@
 //! one, planned from the show as it is then. So edits and previews are served at once in between,
 //! every finished image improves the next preview, and an edit changes what is still to come.
 //! Images are rendered one at a time: a job of several would keep the first waiting for the last.
-//! A refinement owns its goal, its way and its view: what the engine is set to afterwards, or looks
-//! from, does not change it.
+//! A refinement owns its goal, its way and its view: the engine may look from another meanwhile.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use super::refine::{Ended, Goal, RefinementSummary, Step};
+use super::goal::{Ended, Refinement, RefinementSummary, Way};
+use super::images::ViewName;
 use super::refiner::{Extent, Next, Refiner, Ticket};
-use super::rendering::{Job, Rendered, SetupImages};
-use super::ways::{Mixtures, Way};
+use super::rendering::{Job, Rendered};
+use super::ways::Mixtures;
 use super::{Engine, Error};
 use footlight_host::work::{Progress, Work};
 use footlight_show::units::ErrorUnit;
@@ -117,18 +117,13 @@ impl Drop for StopOnDrop {
 pub(super) struct BackgroundRefinement {
     refiner: Refiner,
     job: Option<PendingJob>,
-    /// How it chooses images, whatever the engine's way is by now.
-    way: Way,
-    /// The view that its images are from.
-    view: Option<String>,
-    /// What is rendered of that view while the engine looks from another.
-    away: Option<Away>,
 }
 
-/// What an engine holds of a view that it does not look from.
-struct Away {
-    rendering: Option<SetupImages>,
-    steps: Vec<Step>,
+impl BackgroundRefinement {
+    /// The view that it refines.
+    pub fn view(&self) -> &ViewName {
+        &self.refiner.wanted.view
+    }
 }
 
 /// How far a refinement in the background is.
@@ -199,9 +194,9 @@ impl Engine {
         self.background.is_some()
     }
 
-    /// True while a refinement goes on in the background of the view that the engine looks from.
-    pub(super) fn refines_this_view(&self) -> bool {
-        self.background.as_ref().is_some_and(|b| b.away.is_none())
+    /// True while a refinement of this view goes on in the background.
+    pub(super) fn is_refining(&self, view: &ViewName) -> bool {
+        self.background.as_ref().is_some_and(|b| b.view() == view)
     }
 
     /// Refuses what would render the same images twice.
@@ -232,20 +227,16 @@ impl Engine {
     /// # Errors
     /// [`Error::Busy`] when one is running already, [`Error::NoBackground`] when the host runs
     /// nothing in the background, [`Error::NoSetup`].
-    pub fn start(&mut self, goal: Goal) -> Result<(), Error> {
+    pub fn start(&mut self, wanted: impl Into<Refinement>) -> Result<(), Error> {
         self.idle()?;
         if self.host.background.is_none() {
             return Err(Error::NoBackground);
         }
-        if self.rendering.is_none() {
-            return Err(Error::NoSetup);
-        }
+        let wanted = self.seen(wanted.into())?;
+        self.estimate_of(&wanted).rendering()?;
         self.background = Some(BackgroundRefinement {
-            refiner: Refiner::new(goal, Extent::Goal, self.now()),
+            refiner: Refiner::new(wanted, Extent::Goal, self.now()),
             job: None,
-            way: self.way,
-            view: self.document.view().map(str::to_owned),
-            away: None,
         });
         self.go_on();
         Ok(())
@@ -255,7 +246,7 @@ impl Engine {
     /// it was called last. Cheap while nothing is finished.
     pub fn poll(&mut self) -> Vec<Event> {
         self.go_on();
-        self.take_events()
+        std::mem::take(&mut self.events)
     }
 
     /// Takes in what is finished and starts what is next.
@@ -263,17 +254,16 @@ impl Engine {
         let Some(mut background) = self.background.take() else {
             return;
         };
-        self.exchange(&mut background);
-        let ended = self.go_on_with(&mut background);
-        self.exchange(&mut background);
-        match ended {
-            Some(event) => self.tell(event),
+        match self.go_on_with(&mut background) {
+            Some(event) => {
+                self.renew_images();
+                self.tell(event);
+            }
             None => self.background = Some(background),
         }
     }
 
-    /// Does a step of a refinement, whose way and view the engine has for as long; what there is to say
-    /// where it has ended.
+    /// Does a step of a refinement; what there is to say where it has ended.
     fn go_on_with(&mut self, background: &mut BackgroundRefinement) -> Option<Event> {
         let failed = match self.advance(background) {
             Ok(None) => return None,
@@ -283,7 +273,9 @@ impl Engine {
             }
             Err(error) => Some(error),
         };
-        let (error, unknown) = match self.predicted_error() {
+        let estimate = self.estimate_of(&background.refiner.wanted);
+        let refined = estimate.refined();
+        let (error, unknown) = match estimate.predicted_error() {
             Ok(error) => (Some(error), None),
             Err(Error::NotRendered | Error::NoSetup) => (None, None),
             Err(error) => (None, Some(error)),
@@ -292,55 +284,8 @@ impl Engine {
             done: std::mem::take(&mut background.refiner.done),
             failed: failed.or(unknown),
             error,
-            refined: self.refined(),
+            refined,
         })
-    }
-
-    /// Gives the engine the way and the view of a refinement, or takes them off again.
-    fn exchange(&mut self, background: &mut BackgroundRefinement) {
-        std::mem::swap(&mut self.way, &mut background.way);
-        if let Some(away) = &mut background.away {
-            std::mem::swap(&mut self.rendering, &mut away.rendering);
-            std::mem::swap(&mut self.steps, &mut away.steps);
-        }
-    }
-
-    /// Before the engine looks from another view the refinement takes what is rendered of its own.
-    pub(super) fn leave_view(&mut self) {
-        let view = self.document.view();
-        if let Some(background) = &mut self.background
-            && background.view.as_deref() == view
-        {
-            background.away = Some(Away {
-                rendering: self.rendering.take(),
-                steps: std::mem::take(&mut self.steps),
-            });
-        }
-    }
-
-    /// The refinement gives what is rendered of its view back where the engine looks from there.
-    pub(super) fn enter_view(&mut self) {
-        let view = self.document.view();
-        if let Some(background) = &mut self.background
-            && background.view.as_deref() == view
-            && let Some(away) = background.away.take()
-        {
-            (self.rendering, self.steps) = (away.rendering, away.steps);
-        }
-    }
-
-    /// Keeps of a refinement's own view what the document's setup still means.
-    pub(super) fn renew_away(&mut self, version: Option<&str>) {
-        let Some(background) = &mut self.background else {
-            return;
-        };
-        let view = background.view.as_deref();
-        if let Some(away) = &mut background.away {
-            let setup = view.and_then(|view| self.document.setup_from(view));
-            let preview = &self.document.show().preview;
-            let old = away.rendering.take();
-            away.rendering = setup.map(|s| SetupImages::renew(old, &s, preview, version));
-        }
     }
 
     /// Collects and starts jobs as far as that goes without waiting; the reason where the refinement
@@ -355,12 +300,12 @@ impl Engine {
                         return Ok(None);
                     }
                     Err(lost) => {
-                        background.refiner.abandon(self, &job.ticket);
+                        background.refiner.abandon(&mut self.means(), &job.ticket);
                         return Err(lost);
                     }
                 }
             }
-            match background.refiner.advance(self)? {
+            match background.refiner.advance(&mut self.means())? {
                 Next::Added => {}
                 Next::Ended(ended) => return Ok(Some(ended)),
                 Next::Render(job, ticket) => {
@@ -381,7 +326,10 @@ impl Engine {
         let Some(rendered) = job.rendered else {
             return Ok(());
         };
-        match background.refiner.collect(self, *job.ticket, rendered) {
+        match background
+            .refiner
+            .collect(&mut self.means(), *job.ticket, rendered)
+        {
             Err(error) if error.is_cancel() => Ok(()),
             other => other,
         }
@@ -421,11 +369,8 @@ impl Engine {
         let Some(job) = &background.job else {
             return;
         };
-        let rendering = match &background.away {
-            Some(away) => away.rendering.as_ref(),
-            None => self.rendering.as_ref(),
-        };
-        if rendering.is_none_or(|r| !r.setup.has_same_scene(&job.ticket.setup)) {
+        let of_view = self.images.of(background.view());
+        if of_view.is_none_or(|v| !v.rendering.setup.has_same_scene(&job.ticket.setup)) {
             job.progress.0.stop();
         }
     }
@@ -486,11 +431,10 @@ impl Engine {
         let Some(mut background) = self.background.take() else {
             return;
         };
-        self.exchange(&mut background);
         if let Some(job) = &background.job {
-            background.refiner.abandon(self, &job.ticket);
+            background.refiner.abandon(&mut self.means(), &job.ticket);
         }
-        self.exchange(&mut background);
+        self.renew_images();
     }
 
     /// The call of the operator that is at work in the background, if any.
@@ -507,28 +451,24 @@ impl Engine {
     }
 
     /// How far the refinement in the background is, if there is one.
-    pub fn status(&mut self) -> Option<Status> {
+    pub fn status(&self) -> Option<Status> {
         let job = self.job();
-        let mut background = self.background.take()?;
-        self.exchange(&mut background);
-        let done = &background.refiner.done;
-        let status = Status {
-            rendered: done.images,
-            seconds: done.seconds,
+        let refiner = &self.background.as_ref()?.refiner;
+        Some(Status {
+            rendered: refiner.done.images,
+            seconds: refiner.done.seconds,
             // Why it cannot be predicted is said where the refinement ends of it.
-            error: self.predicted_error().ok(),
-            ahead: self.ahead(&background.refiner, job.as_ref()),
+            error: self.estimate_of(&refiner.wanted).predicted_error().ok(),
+            ahead: self.ahead(refiner, job.as_ref()),
             job,
-        };
-        self.exchange(&mut background);
-        self.background = Some(background);
-        Some(status)
+        })
     }
 
     /// What is predicted to follow.
     fn ahead(&self, refiner: &Refiner, job: Option<&JobStatus>) -> Option<Ahead> {
         let spent = job.map_or(0.0, |job| job.spent);
-        if self.is_pool_due() {
+        let estimate = self.estimate_of(&refiner.wanted);
+        if estimate.is_pool_due() {
             let way = refiner.ways.as_ref()?.first()?;
             return (way.way == Way::Alone && way.alone > 0).then(|| Ahead {
                 images: way.alone,
@@ -536,8 +476,8 @@ impl Engine {
                 error: way.error,
             });
         }
-        let forecast = self.forecast_by(ErrorUnit::Light).ok()??;
-        let ahead = Mixtures::of(&forecast, &refiner.left(), self.refined());
+        let forecast = estimate.forecast_by(ErrorUnit::Light).ok()??;
+        let ahead = Mixtures::of(&forecast, &refiner.left(), estimate.refined());
         // The first is being rendered already.
         (ahead.images > 0).then(|| Ahead {
             images: ahead.images,

@@ -1,7 +1,7 @@
 //! From a text to all that follows from it: show, curves, key settings, diagnostics and the setup
 //! to render. The only place where a text is compiled.
 
-use super::setup::{self, Loaded};
+use super::setup::{self, Loaded, Source};
 use super::{Error, decode};
 use footlight_host::files::Files;
 use footlight_show::check;
@@ -10,30 +10,6 @@ use footlight_show::lang::{self, SpanMap};
 use footlight_show::model::Show;
 use footlight_show::timeline::{KeySequence, Timeline};
 use footlight_transport::Setup;
-
-/// A text to compile, and where the files that it names are read from.
-#[derive(Clone, Copy)]
-pub(super) struct Source<'a> {
-    /// What diagnostics call the text.
-    pub name: &'a str,
-    pub text: &'a str,
-    /// The view to look from; the show's first without it.
-    pub view: Option<&'a str>,
-    pub files: &'a dyn Files,
-    /// Bytes that its stage, images and luminaires may take.
-    pub memory: usize,
-}
-
-impl Source<'_> {
-    /// The source with `held` bytes less to read it in.
-    #[must_use]
-    pub(super) fn holding(self, held: usize) -> Self {
-        Source {
-            memory: self.memory.saturating_sub(held),
-            ..self
-        }
-    }
-}
 
 /// Everything that follows from a show's text. It never changes: an edit compiles another.
 #[derive(Debug)]

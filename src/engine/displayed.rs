@@ -4,7 +4,8 @@
 //! picture is darkest, as the display's code rises steepest there: at the 99th percentile of the
 //! pixels, with the slope at the 1st percentile of their darkest channels.
 
-use super::{Engine, Error};
+use super::Error;
+use super::estimate::Estimate;
 use crate::plan::Moment;
 use crate::pool::Pool;
 use footlight_picture::Image;
@@ -31,7 +32,7 @@ struct Look {
     bright: f64,
 }
 
-impl Engine {
+impl Estimate<'_> {
     /// Turns moments whose errors count relative to their light into those whose errors count in
     /// steps of 255 as displayed.
     ///
@@ -40,9 +41,11 @@ impl Engine {
     pub(super) fn displayed(&self, pool: &Pool, moments: &mut [Moment]) -> Result<(), Error> {
         let looks = self.looks(pool, moments)?;
         let brightest = looks.iter().map(|l| l.bright).fold(0.0, f64::max);
-        let preview = &self.show().preview;
+        let preview = &self.document.show().preview;
         let automatic = || tone::exposure(brightest) + preview.bias;
-        let tone = self.tone_at(preview.exposure.unwrap_or_else(automatic));
+        let tone = self
+            .document
+            .tone_at(preview.exposure.unwrap_or_else(automatic));
         let mut largest = 0.0_f64;
         for (moment, look) in moments.iter_mut().zip(&looks) {
             let little = 0.01 * look.light;

@@ -8,13 +8,15 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::Error;
-use super::compile::{self, Compiled, Source};
-use super::setup::Loaded;
+use super::compile::{self, Compiled};
+use super::setup::{Loaded, Source};
 use footlight_host::files::{self, FileError, Files, Store};
+use footlight_picture::Image;
+use footlight_picture::tone::{self, Curve, Tone};
 use footlight_show::diagnostic::{Diagnostics, Label};
 use footlight_show::lang;
 use footlight_show::lang::edit::{self, Change, Edit, Splice};
-use footlight_show::model::{NodeId, Show};
+use footlight_show::model::{Coordinate, NodeId, Show, ToneCurve};
 use footlight_show::timeline::{KeySequence, Timeline};
 use footlight_show::units::Time;
 use footlight_transport::Setup;
@@ -243,6 +245,51 @@ impl Document {
     /// The name of the view that is looked from; `None` when the show has none.
     pub fn view(&self) -> Option<&str> {
         self.show().view().map(|view| view.name.as_str())
+    }
+
+    /// The setting of a bank alone at full; `fixed` is all fixed lights together.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchBank`].
+    pub fn alone(&self, bank: &str) -> Result<Vec<f64>, Error> {
+        let show = self.show();
+        let coordinates = show.coordinates();
+        let of = |c: &Coordinate| {
+            let own = c.bank.and_then(|b| show.banks.get(b));
+            own.is_some_and(|b| b.name == bank) || c.name == bank
+        };
+        if !coordinates.iter().any(of) {
+            let mut known: Vec<String> = show.banks.iter().map(|b| b.name.clone()).collect();
+            known.extend((!show.fixed.is_empty()).then(|| "fixed".to_owned()));
+            return Err(Error::NoSuchBank {
+                name: bank.to_owned(),
+                fixed: show.fixed.iter().any(|f| f.name == bank),
+                known,
+            });
+        }
+        Ok(coordinates
+            .iter()
+            .map(|c| f64::from(u8::from(of(c))))
+            .collect())
+    }
+
+    /// The tone of some images: the show's own exposure, or one from these.
+    pub fn tone_of<'i>(&self, images: impl IntoIterator<Item = &'i Image>) -> Tone {
+        let own = self.show().preview.exposure;
+        let bias = self.show().preview.bias;
+        self.tone_at(own.unwrap_or_else(|| tone::auto_exposure(images.into_iter()) + bias))
+    }
+
+    /// The show's own curve at an exposure, stops.
+    pub fn tone_at(&self, exposure: f64) -> Tone {
+        let preview = &self.show().preview;
+        Tone {
+            exposure,
+            curve: match preview.tone {
+                ToneCurve::Filmic => Curve::Filmic,
+                ToneCurve::Plain => Curve::Plain,
+            },
+        }
     }
 
     /// Another number whenever the text has come to mean something else.

@@ -13,8 +13,7 @@ use super::{Engine, Error};
 use crate::pool::Pool;
 use footlight_host::work::Work;
 use footlight_picture::Image;
-use footlight_picture::tone::{self, Curve, Tone};
-use footlight_show::model::ToneCurve;
+use footlight_picture::tone::{self, Tone};
 use footlight_show::timeline::KeySequence;
 
 /// Key images that the exposure is found from; a show with effects has thousands, mostly alike.
@@ -69,44 +68,25 @@ impl Engine {
     /// # Errors
     /// As [`Engine::coarse`].
     pub fn tone(&mut self) -> Result<Tone, Error> {
-        if let Some(exposure) = self.show().preview.exposure {
-            return Ok(self.tone_at(exposure));
+        if let Some(exposure) = self.document.show().preview.exposure {
+            return Ok(self.document.tone_at(exposure));
         }
         let refined = self.refined();
         if let Some((exposure, at)) = self.exposure.found
             && at == refined
         {
-            return Ok(self.tone_at(exposure));
+            return Ok(self.document.tone_at(exposure));
         }
-        let exposure = self.auto_exposure()? + self.show().preview.bias;
+        let exposure = self.auto_exposure()? + self.document.show().preview.bias;
         self.exposure.found = Some((exposure, refined));
-        Ok(self.tone_at(exposure))
-    }
-
-    /// The tone of some images: the show's own exposure, or one from these.
-    pub fn tone_of<'i>(&self, images: impl IntoIterator<Item = &'i Image>) -> Tone {
-        let own = self.show().preview.exposure;
-        let bias = self.show().preview.bias;
-        self.tone_at(own.unwrap_or_else(|| tone::auto_exposure(images.into_iter()) + bias))
-    }
-
-    /// The show's own curve at an exposure, stops.
-    pub fn tone_at(&self, exposure: f64) -> Tone {
-        let preview = &self.show().preview;
-        Tone {
-            exposure,
-            curve: match preview.tone {
-                ToneCurve::Filmic => Curve::Filmic,
-                ToneCurve::Plain => Curve::Plain,
-            },
-        }
+        Ok(self.document.tone_at(exposure))
     }
 
     /// The exposure, in stops, of the whole sequence as the pool shows it.
     fn auto_exposure(&mut self) -> Result<f64, Error> {
         self.coarse()?;
         let old = self.exposure.brightness.take();
-        let pool = self.rendered()?;
+        let pool = self.estimate().rendered()?;
         let kept = old.filter(|b| b.is_of(pool));
         let mut brightness = kept.unwrap_or_else(|| Brightness::new(pool));
         let work = self.work();

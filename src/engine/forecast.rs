@@ -5,12 +5,12 @@
 
 use serde::Serialize;
 
-use super::{Engine, Error};
+use super::Error;
+use super::estimate::Estimate;
 use crate::plan::{self, Moment, Weighting};
 use crate::pool::{Pool, Stated};
 use footlight_show::units::ErrorUnit;
 use footlight_transport::Transport as _;
-use footlight_transport::{Cost, Quality};
 
 /// An image that could be refined next.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -42,37 +42,12 @@ pub struct Forecast {
 /// Settings that are left to refine, each with the error after it.
 type Ahead = Vec<(Vec<f64>, f64)>;
 
-/// Measured against predicted seconds, once something was measured.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct CostScale(Option<f64>);
-
-impl CostScale {
-    /// Seconds of what is predicted to take one; one while nothing is known.
-    pub fn seconds(self) -> f64 {
-        self.0.unwrap_or(1.0)
-    }
-
-    /// True once something was measured.
-    pub fn is_known(self) -> bool {
-        self.0.is_some()
-    }
-
-    /// Takes what was predicted, this scale in it, against what it took. Only the last counts: the
-    /// machine may have other work now than it had before.
-    pub fn learn(&mut self, predicted: f64, measured: f64) {
-        let ratio = measured / predicted;
-        if ratio.is_finite() && ratio > 0.0 {
-            self.0 = Some(self.seconds() * ratio);
-        }
-    }
-}
-
-impl Engine {
+impl Estimate<'_> {
     /// What refinement has before it: for each next image its setting, the seconds that it is
     /// predicted to take and the error that it is predicted to leave.
     ///
     /// # Errors
-    /// [`Error::NotRendered`] before the coarse images are rendered ([`Engine::coarse`]).
+    /// [`Error::NotRendered`] before the coarse images are rendered ([`Engine::coarse`](crate::Engine::coarse)).
     pub fn forecast(&self) -> Result<Forecast, Error> {
         self.rendered()?;
         let forecast = self.forecast_by(ErrorUnit::Light)?;
@@ -82,7 +57,7 @@ impl Engine {
     /// Gives the forecast with errors in a unit. Before there are images it follows from the levels and what the
     /// operator states; `None` where it states nothing.
     pub(super) fn forecast_by(&self, unit: ErrorUnit) -> Result<Option<Forecast>, Error> {
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
+        let rendering = self.rendering()?;
         let quality = self.refined_step();
         let (error, next) = match self.pool() {
             Some(pool) => (self.predicted_in(unit)?, self.next_images(pool, unit)?),
@@ -98,14 +73,19 @@ impl Engine {
         for refined in refined.filter(|r| is_ready && r.quality == quality) {
             newly_lit(&mut lit, &refined.setting);
         }
-        let stored = rendering.at_hand(&self.image_cache, quality, &settings, self.store());
+        let stored = rendering.at_hand(
+            &self.images.cache,
+            quality,
+            &settings,
+            self.host.store.as_ref(),
+        );
         let (mut prepare, mut steps) = (if is_ready { 0.0 } else { cost.prepare }, Vec::new());
         for ((setting, error), stored) in settings.into_iter().zip(errors).zip(stored) {
             let mut seconds = 0.0;
             if !stored {
                 let fresh = newly_lit(&mut lit, &setting) as f64;
                 let work = std::mem::take(&mut prepare) + fresh * cost.per_source;
-                seconds = (work + cost.per_image) * self.pace.seconds();
+                seconds = (work + cost.per_image) * self.images.pace.seconds();
             }
             steps.push(NextImage {
                 setting,
@@ -160,30 +140,11 @@ impl Engine {
         Ok(Some((coarse, settings.into_iter().zip(errors).collect())))
     }
 
-    /// Measures how fast the operator is here by its own small task, where nothing was rendered yet
-    /// that would show it, as the coarse images were stored.
-    ///
-    /// # Errors
-    /// [`Error::NoSetup`], else what rendering says.
-    pub fn calibrate_cost(&mut self) -> Result<(), Error> {
-        if !self.pace.is_known() {
-            let seconds = self.measure_pace()?;
-            self.pace.learn(self.pace.seconds(), seconds);
-        }
-        Ok(())
-    }
-
     /// Seconds that a unit of the operator's cost takes here now, by the operator's own small task.
     pub(super) fn measure_pace(&self) -> Result<f64, Error> {
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
+        let rendering = self.rendering()?;
         let operator = rendering.layered(self.host.renderer.as_ref());
-        Ok(operator.cost_scale(&|| self.now(), self.host.work())?)
-    }
-
-    /// Predicted cost at a step of quality, in the operator's units.
-    pub(super) fn cost(&self, quality: Quality) -> Result<Cost, Error> {
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        Ok(rendering.cost(self.host.renderer.as_ref(), quality))
+        Ok(operator.cost_scale(&|| self.host.clock.seconds(), self.host.work())?)
     }
 }
 
@@ -249,18 +210,5 @@ mod tests {
             [images(2.0, 1.0), images(2.0, 2.0), images(2.0, 9.0)],
             [0, 1, 4]
         );
-    }
-
-    #[test]
-    fn the_cost_scale_is_that_of_the_last_rendering() {
-        let mut scale = CostScale::default();
-        scale.learn(1.0, 3.0);
-        assert_eq!(scale.seconds(), 3.0);
-        scale.learn(3.0, 1.5);
-        assert_eq!(scale.seconds(), 1.5);
-        // A clock that stands still, a cost that is not known.
-        scale.learn(3.0, 0.0);
-        scale.learn(0.0, 1.0);
-        assert_eq!(scale.seconds(), 1.5);
     }
 }

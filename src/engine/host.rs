@@ -47,7 +47,7 @@ pub struct Host {
     pub memory: usize,
     /// The longest that a call may take: [`Engine::coarse`](super::Engine::coarse) and what needs
     /// coarse images, [`refine`](super::Engine::refine), [`wait`](super::Engine::wait), and any
-    /// line of a [`Repl`](footlight_prompt::Repl); opening the show counts as a part of the first. Then it ends as if cancelled, with
+    /// line of a prompt; opening the show counts as a part of the first. Then it ends as if cancelled, with
     /// [`Error::OutOfTime`](super::Error::OutOfTime); images that are finished are kept. `None`: no
     /// limit. A refinement in the background is not limited by it.
     pub time: Option<Duration>,

@@ -11,24 +11,30 @@ mod compile;
 mod displayed;
 mod document;
 mod error;
+mod estimate;
 mod exposure;
 mod forecast;
+mod goal;
 mod host;
+mod images;
 mod limit;
 mod live;
+mod means;
 pub mod measure;
+mod pace;
 pub mod plan;
 mod planning;
 pub mod playback;
-mod player;
+pub mod player;
 pub mod pool;
-mod pooled;
+pub mod pooled;
+mod prediction;
 mod refine;
 mod refiner;
 mod rendering;
 mod setup;
-mod stage;
-mod tasks;
+pub mod stage;
+pub mod tasks;
 mod ways;
 
 #[cfg(test)]
@@ -40,33 +46,33 @@ use std::sync::Arc;
 
 use crate::pool::Pool;
 use crate::pool::disk_cache::Note;
-use crate::pool::image_cache::{CacheStatistics, ImageCache};
-use footlight_host::files::{Stamp, Store};
 use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_show::lang::edit::Edit;
 use footlight_show::model::Show;
-use footlight_show::units::{ErrorUnit, Time};
+use footlight_show::units::Time;
 use footlight_transport::contract::check_memory;
-use footlight_transport::{self as renderer, Quality, Setup};
+use footlight_transport::{self as renderer, Quality};
 
 pub use self::background::{Ahead, Background, Event, JobStatus, Status};
 pub use self::compile::{Compiled, Version};
 pub use self::document::{Document, Edited, TEXT_LIMIT, decode, format};
 pub use self::error::{Error, TaskFault};
+pub use self::estimate::Estimate;
 pub use self::forecast::{Forecast, NextImage};
+pub use self::goal::{Ended, Goal, Refinement, RefinementSummary, Step, Warning, Way, WorstMoment};
 pub use self::host::{Host, POOL_LIMIT, PoolPlace};
+pub use self::images::Images;
+pub use self::limit::TimedCall;
 pub use self::live::{LiveControl, Moves};
 pub use self::player::ManyKeys;
 pub use self::pooled::{Freed, PoolSummary, StoreSummary, UnlitBank};
-pub use self::refine::{Ended, Goal, RefinementSummary, Step, Warning, WorstMoment};
 pub use self::stage::{StageFile, StageMaterial};
 pub use self::tasks::{LEASE, Task, TaskList, TaskState, Worked};
-pub use self::ways::{Way, WayForecast};
-pub use footlight_stage::LampShape;
-pub use footlight_stage::texture::Alpha;
+pub use self::ways::WayForecast;
 
-pub use self::limit::TimedCall;
+use self::images::ViewName;
+use self::means::Means;
 
 /// Events that are kept for the next [`Engine::poll`].
 const EVENTS: usize = 64;
@@ -94,19 +100,10 @@ pub struct Engine {
     memory: usize,
     deadline: Option<Arc<limit::Deadline>>,
     document: Document,
-    /// Every image at hand, whether the pool uses it or not.
-    image_cache: ImageCache,
-    /// Operators and pool of the document's setup; `None` where it has none.
-    rendering: Option<rendering::SetupImages>,
-    /// What orders the images that are refined; `None`: the best that the images allow.
-    /// How images are chosen.
-    way: Way,
+    images: Images,
     background: Option<background::BackgroundRefinement>,
     /// Calls do not wait for what the background renders.
     impatient: bool,
-    steps: Vec<Step>,
-    /// How long things take here against what the operator predicts.
-    pace: forecast::CostScale,
     exposure: exposure::Exposure,
     events: Vec<Event>,
 }
@@ -116,7 +113,7 @@ impl std::fmt::Debug for Engine {
         f.debug_struct("Engine")
             .field("document", &self.document.name())
             .field("host", &self.host)
-            .field("steps", &self.steps)
+            .field("images", &self.images)
             .finish_non_exhaustive()
     }
 }
@@ -160,21 +157,17 @@ impl Engine {
         let (host, deadline) = limit::limited(host);
         let mut engine = Engine {
             memory: host.memory,
-            image_cache: host.image_cache(),
+            images: Images::new(&host),
             host,
             deadline,
             document,
-            rendering: None,
-            way: Way::default(),
             background: None,
             impatient: false,
-            steps: Vec::new(),
-            pace: forecast::CostScale::default(),
             exposure: exposure::Exposure::default(),
             events: Vec::new(),
         };
         engine.leave_memory();
-        engine.renew_rendering();
+        engine.renew_images();
         engine
     }
 
@@ -240,10 +233,7 @@ impl Engine {
             return Ok(Edited::default());
         }
         self.document.check_view(view)?;
-        self.leave_view();
-        let looked = self.change(|document, host| document.look_from(view, host.files.as_ref()));
-        self.enter_view();
-        looked
+        self.change(|document, host| document.look_from(view, host.files.as_ref()))
     }
 
     /// Brings the text into its canonical layout; false where it had it already.
@@ -271,24 +261,84 @@ impl Engine {
         if edited.reread {
             self.tell(Event::FilesReread);
         }
-        self.renew_rendering();
+        self.renew_images();
         self.drop_useless_job();
         self.exposure.expire();
-        if self.refined() == 0 {
-            self.steps.clear();
+        if self.refined() == 0
+            && let Ok((_, of_view)) = self.images.split(&self.looked_from().view)
+        {
+            of_view.steps.clear();
         }
         Ok(edited)
     }
 
     /// Keeps of what is rendered what the document's setup still means.
-    fn renew_rendering(&mut self) {
-        let version = self.host.renderer.results_version();
-        let old = self.rendering.take();
-        let preview = &self.document.show().preview;
-        let setup = self.document.setup();
-        self.rendering = setup
-            .map(|setup| rendering::SetupImages::renew(old, setup, preview, version.as_deref()));
-        self.renew_away(version.as_deref());
+    fn renew_images(&mut self) {
+        let refined = self.background.as_ref().map(|b| b.view().clone());
+        let others: Vec<&ViewName> = refined.iter().collect();
+        self.images.renew(&self.document, &self.host, &others);
+    }
+
+    /// A refinement with the view that it is of, which is then at hand.
+    fn seen(&mut self, wanted: Refinement) -> Result<Refinement, Error> {
+        let Some(view) = &wanted.view else {
+            return Ok(Refinement {
+                view: self.looked_from().view,
+                ..wanted
+            });
+        };
+        self.document.check_view(view)?;
+        let refined = self.background.as_ref().map(|b| b.view().clone());
+        let others: Vec<&ViewName> = refined.iter().chain([&wanted.view]).collect();
+        self.images.renew(&self.document, &self.host, &others);
+        Ok(wanted)
+    }
+
+    /// Any refinement of the view that is looked from.
+    fn looked_from(&self) -> Refinement {
+        Refinement {
+            view: self.document.view().map(str::to_owned),
+            ..Refinement::default()
+        }
+    }
+
+    /// What is known of the images of the view that is looked from: errors, plan, forecast, ways.
+    pub fn estimate(&self) -> Estimate<'_> {
+        self.estimate_of(&self.looked_from())
+    }
+
+    /// The same for a refinement, from its own view and by its own way.
+    pub fn estimate_of(&self, wanted: &Refinement) -> Estimate<'_> {
+        Estimate::new(&self.document, &self.host, &self.images, wanted)
+    }
+
+    /// Measures how fast the operator is here by its own small task, where nothing was rendered yet
+    /// that would show it. Forecasts then have the seconds of this machine.
+    ///
+    /// # Errors
+    /// [`Error::NoSetup`], else what rendering says.
+    pub fn calibrate(&mut self) -> Result<(), Error> {
+        let wanted = self.looked_from();
+        self.means().calibrate(&wanted)
+    }
+
+    /// The ways to the goal of a refinement from the images that are there, the one that is taken first;
+    /// none where nothing can be said before the coarse images are there, or nothing is left to render.
+    ///
+    /// # Errors
+    /// [`Error::NoSetup`], else what rendering says.
+    pub fn ways(&mut self, wanted: impl Into<Refinement>) -> Result<Vec<WayForecast>, Error> {
+        let wanted = self.seen(wanted.into())?;
+        self.means().calibrate(&wanted)?;
+        self.estimate_of(&wanted).ways(&wanted.goal)
+    }
+
+    fn means(&mut self) -> Means<'_> {
+        Means {
+            document: &self.document,
+            host: &self.host,
+            images: &mut self.images,
+        }
     }
 
     /// Calls that need images which the background is still rendering fail from now on with
@@ -303,11 +353,6 @@ impl Engine {
             self.events.remove(0);
         }
         self.events.push(event);
-    }
-
-    /// What happened since this or [`Engine::poll`] was called last.
-    pub fn take_events(&mut self) -> Vec<Event> {
-        std::mem::take(&mut self.events)
     }
 
     /// What cues move, at a time, before the dimmers and as a fraction of full: the level of each
@@ -342,7 +387,8 @@ impl Engine {
     /// As [`Engine::picture`]; [`Error::Plan`] for another number of coordinates.
     pub fn picture_of(&mut self, setting: &[f64]) -> Result<Image, Error> {
         self.coarse()?;
-        Ok(self.rendered()?.preview(setting, self.work())?)
+        let pool = self.estimate().rendered()?;
+        Ok(pool.preview(setting, self.work())?)
     }
 
     /// Renders a setting at a step of quality, without the pool.
@@ -350,51 +396,23 @@ impl Engine {
     /// # Errors
     /// [`Error::NoSetup`], else what rendering says.
     pub fn render(&mut self, setting: &[f64], quality: Quality) -> Result<Image, Error> {
+        let view = self.looked_from().view;
+        let (cache, of_view) = self.images.split(&view)?;
+        let rendering = &mut of_view.rendering;
         let work = self.host.work();
-        let rendering = self.rendering.as_mut().ok_or(Error::NoSetup)?;
-        let work = work.holding(self.image_cache.bytes() + rendering.image_bytes());
+        let work = work.holding(cache.bytes() + rendering.image_bytes());
         let operator = rendering.operator(self.host.renderer.as_ref(), quality, work)?;
         let mut images = operator.render(&[setting.to_vec()], work)?;
         images.pop().ok_or(Error::NoSetup)
     }
 
-    /// The setting of a bank alone at full; `fixed` is all fixed lights together.
-    ///
-    /// # Errors
-    /// [`Error::NoSuchBank`].
-    pub fn alone(&self, bank: &str) -> Result<Vec<f64>, Error> {
-        let show = self.show();
-        let coordinates = show.coordinates();
-        let of = |c: &footlight_show::model::Coordinate| {
-            let own = c.bank.and_then(|b| show.banks.get(b));
-            own.is_some_and(|b| b.name == bank) || c.name == bank
-        };
-        if !coordinates.iter().any(of) {
-            let mut known: Vec<String> = show.banks.iter().map(|b| b.name.clone()).collect();
-            known.extend((!show.fixed.is_empty()).then(|| "fixed".to_owned()));
-            return Err(Error::NoSuchBank {
-                name: bank.to_owned(),
-                fixed: show.fixed.iter().any(|f| f.name == bank),
-                known,
-            });
-        }
-        Ok(coordinates
-            .iter()
-            .map(|c| f64::from(u8::from(of(c))))
-            .collect())
-    }
-
-    /// The image of each coordinate alone at full, as previews have it.
+    /// The image of each coordinate alone at full, as previews have it; the caller holds so many bytes
+    /// already.
     ///
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered; on cancel.
-    pub fn bank_images(&self) -> Result<Vec<Image>, Error> {
-        self.bank_images_beside(0)
-    }
-
-    /// The same where the caller holds so many bytes.
-    pub fn bank_images_beside(&self, held: usize) -> Result<Vec<Image>, Error> {
-        let pool = self.rendered()?;
+    pub fn bank_images(&self, held: usize) -> Result<Vec<Image>, Error> {
+        let pool = self.estimate().rendered()?;
         let units = Pool::unit_settings(self.show().coordinates().len());
         let mut images = Vec::with_capacity(units.len());
         let work = self.work().holding(held);
@@ -408,133 +426,41 @@ impl Engine {
         Ok(images)
     }
 
-    /// The files that the show was read from besides its own, as they are now: another answer says
-    /// that one of them was edited.
-    pub fn files_now(&self) -> Vec<Stamp> {
-        self.host.files.as_is()
-    }
-
-    /// What is rendered; `None` where the show has no stage or no view.
-    pub fn setup(&self) -> Option<&Setup> {
-        self.document.setup()
-    }
-
     /// Coarse and refined images, once there are any.
     pub fn pool(&self) -> Option<&Pool> {
-        self.rendering.as_ref().and_then(|r| r.pool.as_ref())
+        self.estimate().pool()
     }
 
-    /// True where the pool is yet to be made, of other images than it has.
-    fn is_pool_due(&self) -> bool {
-        let base = self.coarse_steps();
-        let rendering = self.rendering.as_ref();
-        rendering.is_some_and(|r| r.pool.is_none() || r.pool_base != Some(base))
-    }
-
-    /// The pool, which must have been rendered.
-    pub fn rendered(&self) -> Result<&Pool, Error> {
-        if self.rendering.is_none() {
-            return Err(Error::NoSetup);
-        }
-        self.pool().ok_or(Error::NotRendered)
+    /// All that is rendered.
+    pub fn images(&self) -> &Images {
+        &self.images
     }
 
     /// Warnings of the renderer about its images, as far as they are known by now, and what went
     /// wrong with stored images since this was called last.
     pub fn warnings(&mut self) -> (Vec<renderer::Warning>, Vec<Note>) {
-        (self.host.renderer.warnings(), self.image_cache.notes())
-    }
-
-    /// How the images of this session were obtained so far.
-    pub fn statistics(&self) -> CacheStatistics {
-        self.image_cache.statistics()
+        (self.host.renderer.warnings(), self.images.notes())
     }
 
     /// Number of refined images that serve the show.
     pub fn refined(&self) -> usize {
-        let least = self.least_refined();
-        let rendering = self.rendering.as_ref();
-        rendering.map_or(0, |r| r.refined(&self.image_cache, least))
+        self.estimate().refined()
     }
 
     /// The sequence after each refined image, coarse images alone first.
     pub fn steps(&self) -> &[Step] {
-        &self.steps
-    }
-
-    /// The two steps of quality at which sources are rendered alone, ascending; equal where one step
-    /// is enough. Images of the second serve as coarse ones; their difference from the first
-    /// estimates the error. What the show asks for unless another step was the cheaper way.
-    pub fn coarse_steps(&self) -> [Quality; 2] {
-        let chosen = self.rendering.as_ref().and_then(|r| r.base);
-        chosen.unwrap_or_else(|| self.coarse_pair())
-    }
-
-    /// The two steps of quality that the show asks for.
-    pub fn coarse_pair(&self) -> [Quality; 2] {
-        self.coarse_pair_at(self.show().preview.coarse)
-    }
-
-    /// The step `coarse`, clamped to the scale, and the next finer one where only the difference of two
-    /// shows their error: the operator states none, or its images have noise.
-    fn coarse_pair_at(&self, coarse: u8) -> [Quality; 2] {
-        let finest = self.finest().0;
-        let cheap = coarse.clamp(1, finest);
-        let is_stated = self.stated(Quality(cheap), ErrorUnit::Light).is_some();
-        let is_pair = !is_stated || self.samples(Quality(cheap)).is_some();
-        [cheap, cheap.saturating_add(u8::from(is_pair)).min(finest)].map(Quality)
-    }
-
-    /// The finest step of the scale that the show's lights are rendered on.
-    pub fn finest(&self) -> Quality {
-        let renderer = self.host.renderer.as_ref();
-        let rendering = self.rendering.as_ref();
-        rendering.map_or_else(|| renderer.finest(), |r| r.finest(renderer))
-    }
-
-    /// The step of quality of refined images: what the show asks for, or a finer one where the
-    /// difference of two coarse steps estimates errors. An image at one of these two would say nothing
-    /// of their error.
-    pub fn refined_step(&self) -> Quality {
-        let preview = &self.show().preview;
-        self.refined_step_at(preview.coarse, preview.refined)
-    }
-
-    fn refined_step_at(&self, coarse: u8, refined: u8) -> Quality {
-        let [cheap, fine] = self.coarse_pair_at(coarse);
-        let least = fine.0.saturating_add(u8::from(cheap < fine));
-        Quality(refined.max(least).min(self.finest().0))
-    }
-
-    /// The least step of quality of refined images that serve.
-    fn least_refined(&self) -> Quality {
-        self.refined_step().max(self.coarse_steps()[1])
-    }
-
-    /// True when the first images are as good as any: the scale has one step, so that nothing is
-    /// left to refine. So it is where every bank is an image.
-    pub fn is_final(&self) -> bool {
-        self.rendering.is_some() && self.finest() == Quality(1)
+        self.estimate().of_view.map_or(&[], |v| v.steps.as_slice())
     }
 
     /// The host's means, with the memory that images and operators leave, and those images that
     /// are made of others for a while.
     pub fn work(&self) -> Work<'_> {
-        let rendering = self.rendering.as_ref();
-        let operators = rendering.map_or(0, |r| r.operator_bytes());
-        let images = rendering.map_or(0, |r| r.image_bytes()) + self.image_cache.bytes();
-        let working = rendering.map_or(0, |r| r.working_bytes());
-        self.host.work().holding(operators + images + working)
+        self.images.work(&self.host)
     }
 
     /// Seconds of the host's clock.
-    pub fn now(&self) -> f64 {
+    fn now(&self) -> f64 {
         self.host.clock.seconds()
-    }
-
-    /// Where files are written.
-    pub fn store(&self) -> &dyn Store {
-        self.host.store.as_ref()
     }
 
     /// A call within the host's limit of time; it ends when it is dropped.

@@ -1,12 +1,13 @@
 //! The plan of a show, and the order in which images are refined.
 
+use super::Error;
 use super::displayed::OF_ALL_LIGHT;
-use super::{Engine, Error};
+use super::estimate::Estimate;
 use crate::plan::{self, Direction, LeftOut, Moment, Plan, PlanReport, Predicted, Weighting};
 use crate::pool::{Pool, is_within};
 use footlight_show::units::{ErrorUnit, Time, Tolerance};
 
-impl Engine {
+impl Estimate<'_> {
     /// The plan of the show alone: key settings, basis, predicted error. Errors are those of the images
     /// that are there; without images the basis follows from the levels alone.
     ///
@@ -34,7 +35,7 @@ impl Engine {
         }
         let report = PlanReport {
             unit,
-            ..plan.report(self.show(), keys)?
+            ..plan.report(self.document.show(), keys)?
         };
         Ok(if self.is_final() {
             nothing_to_refine(report)

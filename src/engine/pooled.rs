@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::estimate::Estimate;
 use super::{Engine, Error};
 use crate::plan;
 use crate::pool::Pool;
@@ -61,13 +62,14 @@ pub struct UnlitBank {
 /// Of the brightest light in the images of all banks, what no display shows.
 const UNSEEN: f32 = 1e-6;
 
-impl Engine {
+impl UnlitBank {
     /// Banks whose light, alone at full, is nowhere in the view. Light bounces, so that only images
     /// tell: none is rendered for this, and where not all coarse ones are at hand the list is empty.
-    pub fn unlit_banks(&mut self) -> Vec<UnlitBank> {
-        let peaks: Vec<f32> = self.coarse_at_hand().iter().map(|i| peak(i)).collect();
+    pub fn find(engine: &mut Engine) -> Vec<UnlitBank> {
+        let peaks: Vec<f32> = coarse_at_hand(engine).iter().map(|i| peak(i)).collect();
         let brightest = peaks.iter().copied().fold(0.0, f32::max);
-        let show = self.document.show();
+        let document = &engine.document;
+        let show = document.show();
         let coordinates = show.coordinates();
         let mut lit = vec![peaks.is_empty(); show.banks.len()];
         for (coordinate, peak) in coordinates.iter().zip(&peaks) {
@@ -78,105 +80,118 @@ impl Engine {
         let unlit = show.banks.iter().zip(lit).filter(|(_, lit)| !lit);
         let of = |(bank, _): (&Bank, bool)| UnlitBank {
             name: bank.name.clone(),
-            place: self.document.place(bank.id),
+            place: document.place(bank.id),
         };
         unlit.map(of).collect()
     }
+}
 
-    /// The coarse image of each coordinate alone at full; none where one would have to be rendered.
-    fn coarse_at_hand(&mut self) -> Vec<Arc<Image>> {
-        if let Some(pool) = self.pool() {
-            return pool.coarse().to_vec();
-        }
-        let [quality, _] = self.coarse_steps();
-        let Some(rendering) = &self.rendering else {
-            return Vec::new();
-        };
-        let (units, store) = (rendering.units(), self.host.store.as_ref());
-        let at_hand = rendering.at_hand(&self.image_cache, quality, &units, store);
-        if at_hand.contains(&false) {
-            return Vec::new();
-        }
-        let (found, _) = rendering.find(&mut self.image_cache, quality, &units, None, store);
-        let all: Option<Vec<_>> = found.into_iter().collect();
-        all.unwrap_or_default()
+/// The coarse image of each coordinate alone at full; none where one would have to be rendered.
+fn coarse_at_hand(engine: &mut Engine) -> Vec<Arc<Image>> {
+    let estimate = engine.estimate();
+    if let Some(pool) = estimate.pool() {
+        return pool.coarse().to_vec();
     }
+    let [quality, _] = estimate.coarse_steps();
+    let view = engine.looked_from().view;
+    let store = engine.host.store.as_ref();
+    let Ok((cache, of_view)) = engine.images.split(&view) else {
+        return Vec::new();
+    };
+    let units = of_view.rendering.units();
+    let at_hand = of_view.rendering.at_hand(cache, quality, &units, store);
+    if at_hand.contains(&false) {
+        return Vec::new();
+    }
+    let (found, _) = of_view.rendering.find(cache, quality, &units, None, store);
+    let all: Option<Vec<_>> = found.into_iter().collect();
+    all.unwrap_or_default()
+}
 
+impl PoolSummary {
     /// What images there are beyond the pool's own, and which of the stored ones serve the show;
     /// `None` where the show has no stage or view.
     ///
     /// # Errors
     /// [`Error::Plan`].
-    pub fn pool_summary(&self) -> Result<Option<PoolSummary>, Error> {
-        let Some(rendering) = &self.rendering else {
+    pub fn of(engine: &Engine) -> Result<Option<PoolSummary>, Error> {
+        let estimate = engine.estimate();
+        let Ok(rendering) = estimate.rendering() else {
             return Ok(None);
         };
-        let held = self.pool().map_or(0, |p| images_of(p).len());
-        let keys = self.document.keys();
+        let pool = estimate.pool();
+        let held = pool.map_or(0, |p| images_of(p).len());
+        let keys = engine.document.keys();
         let next = |pool: &Pool| plan::next(keys, &pool.settings(), pool.weighting(), None);
-        let next = self.pool().map(next).transpose()?;
+        let next = pool.map(next).transpose()?;
         Ok(Some(PoolSummary {
             held,
-            idle: self.image_cache.kept().len().saturating_sub(held),
+            idle: engine.images.cache.kept().len().saturating_sub(held),
             near_copies: rendering.near_copies,
             refused: next.map(|n| n.refused).unwrap_or_default(),
-            store: self.store_summary(),
+            store: store_summary(estimate),
         }))
     }
+}
 
-    fn store_summary(&self) -> Option<StoreSummary> {
-        let disk_cache = self.image_cache.disk_cache.as_ref()?;
-        let stored = disk_cache.stored(self.store());
-        let (own, other): (Vec<Stored>, Vec<Stored>) =
-            stored.into_iter().partition(|s| self.serves(s));
-        Some(StoreSummary {
-            folder: disk_cache.folder.clone(),
-            limit: disk_cache.limit,
-            own: own.iter().map(|s| (s.quality, s.bytes)).collect(),
-            other: other.iter().map(|s| s.bytes).collect(),
-        })
-    }
+fn store_summary(estimate: Estimate<'_>) -> Option<StoreSummary> {
+    let disk_cache = estimate.images.cache.disk_cache.as_ref()?;
+    let stored = disk_cache.stored(estimate.host.store.as_ref());
+    let (own, other): (Vec<Stored>, Vec<Stored>) =
+        stored.into_iter().partition(|s| serves(estimate, s));
+    Some(StoreSummary {
+        folder: disk_cache.folder.clone(),
+        limit: disk_cache.limit,
+        own: own.iter().map(|s| (s.quality, s.bytes)).collect(),
+        other: other.iter().map(|s| s.bytes).collect(),
+    })
+}
 
-    /// Whether a stored image can serve the show: its scene fits, and all its lights are there.
-    fn serves(&self, stored: &Stored) -> bool {
-        let (Some(rendering), Some(disk_cache)) = (&self.rendering, &self.image_cache.disk_cache)
-        else {
-            return false;
-        };
-        rendering.is_of_scene(stored.scene_key)
-            && disk_cache
-                .lighting(self.store(), *stored)
-                .is_some_and(|lighting| rendering.can_use(stored.scene_key, &lighting))
-    }
+/// Whether a stored image can serve the show: its scene fits, and all its lights are there.
+fn serves(estimate: Estimate<'_>, stored: &Stored) -> bool {
+    let disk_cache = estimate.images.cache.disk_cache.as_ref();
+    let (Ok(rendering), Some(disk_cache)) = (estimate.rendering(), disk_cache) else {
+        return false;
+    };
+    rendering.is_of_scene(stored.scene_key)
+        && disk_cache
+            .lighting(estimate.host.store.as_ref(), *stored)
+            .is_some_and(|lighting| rendering.can_use(stored.scene_key, &lighting))
+}
 
+impl Engine {
     /// Frees images, in memory and in the store: those that this show cannot use, or all.
     ///
     /// # Errors
     /// [`Error::NoSetup`], [`Error::File`] when the store cannot be written.
     pub fn drop_images(&mut self, all: bool) -> Result<Freed, Error> {
         let mut gone = Vec::new();
-        if let Some(disk_cache) = &self.image_cache.disk_cache {
-            let stored = disk_cache.stored(self.store()).into_iter();
-            gone = stored.filter(|s| all || !self.serves(s)).collect();
+        let estimate = self.estimate();
+        let store = self.host.store.as_ref();
+        if let Some(disk_cache) = &self.images.cache.disk_cache {
+            let stored = disk_cache.stored(store).into_iter();
+            gone = stored.filter(|s| all || !serves(estimate, s)).collect();
         }
-        let Some(rendering) = &mut self.rendering else {
-            return Err(Error::NoSetup);
-        };
+        let view = self.looked_from().view;
+        let (cache, of_view) = self.images.split(&view)?;
         if all {
-            rendering.pool = None;
-            self.steps.clear();
+            of_view.rendering.pool = None;
+            of_view.steps.clear();
             self.exposure = super::exposure::Exposure::default();
         }
-        let held = rendering.pool.as_ref().map(images_of).unwrap_or_default();
+        let pool = of_view.rendering.pool.as_ref();
+        let held = pool.map(images_of).unwrap_or_default();
         let used = |image: &Arc<_>| held.contains(&Arc::as_ptr(image));
-        let memory = self.image_cache.forget(|kept| !used(&kept.image));
-        let mut store = None;
-        if let Some(disk_cache) = &mut self.image_cache.disk_cache {
-            let (images, bytes) =
-                disk_cache.free(self.host.store.as_ref(), |s| gone.contains(s))?;
-            store = Some((images, bytes, disk_cache.folder.clone()));
+        let memory = cache.forget(|kept| !used(&kept.image));
+        let mut freed = None;
+        if let Some(disk_cache) = &mut cache.disk_cache {
+            let (images, bytes) = disk_cache.free(store, |s| gone.contains(s))?;
+            freed = Some((images, bytes, disk_cache.folder.clone()));
         }
-        Ok(Freed { memory, store })
+        Ok(Freed {
+            memory,
+            store: freed,
+        })
     }
 }
 

@@ -6,11 +6,12 @@
 
 use std::sync::Arc;
 
+use super::Error;
 use super::forecast::NextImage;
-use super::refine::{Ended, Goal, RefinementSummary, Warning};
+use super::goal::{Ended, Goal, Refinement, RefinementSummary, Warning};
+use super::means::Means;
 use super::rendering::{self, Job, Rendered, Reused};
-use super::ways::Mixtures;
-use super::{Engine, Error, WayForecast};
+use super::ways::{Mixtures, WayForecast};
 use crate::pool::Pool;
 use crate::pool::image_cache::Wanted;
 use footlight_picture::Image;
@@ -81,7 +82,8 @@ pub(super) enum Extent {
 
 /// Refines step by step until a goal is met.
 pub(super) struct Refiner {
-    goal: Goal,
+    /// What it is asked for; its view is the one that it began with.
+    pub wanted: Refinement,
     /// How far it goes.
     extent: Extent,
     /// The ways that it chose from, once it has chosen.
@@ -95,9 +97,12 @@ pub(super) struct Refiner {
 }
 
 impl Refiner {
-    pub fn new(goal: Goal, extent: Extent, now: f64) -> Refiner {
+    pub fn new(wanted: Refinement, extent: Extent, now: f64) -> Refiner {
         Refiner {
-            goal: goal.or_one(),
+            wanted: Refinement {
+                goal: wanted.goal.or_one(),
+                ..wanted
+            },
             extent,
             ways: None,
             coarse: Coarse::default(),
@@ -110,7 +115,7 @@ impl Refiner {
 
     /// Images that the goal asks for, or is predicted to need.
     pub fn images_in_all(&self) -> usize {
-        self.goal.count.unwrap_or(self.needed)
+        self.wanted.goal.count.unwrap_or(self.needed)
     }
 
     /// Ends it after the current job.
@@ -120,38 +125,44 @@ impl Refiner {
 
     /// Plans the next job from the show and the pool as they are now. Refined images that are at
     /// hand are added to the pool here, and the pool is made here once its coarse images are there.
-    pub fn advance(&mut self, engine: &mut Engine) -> Result<Next, Error> {
+    pub fn advance(&mut self, means: &mut Means<'_>) -> Result<Next, Error> {
         if self.stopping {
             return Ok(Next::Ended(Ended::Stopped));
         }
         loop {
             if self.ways.is_none() {
-                self.ways = engine.choose(&self.goal)?;
+                let choice = means.estimate(&self.wanted).choose(&self.wanted.goal)?;
+                if choice.base.is_some() {
+                    means.images.rendering(&self.wanted.view)?.base = choice.base;
+                }
+                self.ways = choice.ways;
             }
-            if !engine.is_pool_due() {
+            if !means.estimate(&self.wanted).is_pool_due() {
                 break;
             }
-            if let Some((job, ticket)) = self.next_coarse(engine)? {
+            if let Some((job, ticket)) = self.next_coarse(means)? {
                 return Ok(Next::Render(job, Box::new(ticket)));
             }
             // What these images show may choose finer ones.
-            self.make_pool(engine)?;
+            self.make_pool(means)?;
         }
         if self.extent == Extent::Coarse {
             return Ok(Next::Ended(Ended::Counted));
         }
-        if let Some(ended) = engine.ended(&self.goal, &self.done)? {
+        let estimate = means.estimate(&self.wanted);
+        if let Some(ended) = estimate.ended(&self.wanted.goal, &self.done)? {
             return Ok(Next::Ended(ended));
         }
-        let begin = engine.now();
-        let forecast = engine.forecast_by(self.goal.unit())?;
+        let begin = means.now();
+        let forecast = estimate.forecast_by(self.wanted.goal.unit())?;
         let forecast = forecast.ok_or(Error::NotRendered)?;
         let left = self.left();
         let Some(seconds) = forecast.steps.first().map(|s| s.seconds) else {
-            let is_finest = engine.coarse_steps()[1] == engine.finest();
-            let is_stated = engine.pool().is_some_and(Pool::is_stated);
+            let is_finest = estimate.coarse_steps()[1] == estimate.finest();
+            let is_stated = estimate.pool().is_some_and(Pool::is_stated);
             let is_off = is_stated && is_finest && forecast.error > 0.0;
-            let is_short = self.goal.asks_for_a_way() && self.goal.until.is_some() && is_off;
+            let is_short =
+                self.wanted.goal.asks_for_a_way() && self.wanted.goal.until.is_some() && is_off;
             return Ok(Next::Ended(if is_short {
                 Ended::Finest
             } else {
@@ -164,14 +175,14 @@ impl Refiner {
             self.done.warnings.push(warning);
             return Ok(Next::Ended(Ended::Spent));
         }
-        let needed = Mixtures::of(&forecast, &left, engine.refined()).images;
+        let needed = Mixtures::of(&forecast, &left, estimate.refined()).images;
         self.needed = self.done.images + needed.max(1);
         let images = match self.extent {
             Extent::AtOnce => needed.max(1),
             Extent::Coarse | Extent::Goal => 1,
         };
         let steps = forecast.steps.into_iter().take(images).collect();
-        self.next_refined(engine, steps, begin)
+        self.next_refined(means, steps, begin)
     }
 
     /// What is left of the goal.
@@ -180,7 +191,7 @@ impl Refiner {
             until,
             count,
             budget,
-        } = self.goal;
+        } = self.wanted.goal;
         Goal {
             until,
             count: count.map(|count| count.saturating_sub(self.done.images)),
@@ -191,17 +202,17 @@ impl Refiner {
     /// A job for refined images, or those that are at hand.
     fn next_refined(
         &mut self,
-        engine: &mut Engine,
+        means: &mut Means<'_>,
         steps: Vec<NextImage>,
         begin: f64,
     ) -> Result<Next, Error> {
         let predicted: f64 = steps.iter().map(|s| s.seconds).sum();
         let settings: Vec<Vec<f64>> = steps.into_iter().map(|s| s.setting).collect();
-        let quality = engine.refined_step();
-        let store = engine.host.store.as_ref();
-        let rendering = engine.rendering.as_mut().ok_or(Error::NoSetup)?;
+        let quality = means.estimate(&self.wanted).refined_step();
+        let store = means.host.store.as_ref();
+        let (image_cache, of_view) = means.images.split(&self.wanted.view)?;
+        let rendering = &mut of_view.rendering;
         let place = rendering.pool.as_ref().map_or(0, |p| p.refined().len());
-        let image_cache = &mut engine.image_cache;
         let (found, missing) = rendering.find(image_cache, quality, &settings, Some(place), store);
         let ticket = Ticket {
             setup: rendering.setup.clone(),
@@ -211,24 +222,26 @@ impl Refiner {
             wanted: missing.wanted,
             refined: true,
             begin,
-            started: engine.host.clock.seconds(),
+            started: means.host.clock.seconds(),
             predicted,
         };
         if missing.settings.is_empty() {
-            self.add(engine, ticket, Vec::new())?;
+            self.add(means, ticket, Vec::new())?;
             return Ok(Next::Added);
         }
-        let memory = engine.host.memory;
+        let memory = means.host.memory;
         let job = rendering.new_job(quality, missing.settings, memory);
         Ok(Next::Render(job, Box::new(ticket)))
     }
 
     /// The next job for coarse images; `None` once all of them are there.
-    fn next_coarse(&mut self, engine: &mut Engine) -> Result<Option<(Job, Ticket)>, Error> {
-        let [cheap, fine] = engine.coarse_steps();
-        let renderer = Arc::clone(&engine.host.renderer);
-        let store = engine.host.store.as_ref();
-        let rendering = engine.rendering.as_mut().ok_or(Error::NoSetup)?;
+    fn next_coarse(&mut self, means: &mut Means<'_>) -> Result<Option<(Job, Ticket)>, Error> {
+        let [cheap, fine] = means.estimate(&self.wanted).coarse_steps();
+        let host = means.host;
+        let (renderer, store) = (host.renderer.as_ref(), host.store.as_ref());
+        let pace = means.images.pace;
+        let (image_cache, of_view) = means.images.split(&self.wanted.view)?;
+        let rendering = &mut of_view.rendering;
         if self.coarse.setup.as_ref() != Some(&rendering.setup) {
             self.coarse = Coarse {
                 setup: Some(rendering.setup.clone()),
@@ -243,7 +256,6 @@ impl Refiner {
             if self.coarse.sets.iter().any(|(q, _)| *q == quality) {
                 continue;
             }
-            let image_cache = &mut engine.image_cache;
             let (found, missing) = rendering.find(image_cache, quality, &units, None, store);
             if missing.settings.is_empty() {
                 let images = rendering::in_order(found, Vec::new());
@@ -256,11 +268,11 @@ impl Refiner {
             } else {
                 0
             };
-            let held = engine.image_cache.bytes();
-            let (images, memory) = (missing.settings.len() + later, engine.host.memory);
-            rendering.check_images(renderer.as_ref(), images, (memory, held))?;
-            let cost = rendering.cost_of_units(renderer.as_ref(), quality, missing.settings.len());
-            let now = engine.host.clock.seconds();
+            let held = image_cache.bytes();
+            let (images, memory) = (missing.settings.len() + later, host.memory);
+            rendering.check_images(renderer, images, (memory, held))?;
+            let cost = rendering.cost_of_units(renderer, quality, missing.settings.len());
+            let now = host.clock.seconds();
             let ticket = Ticket {
                 setup: rendering.setup.clone(),
                 quality,
@@ -270,9 +282,8 @@ impl Refiner {
                 refined: false,
                 begin: now,
                 started: now,
-                predicted: cost * engine.pace.seconds(),
+                predicted: cost * pace.seconds(),
             };
-            let memory = engine.host.memory;
             let job = rendering.new_job(quality, missing.settings, memory);
             return Ok(Some((job, ticket)));
         }
@@ -281,24 +292,25 @@ impl Refiner {
 
     /// The pool of the coarse images that are there, with the refined images that this session and
     /// earlier ones left.
-    fn make_pool(&mut self, engine: &mut Engine) -> Result<(), Error> {
+    fn make_pool(&mut self, means: &mut Means<'_>) -> Result<(), Error> {
         let mut coarse = std::mem::take(&mut self.coarse);
         coarse.sets.sort_by_key(|(quality, _)| *quality);
         let mut finest_first = coarse.sets.into_iter().rev().map(|(_, images)| images);
         let images = finest_first.next().ok_or(Error::NotRendered)?;
         // One step of quality alone has no coarser images.
         let coarser = finest_first.next().unwrap_or_default();
-        let pool = Pool::new(images, coarser, engine.host.work())?;
-        let stated = engine.stated_of_pool();
-        let steps = engine.coarse_steps();
-        let rendering = engine.rendering.as_mut().ok_or(Error::NoSetup)?;
+        let pool = Pool::new(images, coarser, means.host.work())?;
+        let estimate = means.estimate(&self.wanted);
+        let (stated, steps) = (estimate.stated_of_pool(), estimate.coarse_steps());
+        let (image_cache, of_view) = means.images.split(&self.wanted.view)?;
+        let rendering = &mut of_view.rendering;
         let exact: Vec<bool> = images_alone(&rendering.setup.rig).collect();
         rendering.pool = Some(pool.stating(stated, &exact)?);
         rendering.pool_base = Some(steps);
-        rendering::trim(&mut engine.image_cache, engine.host.memory);
-        engine.steps.clear();
-        engine.record(self.begin)?;
-        engine.reuse_refined()
+        rendering::trim(image_cache, means.host.memory);
+        of_view.steps.clear();
+        means.record(&self.wanted, self.begin)?;
+        means.reuse_refined(&self.wanted)
     }
 
     /// Takes in what a job rendered: its operator, if the setup is still that of the job, and its
@@ -308,30 +320,31 @@ impl Refiner {
     /// The error of rendering, a cancel included; adding the images may fail as well.
     pub fn collect(
         &mut self,
-        engine: &mut Engine,
+        means: &mut Means<'_>,
         ticket: Ticket,
         rendered: Rendered,
     ) -> Result<(), Error> {
-        let Some(rendering) = engine.rendering.as_mut() else {
+        let Ok((image_cache, of_view)) = means.images.split(&self.wanted.view) else {
             return Ok(());
         };
+        let rendering = &mut of_view.rendering;
         let same = rendering.setup == ticket.setup;
         if same {
             rendering.return_operator(ticket.quality, rendered.operator);
         }
         let images = rendered.images?;
-        let store = engine.host.store.as_ref();
-        let image_cache = &mut engine.image_cache;
+        let has_pool = rendering.pool.is_some();
+        let store = means.host.store.as_ref();
         let kept = rendering::take_in(image_cache, ticket.wanted.as_deref(), images, store);
-        rendering::trim(image_cache, engine.host.memory);
-        let seconds = engine.now() - ticket.started;
+        rendering::trim(image_cache, means.host.memory);
+        let seconds = means.now() - ticket.started;
         // What was found says nothing of what rendering takes.
         if ticket.found.iter().all(Option::is_none) {
-            engine.pace.learn(ticket.predicted, seconds);
+            means.images.pace.learn(ticket.predicted, seconds);
         }
         if !ticket.refined {
             // Of a number that is asked for, mixtures alone count.
-            if self.goal.count.is_none() {
+            if self.wanted.goal.count.is_none() {
                 self.done.images += kept.len();
                 self.done.seconds += seconds;
             }
@@ -342,18 +355,18 @@ impl Refiner {
             return Ok(());
         }
         // Of another rig they serve as soon as a pool of that is made.
-        if !same || engine.pool().is_none() {
+        if !same || !has_pool {
             self.done.images += kept.len();
             self.done.seconds += seconds;
             return Ok(());
         }
-        self.add(engine, ticket, kept)
+        self.add(means, ticket, kept)
     }
 
     /// Adds refined images to the pool, in the order of their settings.
     fn add(
         &mut self,
-        engine: &mut Engine,
+        means: &mut Means<'_>,
         ticket: Ticket,
         rendered: Vec<Arc<Image>>,
     ) -> Result<(), Error> {
@@ -366,14 +379,14 @@ impl Refiner {
             image,
             quality,
         });
-        engine.add_refined(refined.collect(), ticket.begin)?;
-        self.done.seconds += engine.now() - ticket.begin;
+        means.add_refined(&self.wanted, refined.collect(), ticket.begin)?;
+        self.done.seconds += means.now() - ticket.begin;
         Ok(())
     }
 
     /// Gives up a job whose images will never come: its operator is lost with it.
-    pub fn abandon(&mut self, engine: &mut Engine, ticket: &Ticket) {
-        if let Some(rendering) = engine.rendering.as_mut() {
+    pub fn abandon(&mut self, means: &mut Means<'_>, ticket: &Ticket) {
+        if let Ok(rendering) = means.images.rendering(&self.wanted.view) {
             rendering.return_operator(ticket.quality, None);
         }
     }

@@ -55,6 +55,15 @@ pub(super) struct SetupImages {
     pub pool: Option<Pool>,
 }
 
+/// At which steps of quality a show is seen.
+#[derive(Clone, Copy)]
+pub(super) struct Shown {
+    /// What it asks for, coarse and refined.
+    steps: [u8; 2],
+    /// The steps of the images of sources alone, where they are others.
+    base: Option<[Quality; 2]>,
+}
+
 /// Images to be rendered, with their addresses where they are to be kept.
 pub(super) struct Missing {
     /// What is to be rendered.
@@ -64,45 +73,61 @@ pub(super) struct Missing {
 }
 
 impl SetupImages {
-    /// Those of `setup`: where `old` is of the same setup its operators, and its pool if `preview`
-    /// asks for the same steps; else none yet. `results_version` is
-    /// [`Transport::results_version`].
-    pub fn renew(
-        mut old: Option<SetupImages>,
-        setup: &Setup,
+    /// Nothing yet of `setup`. What is seen is as good as it was before, if `preview` asks for the
+    /// steps that were then `shown`. `results_version` is [`Transport::results_version`].
+    pub fn new(
+        setup: Setup,
         preview: &Preview,
         results_version: Option<&str>,
+        shown: Option<Shown>,
     ) -> SetupImages {
         let steps = [preview.coarse, preview.refined];
-        if let Some(mut old) = old.take_if(|old| old.setup == *setup) {
-            // A pool's coarse images are of one step; operators are kept by step anyway.
-            if old.steps != steps {
-                (old.pool, old.base) = (None, None);
-            }
-            return SetupImages {
-                setup: setup.clone(),
-                steps,
-                near_copies: 0,
-                ..old
-            };
-        }
-        // What is seen after an edit is as good as before it.
-        let base = old
-            .filter(|old| old.steps == steps)
-            .and_then(|old| old.base);
+        let shown = shown.filter(|shown| shown.steps == steps);
         // Banks given as images are images already: nothing is gained by keeping them twice.
         let version = results_version.filter(|_| !only_images(&setup.rig));
         SetupImages {
             lights: Lights::new(&setup.rig),
             scene_key: version.map(|v| SceneKey::new(v, &setup.scene, &setup.view)),
-            setup: setup.clone(),
+            setup,
             steps,
             operators: BTreeMap::new(),
             in_job: None,
             near_copies: 0,
-            base,
+            base: shown.and_then(|shown| shown.base),
             pool_base: None,
             pool: None,
+        }
+    }
+
+    /// Those of `setup`: the same operators where it is the same setup, and the same pool if
+    /// `preview` asks for the same steps.
+    pub fn renew(
+        mut self,
+        setup: Setup,
+        preview: &Preview,
+        results_version: Option<&str>,
+    ) -> SetupImages {
+        if self.setup != setup {
+            return SetupImages::new(setup, preview, results_version, Some(self.shown()));
+        }
+        let steps = [preview.coarse, preview.refined];
+        // A pool's coarse images are of one step; operators are kept by step anyway.
+        if self.steps != steps {
+            (self.pool, self.base) = (None, None);
+        }
+        SetupImages {
+            setup,
+            steps,
+            near_copies: 0,
+            ..self
+        }
+    }
+
+    /// The steps that the show asks for and those that it is seen at.
+    pub fn shown(&self) -> Shown {
+        Shown {
+            steps: self.steps,
+            base: self.base,
         }
     }
 

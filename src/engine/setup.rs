@@ -6,7 +6,7 @@ mod luminaires;
 use std::f64::consts::PI;
 use std::sync::Arc;
 
-use super::compile::Source;
+use footlight_host::files::Files;
 use footlight_picture::Image;
 use footlight_show::diagnostic::Diagnostic;
 use footlight_show::geometry::View;
@@ -26,6 +26,30 @@ use footlight_transport::layered::only_images;
 
 /// Bytes of a polygon besides its corners, about.
 const POLYGON_BYTES: usize = 64;
+
+/// A text to compile, and where the files that it names are read from.
+#[derive(Clone, Copy)]
+pub(super) struct Source<'a> {
+    /// What diagnostics call the text.
+    pub name: &'a str,
+    pub text: &'a str,
+    /// The view to look from; the show's first without it.
+    pub view: Option<&'a str>,
+    pub files: &'a dyn Files,
+    /// Bytes that its stage, images and luminaires may take.
+    pub memory: usize,
+}
+
+impl Source<'_> {
+    /// The source with `held` bytes less to read it in.
+    #[must_use]
+    pub(super) fn holding(self, held: usize) -> Self {
+        Source {
+            memory: self.memory.saturating_sub(held),
+            ..self
+        }
+    }
+}
 
 /// What a scene is made from; equal inputs make equal scenes.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,6 @@
 //! What a stage's file holds, for those who do not know it yet.
 
-use super::{Engine, Error};
+use super::Error;
 use footlight_host::files::Files;
 use footlight_show::units::Rgb;
 use footlight_stage::import::{self, Options, Summary};
@@ -60,7 +60,7 @@ impl StageFile {
         Ok(StageFile {
             extent: [low, high].map(|v| [v.x, v.y, v.z]),
             polygons: scene.polygons.len(),
-            materials: materials(&scene),
+            materials: StageMaterial::all(&scene),
             lights: lamps.into_iter().map(|l| (l.name, l.shape)).collect(),
             cameras: cameras.into_iter().map(|c| c.name).collect(),
             summary,
@@ -68,28 +68,23 @@ impl StageFile {
     }
 }
 
-impl Engine {
-    /// The materials of the show's stage with its surfaces; none without a stage.
-    pub fn stage_materials(&self) -> Vec<StageMaterial> {
-        self.setup()
-            .map_or(Vec::new(), |setup| materials(&setup.scene))
+impl StageMaterial {
+    /// The materials of a scene, in its order.
+    pub fn all(scene: &Scene) -> Vec<StageMaterial> {
+        let areas = scene.areas();
+        let materials = scene.materials.iter().zip(areas);
+        let described = materials.map(|(material, area)| StageMaterial {
+            name: material.name.clone(),
+            reflectance: material.reflectance,
+            luminance: material.emission.luminance(),
+            area,
+            texture: material
+                .texture
+                .as_ref()
+                .map(|texture| texture.pixels.size())
+                .filter(|size| *size != [1, 1]),
+            alpha: material.alpha(),
+        });
+        described.collect()
     }
-}
-
-fn materials(scene: &Scene) -> Vec<StageMaterial> {
-    let areas = scene.areas();
-    let materials = scene.materials.iter().zip(areas);
-    let described = materials.map(|(material, area)| StageMaterial {
-        name: material.name.clone(),
-        reflectance: material.reflectance,
-        luminance: material.emission.luminance(),
-        area,
-        texture: material
-            .texture
-            .as_ref()
-            .map(|texture| texture.pixels.size())
-            .filter(|size| *size != [1, 1]),
-        alpha: material.alpha(),
-    });
-    described.collect()
 }

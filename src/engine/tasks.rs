@@ -13,9 +13,11 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 
 use super::error::TaskFault;
+use super::estimate::Estimate;
+use super::goal::Refinement;
 use super::refiner::{Extent, Next, Refiner};
 use super::rendering::each_step;
-use super::{Engine, Error, Goal};
+use super::{Engine, Error};
 use crate::pool::address::Digest;
 use crate::pool::disk_cache::{names, pictures_of};
 use crate::pool::image_cache::Wanted;
@@ -218,148 +220,39 @@ impl Progress for Renewing<'_> {
     }
 }
 
-impl Engine {
-    /// The images that a goal needs next and that are not at hand, as tasks: those of sources alone, or,
+impl TaskList {
+    /// The images that a refinement needs next and that are not at hand: those of sources alone, or,
     /// once these are there, mixtures in the order of the plan. No tasks are left once the goal is met as
     /// far as is known. Old images in the pool's folder make room.
     ///
     /// # Errors
     /// [`Error::NoVersion`] and [`Error::NoPool`] where images cannot be shared;
     /// [`Error::PoolLimit`]; [`Error::Busy`]; else what planning says.
-    pub fn tasks(&mut self, goal: Goal) -> Result<TaskList, Error> {
-        self.timed(|engine| {
+    pub fn of(engine: &mut Engine, wanted: impl Into<Refinement>) -> Result<TaskList, Error> {
+        let wanted = wanted.into();
+        engine.timed(|engine| {
             engine.idle()?;
-            let mut list = engine.empty_list()?;
-            engine.calibrate_cost()?;
-            list.tasks = engine.missing_images(goal)?;
+            let wanted = engine.seen(wanted)?;
+            let mut list = empty_list(engine, &wanted)?;
+            engine.means().calibrate(&wanted)?;
+            list.tasks = missing_images(engine, &wanted)?;
             for (task, number) in list.tasks.iter_mut().zip(1..) {
                 task.task = number;
             }
-            engine.make_room(&list)?;
+            list.make_room(engine, &wanted)?;
             Ok(list)
         })
     }
 
-    /// A list of this show without tasks.
-    fn empty_list(&self) -> Result<TaskList, Error> {
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let scene = rendering.scene_key().ok_or(Error::NoVersion)?;
-        let version = self.host.renderer.results_version();
-        let view = &rendering.setup.view;
-        let sources = rendering.setup.rig.sources.iter();
-        Ok(TaskList {
-            schema: SCHEMA,
-            show: self.document.path().ok_or(Error::NoFile)?.to_owned(),
-            view: self.document.view().map(str::to_owned),
-            pool: self.pool_folder()?.to_owned(),
-            operator: version.ok_or(Error::NoVersion)?,
-            scene: scene.0.to_string(),
-            size: [view.width, view.height],
-            coordinates: sources.map(|source| source.name.clone()).collect(),
-            tasks: Vec::new(),
-        })
-    }
-
-    fn pool_folder(&self) -> Result<&Path, Error> {
-        let disk_cache = self.image_cache.disk_cache.as_ref();
-        Ok(&disk_cache.ok_or(Error::NoPool)?.folder)
-    }
-
-    /// Images of sources alone that the pool waits for.
-    fn missing_units(&self) -> Result<Vec<Task>, Error> {
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let (mut out, mut seen) = (Vec::new(), BTreeSet::new());
-        let units = rendering.units();
-        for quality in each_step(self.coarse_steps()) {
-            let there = rendering.at_hand(&self.image_cache, quality, &units, self.store());
-            let missing = units.iter().zip(there).filter(|(_, there)| !there);
-            for (unit, _) in missing {
-                let wanted = self.wanted(quality, unit, None)?;
-                let task = self.task(&wanted, unit)?;
-                // Two sources may be lit alike.
-                out.extend(seen.insert(task.picture.clone()).then_some(task));
-            }
-        }
-        Ok(out)
-    }
-
-    /// The images that a goal needs next. Those that have arrived are taken up first.
-    fn missing_images(&mut self, goal: Goal) -> Result<Vec<Task>, Error> {
-        self.take_arrivals()?;
-        let mut refiner = Refiner::new(goal, Extent::AtOnce, self.now());
-        loop {
-            match refiner.advance(self)? {
-                Next::Ended(_) => return Ok(Vec::new()),
-                Next::Added => {}
-                Next::Render(job, ticket) => {
-                    refiner.abandon(self, &ticket);
-                    if !ticket.refined {
-                        return self.missing_units();
-                    }
-                    let pairs = ticket.wanted().iter().zip(&job.settings);
-                    return pairs.map(|(wanted, s)| self.task(wanted, s)).collect();
-                }
-            }
-        }
-    }
-
-    /// Adds refined images to the pool that others have stored since.
-    ///
-    /// # Errors
-    /// As [`Engine::coarse`].
-    pub fn take_arrivals(&mut self) -> Result<(), Error> {
-        match self.pool() {
-            Some(_) => self.reuse_refined(),
-            None => Ok(()),
-        }
-    }
-
-    fn task(&self, wanted: &Wanted, setting: &[f64]) -> Result<Task, Error> {
-        let quality = wanted.address.quality;
-        let [_, picture] = names(wanted.address.name());
-        let cost = self.cost(quality)?;
-        let lit = setting.iter().filter(|s| **s != 0.0).count();
-        let image = if lit > 1 {
-            cost.per_image
-        } else {
-            cost.per_lone
-        };
-        let seconds = self.pace.seconds() * (cost.prepare + lit as f64 * cost.per_source + image);
-        Ok(Task {
-            task: 0,
-            picture,
-            quality: quality.0,
-            setting: setting.to_vec(),
-            order: wanted.refined.as_ref().map(|place| place.order),
-            seed: renderer::seed(setting, quality),
-            seconds: Some(seconds).filter(|s| *s > 0.0),
-        })
-    }
-
-    fn wanted(
-        &self,
-        quality: Quality,
-        setting: &[f64],
-        order: Option<usize>,
-    ) -> Result<Wanted, Error> {
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let key = rendering.scene_key().ok_or(Error::NoVersion)?;
-        let all = rendering.wanted(key, quality, &[setting.to_vec()], order);
-        all.into_iter().next().ok_or(Error::NoSetup)
-    }
-
     /// Removes old images of the pool's folder, so that those of a list fit in.
-    fn make_room(&mut self, list: &TaskList) -> Result<(), Error> {
-        let [width, height] = list.size;
-        let bytes = (width as u64 * height as u64 * 12 + HEADER) * list.tasks.len() as u64;
-        let store = self.host.store.as_ref();
-        let (Some(disk_cache), Some(rendering)) =
-            (&mut self.image_cache.disk_cache, &self.rendering)
-        else {
-            return Err(Error::NoPool);
-        };
+    fn make_room(&self, engine: &mut Engine, wanted: &Refinement) -> Result<(), Error> {
+        let [width, height] = self.size;
+        let bytes = (width as u64 * height as u64 * 12 + HEADER) * self.tasks.len() as u64;
+        let store = engine.host.store.as_ref();
+        let (cache, of_view) = engine.images.split(&wanted.view)?;
+        let disk_cache = cache.disk_cache.as_mut().ok_or(Error::NoPool)?;
         let own = disk_cache.stored(store).into_iter();
-        let own = own.filter(|stored| rendering.is_of_scene(stored.scene_key));
+        let own = own.filter(|stored| of_view.rendering.is_of_scene(stored.scene_key));
         let needed = bytes + own.map(|stored| stored.bytes).sum::<u64>();
         let limit = disk_cache.limit;
         if needed > limit {
@@ -373,26 +266,27 @@ impl Engine {
     ///
     /// # Errors
     /// [`Error::OtherTasks`].
-    pub fn check_tasks(&self, list: &TaskList) -> Result<(), Error> {
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let version = self.host.renderer.results_version();
+    pub fn check_for(&self, engine: &Engine) -> Result<(), Error> {
+        let estimate = engine.estimate();
+        let rendering = estimate.rendering()?;
+        let version = engine.host.renderer.results_version();
         let here = version.ok_or(Error::NoVersion)?;
-        if here != list.operator {
+        if here != self.operator {
             return Err(Error::OtherTasks {
                 what: "renderer",
-                listed: list.operator.clone(),
+                listed: self.operator.clone(),
                 here,
             });
         }
         let here = rendering.scene_key().ok_or(Error::NoVersion)?.0.to_string();
-        if here != list.scene {
+        if here != self.scene {
             return Err(Error::OtherTasks {
                 what: "scene or view",
-                listed: list.scene.clone(),
+                listed: self.scene.clone(),
                 here,
             });
         }
-        let (listed, here) = (list.coordinates.len(), rendering.sources());
+        let (listed, here) = (self.coordinates.len(), rendering.sources());
         if listed == here {
             Ok(())
         } else {
@@ -400,21 +294,6 @@ impl Engine {
                 what: "number of sources",
                 listed: listed.to_string(),
                 here: here.to_string(),
-            })
-        }
-    }
-
-    /// The image of a task, whose name must be that of what its setting lights.
-    fn check_task(&self, task: &Task) -> Result<Wanted, Error> {
-        let wanted = self.wanted(Quality(task.quality), &task.setting, task.order)?;
-        let [_, here] = names(wanted.address.name());
-        if here == task.picture {
-            Ok(wanted)
-        } else {
-            Err(Error::OtherTasks {
-                what: "light",
-                listed: task.picture.clone(),
-                here,
             })
         }
     }
@@ -427,95 +306,229 @@ impl Engine {
     /// [`Error::NotStored`] where the image could not be written; [`Error::File`] where nothing can be
     /// claimed; what rendering says; on cancel.
     pub fn work_on(
-        &mut self,
-        list: &TaskList,
+        &self,
+        engine: &mut Engine,
         task: &Task,
         lease: Duration,
     ) -> Result<Worked, Error> {
-        let wanted = self.check_task(task)?;
-        if self.is_stored(&wanted) {
+        let wanted = check_task(engine, task)?;
+        if is_stored(engine, &wanted) {
             return Ok(Worked::There);
         }
-        let name = list.claim_name(task);
-        let claim = match self.claim(&name, lease)? {
+        let name = self.claim_name(task);
+        let claim = match claim_of(engine, &name, lease)? {
             Claimed::Ours(claim) => claim,
             Claimed::By(holder) => return Ok(Worked::Claimed(holder)),
         };
         // Another worker may have stored it just before the claim.
-        if self.is_stored(&wanted) {
+        if is_stored(engine, &wanted) {
             return Ok(Worked::There);
         }
-        let begin = self.now();
-        let done = self.render_task(&wanted, task, &claim);
-        self.write_down(&name, done.as_ref().err())?;
-        done.map(|()| Worked::Rendered(self.now() - begin))
+        let begin = engine.now();
+        let done = render_task(engine, &wanted, task, &claim);
+        write_down(engine, &name, done.as_ref().err())?;
+        done.map(|()| Worked::Rendered(engine.now() - begin))
     }
+}
 
-    fn claim(&self, name: &str, lease: Duration) -> Result<Claimed, Error> {
-        let folder = claims(self.pool_folder()?);
-        if self.store().is_link(&folder) {
-            let path = folder.display().to_string();
-            return Err(FileError::NotAFile { path, kind: LINK }.into());
+/// A list of this show without tasks.
+fn empty_list(engine: &Engine, wanted: &Refinement) -> Result<TaskList, Error> {
+    let estimate = engine.estimate_of(wanted);
+    let rendering = estimate.rendering()?;
+    let scene = rendering.scene_key().ok_or(Error::NoVersion)?;
+    let version = engine.host.renderer.results_version();
+    let view = &rendering.setup.view;
+    let sources = rendering.setup.rig.sources.iter();
+    Ok(TaskList {
+        schema: SCHEMA,
+        show: engine.document.path().ok_or(Error::NoFile)?.to_owned(),
+        view: wanted.view.clone(),
+        pool: pool_folder(engine)?.to_owned(),
+        operator: version.ok_or(Error::NoVersion)?,
+        scene: scene.0.to_string(),
+        size: [view.width, view.height],
+        coordinates: sources.map(|source| source.name.clone()).collect(),
+        tasks: Vec::new(),
+    })
+}
+
+fn pool_folder(engine: &Engine) -> Result<&Path, Error> {
+    let disk_cache = engine.images.cache.disk_cache.as_ref();
+    Ok(&disk_cache.ok_or(Error::NoPool)?.folder)
+}
+
+/// Images of sources alone that the pool waits for.
+fn missing_units(estimate: Estimate<'_>) -> Result<Vec<Task>, Error> {
+    let rendering = estimate.rendering()?;
+    let (mut out, mut seen) = (Vec::new(), BTreeSet::new());
+    let units = rendering.units();
+    for quality in each_step(estimate.coarse_steps()) {
+        let there = rendering.at_hand(
+            &estimate.images.cache,
+            quality,
+            &units,
+            estimate.host.store.as_ref(),
+        );
+        let missing = units.iter().zip(there).filter(|(_, there)| !there);
+        for (unit, _) in missing {
+            let wanted = wanted_of(estimate, quality, unit, None)?;
+            let task = task_of(estimate, &wanted, unit)?;
+            // Two sources may be lit alike.
+            out.extend(seen.insert(task.picture.clone()).then_some(task));
         }
-        Ok(claim::claim(&folder, name, lease)?)
     }
+    Ok(out)
+}
 
-    /// Keeps why a task failed, or forgets why it once did.
-    fn write_down(&self, name: &str, error: Option<&Error>) -> Result<(), Error> {
-        let path = failure(&claims(self.pool_folder()?), name);
-        match error {
-            None => self.store().remove(&path)?,
-            // A farm may end the renderer as well as the worker that is to stop.
-            Some(error) if error.is_cancel() || self.host.progress.cancelled() => {}
-            Some(error) => {
-                let said = [claim::host(), ": ".to_owned(), error.to_string()].concat();
-                // The error itself is what counts.
-                let _ = self.store().write(&path, said.as_bytes());
+/// The images that a goal needs next. Those that have arrived are taken up first.
+fn missing_images(engine: &mut Engine, wanted: &Refinement) -> Result<Vec<Task>, Error> {
+    if engine.estimate_of(wanted).pool().is_some() {
+        engine.means().reuse_refined(wanted)?;
+    }
+    let mut refiner = Refiner::new(wanted.clone(), Extent::AtOnce, engine.now());
+    loop {
+        match refiner.advance(&mut engine.means())? {
+            Next::Ended(_) => return Ok(Vec::new()),
+            Next::Added => {}
+            Next::Render(job, ticket) => {
+                refiner.abandon(&mut engine.means(), &ticket);
+                let estimate = engine.estimate_of(wanted);
+                if !ticket.refined {
+                    return missing_units(estimate);
+                }
+                let pairs = ticket.wanted().iter().zip(&job.settings);
+                return pairs
+                    .map(|(wanted, s)| task_of(estimate, wanted, s))
+                    .collect();
             }
         }
-        Ok(())
     }
+}
 
-    fn is_stored(&self, wanted: &Wanted) -> bool {
-        let disk_cache = self.image_cache.disk_cache.as_ref();
-        disk_cache.is_some_and(|cache| cache.has(self.store(), wanted.address.name()))
+fn task_of(estimate: Estimate<'_>, wanted: &Wanted, setting: &[f64]) -> Result<Task, Error> {
+    let quality = wanted.address.quality;
+    let [_, picture] = names(wanted.address.name());
+    let cost = estimate.cost(quality)?;
+    let lit = setting.iter().filter(|s| **s != 0.0).count();
+    let image = if lit > 1 {
+        cost.per_image
+    } else {
+        cost.per_lone
+    };
+    let seconds =
+        estimate.images.pace.seconds() * (cost.prepare + lit as f64 * cost.per_source + image);
+    Ok(Task {
+        task: 0,
+        picture,
+        quality: quality.0,
+        setting: setting.to_vec(),
+        order: wanted.refined.as_ref().map(|place| place.order),
+        seed: renderer::seed(setting, quality),
+        seconds: Some(seconds).filter(|s| *s > 0.0),
+    })
+}
+
+fn wanted_of(
+    estimate: Estimate<'_>,
+    quality: Quality,
+    setting: &[f64],
+    order: Option<usize>,
+) -> Result<Wanted, Error> {
+    let rendering = estimate.rendering()?;
+    let key = rendering.scene_key().ok_or(Error::NoVersion)?;
+    let all = rendering.wanted(key, quality, &[setting.to_vec()], order);
+    all.into_iter().next().ok_or(Error::NoSetup)
+}
+
+/// The image of a task, whose name must be that of what its setting lights.
+fn check_task(engine: &Engine, task: &Task) -> Result<Wanted, Error> {
+    let wanted = wanted_of(
+        engine.estimate(),
+        Quality(task.quality),
+        &task.setting,
+        task.order,
+    )?;
+    let [_, here] = names(wanted.address.name());
+    if here == task.picture {
+        Ok(wanted)
+    } else {
+        Err(Error::OtherTasks {
+            what: "light",
+            listed: task.picture.clone(),
+            here,
+        })
     }
+}
 
-    fn render_task(&mut self, wanted: &Wanted, task: &Task, claim: &Claim) -> Result<(), Error> {
-        let quality = Quality(task.quality);
-        let memory = self.work().memory;
-        let rendering = self.rendering.as_mut().ok_or(Error::NoSetup)?;
-        let job = rendering.new_job(quality, vec![task.setting.clone()], memory);
-        let renewing = Renewing {
-            progress: self.host.progress.as_ref(),
-            claim,
-        };
-        let work = Work {
-            progress: &renewing,
-            threads: self.host.threads,
-            memory,
-        };
-        let rendered = job.run(self.host.renderer.as_ref(), work);
-        if let Some(rendering) = &mut self.rendering {
-            rendering.return_operator(quality, rendered.operator);
-        }
-        for image in rendered.images? {
-            self.put(wanted, &image)?;
-        }
-        Ok(())
+fn claim_of(engine: &Engine, name: &str, lease: Duration) -> Result<Claimed, Error> {
+    let folder = claims(pool_folder(engine)?);
+    if engine.host.store.is_link(&folder) {
+        let path = folder.display().to_string();
+        return Err(FileError::NotAFile { path, kind: LINK }.into());
     }
+    Ok(claim::claim(&folder, name, lease)?)
+}
 
-    /// Stores an image without keeping it in memory.
-    fn put(&mut self, wanted: &Wanted, image: &Image) -> Result<(), Error> {
-        let store = self.host.store.as_ref();
-        let disk_cache = self.image_cache.disk_cache.as_mut();
-        let disk_cache = disk_cache.ok_or(Error::NoPool)?;
-        disk_cache.share();
-        let about = (wanted.words.as_str(), wanted.refined.as_ref());
-        disk_cache.keep(store, &wanted.address, about, image);
-        match disk_cache.stopped() {
-            None => Ok(()),
-            Some(reason) => Err(Error::NotStored(reason.to_owned())),
+/// Keeps why a task failed, or forgets why it once did.
+fn write_down(engine: &Engine, name: &str, error: Option<&Error>) -> Result<(), Error> {
+    let path = failure(&claims(pool_folder(engine)?), name);
+    match error {
+        None => engine.host.store.remove(&path)?,
+        // A farm may end the renderer as well as the worker that is to stop.
+        Some(error) if error.is_cancel() || engine.host.progress.cancelled() => {}
+        Some(error) => {
+            let said = [claim::host(), ": ".to_owned(), error.to_string()].concat();
+            // The error itself is what counts.
+            let _ = engine.host.store.write(&path, said.as_bytes());
         }
+    }
+    Ok(())
+}
+
+fn is_stored(engine: &Engine, wanted: &Wanted) -> bool {
+    let disk_cache = engine.images.cache.disk_cache.as_ref();
+    disk_cache.is_some_and(|cache| cache.has(engine.host.store.as_ref(), wanted.address.name()))
+}
+
+fn render_task(
+    engine: &mut Engine,
+    wanted: &Wanted,
+    task: &Task,
+    claim: &Claim,
+) -> Result<(), Error> {
+    let quality = Quality(task.quality);
+    let memory = engine.work().memory;
+    let view = engine.looked_from().view;
+    let rendering = engine.images.rendering(&view)?;
+    let job = rendering.new_job(quality, vec![task.setting.clone()], memory);
+    let renewing = Renewing {
+        progress: engine.host.progress.as_ref(),
+        claim,
+    };
+    let work = Work {
+        progress: &renewing,
+        threads: engine.host.threads,
+        memory,
+    };
+    let rendered = job.run(engine.host.renderer.as_ref(), work);
+    let rendering = engine.images.rendering(&view)?;
+    rendering.return_operator(quality, rendered.operator);
+    for image in rendered.images? {
+        put(engine, wanted, &image)?;
+    }
+    Ok(())
+}
+
+/// Stores an image without keeping it in memory.
+fn put(engine: &mut Engine, wanted: &Wanted, image: &Image) -> Result<(), Error> {
+    let store = engine.host.store.as_ref();
+    let disk_cache = engine.images.cache.disk_cache.as_mut();
+    let disk_cache = disk_cache.ok_or(Error::NoPool)?;
+    disk_cache.share();
+    let about = (wanted.words.as_str(), wanted.refined.as_ref());
+    disk_cache.keep(store, &wanted.address, about, image);
+    match disk_cache.stopped() {
+        None => Ok(()),
+        Some(reason) => Err(Error::NotStored(reason.to_owned())),
     }
 }

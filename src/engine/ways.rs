@@ -10,40 +10,14 @@ use std::cmp::Ordering;
 
 use serde::Serialize;
 
+use super::Error;
+use super::estimate::Estimate;
 use super::forecast::Forecast;
-use super::refine::Goal;
+use super::goal::{Goal, Way};
 use super::rendering::each_step;
-use super::{Engine, Error};
 use crate::pool::{Stated, is_within};
 use footlight_show::units::ErrorUnit;
-use footlight_transport::{Quality, Transport as _};
-
-/// How a sequence becomes good enough.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Way {
-    /// Whichever is predicted to take the fewest seconds.
-    #[default]
-    Auto,
-    /// Coarse images, and mixtures in the order of the plan (Dorsey, Arvo and Greenberg 1995).
-    Paper,
-    /// Each source alone at one step of quality.
-    Alone,
-}
-
-impl Way {
-    /// All of them.
-    pub const ALL: [Way; 3] = [Way::Auto, Way::Paper, Way::Alone];
-
-    /// As options and reports write it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Way::Auto => "auto",
-            Way::Paper => "paper",
-            Way::Alone => "alone",
-        }
-    }
-}
+use footlight_transport::Quality;
 
 /// A way to an error, with what it costs and leaves.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -62,6 +36,15 @@ pub struct WayForecast {
     pub error: f64,
     /// Whether that is within what is asked for.
     pub reaches: bool,
+}
+
+/// What is rendered first for a goal.
+pub(super) struct Choice {
+    /// The steps of the images of sources alone, where they are not those that are shown.
+    pub base: Option<[Quality; 2]>,
+    /// The ways that it was chosen from; `None` where only the first images tell errors, or the pace
+    /// that a time is kept by.
+    pub ways: Option<Vec<WayForecast>>,
 }
 
 /// The mixtures that a goal takes of a forecast.
@@ -110,17 +93,7 @@ impl Mixtures {
     }
 }
 
-impl Engine {
-    /// How images are chosen.
-    pub fn way(&self) -> Way {
-        self.way
-    }
-
-    /// Takes another way from now on; images that are there are kept.
-    pub fn set_way(&mut self, way: Way) {
-        self.way = way;
-    }
-
+impl Estimate<'_> {
     /// The ways to a goal from the images that are there, the one that is taken first; none where
     /// nothing can be said before the coarse images are there, or nothing is left to render.
     ///
@@ -147,47 +120,42 @@ impl Engine {
         Ok(ways)
     }
 
-    /// Chooses the steps of the images of sources alone for a goal, from the ways that it returns;
-    /// `None` where only the first images tell errors, or the pace that a time is kept by.
-    pub(super) fn choose(&mut self, goal: &Goal) -> Result<Option<Vec<WayForecast>>, Error> {
+    /// Chooses the steps of the images of sources alone for a goal.
+    pub(super) fn choose(&self, goal: &Goal) -> Result<Choice, Error> {
+        let mut choice = Choice {
+            base: None,
+            ways: Some(Vec::new()),
+        };
         let is_first = self.pool().is_none();
         if self.is_final() || !is_first && !goal.asks_for_a_way() {
-            return Ok(Some(Vec::new()));
+            return Ok(choice);
         }
         let [_, fine] = self.coarse_pair();
         let is_stated = self.stated(fine, goal.unit()).is_some();
         let is_named = self.way == Way::Alone;
         let is_told = is_stated || is_named && self.samples(fine).is_none();
-        let is_known = is_told && (goal.budget.is_none() || self.pace.is_known());
-        let (mut base, mut ways) = (None, Some(Vec::new()));
+        let is_known = is_told && (goal.budget.is_none() || self.images.pace.is_known());
         if !goal.asks_for_a_way() {
             let refined = is_named.then(|| self.base_of(self.refined_step()));
-            base = self.stored_base()?.or(refined);
+            choice.base = self.stored_base()?.or(refined);
         } else if is_first && !is_known {
-            base = self.stored_base()?;
-            ways = None;
+            choice.base = self.stored_base()?;
+            choice.ways = None;
         } else {
             let found = self.ways(goal)?;
             let now = self.coarse_steps()[1].0;
             match found.first() {
                 Some(way) if way.way == Way::Alone && (is_first || way.quality > now) => {
-                    base = Some(self.base_of(Quality(way.quality)));
+                    choice.base = Some(self.base_of(Quality(way.quality)));
                 }
-                Some(way) if way.way == Way::Paper && is_first => base = self.stored_base()?,
+                Some(way) if way.way == Way::Paper && is_first => {
+                    choice.base = self.stored_base()?;
+                }
                 _ => {}
             }
-            ways = Some(found);
+            choice.ways = Some(found);
         }
-        if let (Some(rendering), Some(base)) = (&mut self.rendering, base) {
-            rendering.base = Some(base);
-        }
-        Ok(ways)
-    }
-
-    /// What the operator states of a step.
-    pub(super) fn stated(&self, quality: Quality, unit: ErrorUnit) -> Option<f64> {
-        let rendering = self.rendering.as_ref()?;
-        rendering.stated_error(self.host.renderer.as_ref(), quality, unit)
+        Ok(choice)
     }
 
     /// Each source alone, at the step of the images that are there and at each finer one.
@@ -255,7 +223,7 @@ impl Engine {
     /// The error of every source alone at a step. Where the operator states none and has no noise to
     /// tell it, refined images stand for the truth where this way is asked for or taken.
     fn error_alone(&self, quality: Quality, unit: ErrorUnit) -> Option<f64> {
-        let base = self.rendering.as_ref().and_then(|r| r.base);
+        let base = self.rendering().ok().and_then(|r| r.base);
         let is_taken = self.way == Way::Alone || base == Some([quality; 2]);
         let is_truth = is_taken && quality == self.refined_step();
         self.stated(quality, unit)
@@ -272,14 +240,6 @@ impl Engine {
         Some(pool.planned_error(alone, alone) * fewer.sqrt())
     }
 
-    /// Samples a pixel at a step of an operator with noise.
-    pub(super) fn samples(&self, quality: Quality) -> Option<f64> {
-        let rendering = self.rendering.as_ref()?;
-        rendering
-            .layered(self.host.renderer.as_ref())
-            .samples(quality)
-    }
-
     /// The steps at which sources alone are rendered to be seen at one. Noise is told by a second
     /// picture, which makes the first one better by what it costs.
     fn base_of(&self, quality: Quality) -> [Quality; 2] {
@@ -292,18 +252,23 @@ impl Engine {
     /// How many images of sources alone are not at hand at one or two steps, and the predicted
     /// seconds of rendering them.
     fn missing_of(&self, base: [Quality; 2]) -> Result<(usize, f64), Error> {
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
+        let rendering = self.rendering()?;
         let units = rendering.units();
         let (mut images, mut cost) = (0, 0.0);
         for quality in each_step(base) {
-            let at_hand = rendering.at_hand(&self.image_cache, quality, &units, self.store());
+            let at_hand = rendering.at_hand(
+                &self.images.cache,
+                quality,
+                &units,
+                self.host.store.as_ref(),
+            );
             let missing = at_hand.iter().filter(|there| !**there).count();
             if missing > 0 {
                 images += missing;
                 cost += rendering.cost_of_units(self.host.renderer.as_ref(), quality, missing);
             }
         }
-        Ok((images, cost * self.pace.seconds()))
+        Ok((images, cost * self.images.pace.seconds()))
     }
 
     /// The finest steps at which an image of every source is at hand, if they are no coarser than what
@@ -334,7 +299,7 @@ impl Engine {
         let [cheap, fine] = self.coarse_steps();
         let samples = [cheap, fine, self.refined_step()].map(|step| self.samples(step));
         if let ([Some(less), Some(more), Some(refined)], true) = (samples, cheap < fine) {
-            let sources = self.rendering.as_ref().map_or(0, |r| r.sources());
+            let sources = self.rendering().map_or(0, |r| r.sources());
             return Some(Stated::noise([less, more, refined], sources));
         }
         let coarse = self.error_alone(fine, ErrorUnit::Light)?;

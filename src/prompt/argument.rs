@@ -84,7 +84,7 @@ pub fn time(engine: &Engine, text: &str) -> Result<Time, Error> {
 
 /// A step of quality.
 pub fn quality(engine: &Engine, text: &str) -> Result<Quality, Error> {
-    let finest = engine.finest().0;
+    let finest = engine.estimate().finest().0;
     let number = text.parse().ok().filter(|q| (1..=finest).contains(q));
     number.map(Quality).ok_or_else(|| {
         Error::Usage(format!(

@@ -246,7 +246,7 @@ impl Repl {
         let call = self.engine.begin_call();
         let done = something(self);
         let exceeded = call.exceeded();
-        let late = call.exceeded_by(self.engine.now());
+        let late = call.exceeded_by(self.engine.host().clock.seconds());
         drop(call);
         self.live.follow(self.engine.document());
         let events = self.event_notes();
@@ -283,7 +283,7 @@ impl Repl {
 
     /// What happened, in words.
     fn event_notes(&mut self) -> Vec<Printable> {
-        let events = self.engine.take_events();
+        let events = self.engine.poll();
         self.in_words(&events)
     }
 
@@ -316,20 +316,14 @@ impl Repl {
         all
     }
 
-    /// Options of a verb that say what is refined first, and from where images are seen, hold for
-    /// that verb alone.
+    /// Runs a verb that spares what the show is read from.
     fn answer(&mut self, call: &Call) -> Result<Reply, Error> {
         for path in ["output", "tasks"].into_iter().filter_map(|o| call.path(o)) {
             self.spare(path, call)?;
             let folder = path.parent().unwrap_or(Path::new(""));
             self.engine.host().store.sweep(folder);
         }
-        let way = self.engine.way();
-        let chosen = call.option("way").map(argument::way).transpose()?;
-        self.engine.set_way(chosen.unwrap_or(way));
-        let reply = self.answer_from_view(call);
-        self.engine.set_way(way);
-        reply
+        self.answer_from_view(call)
     }
 
     /// Refuses to write a result over what the show or this call is read from.
@@ -345,7 +339,7 @@ impl Repl {
         }
     }
 
-    /// `--view` holds for its verb alone too.
+    /// `--view` holds for its verb alone.
     fn answer_from_view(&mut self, call: &Call) -> Result<Reply, Error> {
         let Some(name) = call.option("view") else {
             return self.dispatch(call);

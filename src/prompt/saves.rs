@@ -71,7 +71,7 @@ impl Saves {
         };
         self.away = 0;
         self.looks += 1;
-        let stamps = show.map_or_else(Vec::new, |repl| repl.engine().files_now());
+        let stamps = show.map_or_else(Vec::new, |repl| repl.engine().host().files.as_is());
         let same = texts == self.texts;
         // Without a show it is not known which of its files was missing.
         let again = show.is_none() && self.looks.is_multiple_of(LONG);
@@ -93,7 +93,7 @@ impl Saves {
         let included = texts(&self.path, Some(show));
         self.texts.truncate(1);
         self.texts.extend(included.into_iter().skip(1));
-        let named = show.engine().files_now();
+        let named = show.engine().host().files.as_is();
         if named.len() != self.stamps.len() {
             self.stamps = named;
         }

@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use super::{Error, tasks};
-use footlight_engine::{self as engine, Engine, Goal, LEASE, TaskList, TaskState};
+use footlight_engine::{self as engine, Engine, LEASE, Refinement, TaskList, TaskState};
 use footlight_host::files::{FileError, claim};
 use footlight_host::work::Cancelled;
 
@@ -47,11 +47,12 @@ pub trait Farm: Send {
 /// # Errors
 /// What planning says; [`engine::Error::Farm`] where the farm does not work or a task fails again and
 /// again; on cancel, with all jobs ended. Images that are there are kept.
-pub fn refine(engine: &mut Engine, goal: Goal, farm: &dyn Farm) -> Result<usize, Error> {
-    let mut goal = goal.or_one();
+pub fn refine(engine: &mut Engine, wanted: Refinement, farm: &dyn Farm) -> Result<usize, Error> {
+    let mut wanted = wanted;
+    wanted.goal = wanted.goal.or_one();
     let mut rendered = 0;
     loop {
-        let mut list = engine.tasks(goal)?;
+        let mut list = TaskList::of(engine, wanted.clone())?;
         if list.tasks.is_empty() {
             return Ok(rendered);
         }
@@ -60,7 +61,10 @@ pub fn refine(engine: &mut Engine, goal: Goal, farm: &dyn Farm) -> Result<usize,
         rendered += list.tasks.len();
         let mixtures = list.tasks.iter().filter(|task| task.order.is_some());
         let mixtures = mixtures.count();
-        goal.count = goal.count.map(|count| count.saturating_sub(mixtures));
+        wanted.goal.count = wanted
+            .goal
+            .count
+            .map(|count| count.saturating_sub(mixtures));
     }
 }
 
@@ -147,7 +151,7 @@ impl Round<'_> {
         progress.report("pictures on the farm", there, states.len());
         if there > self.there {
             self.there = there;
-            engine.take_arrivals()?;
+            engine.take_up()?;
         }
         if let Some(queued) = queued {
             self.hand_over_again(&queued, &states)?;

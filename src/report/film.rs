@@ -90,7 +90,7 @@ impl Span {
 
 /// The frame of a moment, and how fast frames are made.
 pub fn still(engine: &Engine, player: &Player, time: Time) -> (Shown, String) {
-    let rate = engine.frame_rate(player);
+    let rate = player.frame_rate(engine.document().timeline(), engine.host().clock.as_ref());
     let size = player.size();
     let mut rgb = Vec::new();
     player.show(time, &mut rgb);

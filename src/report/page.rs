@@ -25,7 +25,7 @@ const MOST_STEPS: usize = 400;
 
 /// The page, and its description.
 pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String, String), Error> {
-    let banks = engine.bank_images_beside(playback.image_bytes())?;
+    let banks = engine.bank_images(playback.image_bytes())?;
     let keys = playback.images();
     let contents = contents(engine, (keys, &banks), tone);
     let bank_bytes: usize = banks.iter().map(|image| size_of_val(image.data())).sum();

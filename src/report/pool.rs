@@ -15,7 +15,7 @@ use footlight_transport::Quality;
 /// As [`Engine::pool_summary`].
 pub fn describe(engine: &Engine) -> Result<String, engine::Error> {
     let mut text = headline(engine.document()) + "\n";
-    let summary = engine.pool_summary()?;
+    let summary = PoolSummary::of(engine)?;
     match (engine.pool(), &summary) {
         (Some(pool), Some(summary)) => describe_images(&mut text, engine, pool, summary),
         _ => {

@@ -216,10 +216,10 @@ pub fn forecast(engine: &Engine, forecast: &Forecast, all: usize) -> String {
 
 /// What to say where the show asks for steps of quality beyond the scale.
 pub fn clamped(engine: &Engine) -> Option<String> {
-    let finest = engine.finest().0;
+    let finest = engine.estimate().finest().0;
     let preview = &engine.show().preview;
     let beyond = preview.coarse.max(preview.refined) > finest;
-    let scale = engine.setup().is_some() && finest > 1 && beyond;
+    let scale = engine.document().setup().is_some() && finest > 1 && beyond;
     scale.then(|| {
         let name = engine.host().renderer.name();
         let (coarse, refined) = (preview.coarse, preview.refined);

@@ -10,7 +10,7 @@ use super::{Error, page, plan, sheet};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Series, Theme};
 use footlight_engine::plan::PlanReport;
 use footlight_engine::playback::Playback;
-use footlight_engine::{self as engine, Engine, Step};
+use footlight_engine::{self as engine, Engine, ManyKeys, Step};
 use footlight_host::work::{Work, in_order};
 use footlight_picture::exr::{self, Precision};
 use footlight_picture::shrink::shrink;
@@ -77,9 +77,8 @@ pub fn write(
         to.write(engine, "basis.png", &sheet.png()?)?;
     }
     let Some(playback) = playback else {
-        let many = engine
-            .key_images_beyond_memory()
-            .map(engine::Error::KeyImages);
+        let many =
+            ManyKeys::of(engine.document(), engine.host().memory).map(engine::Error::KeyImages);
         return Ok(many.map(|error| format!("no show.html: {}", error)));
     };
     match page::page(engine, playback, tone) {
@@ -202,7 +201,7 @@ pub fn error_chart(engine: &Engine, tolerance: Tolerance, theme: Theme) -> Resul
     let steps = engine.steps();
     let mut known = Vec::with_capacity(steps.len());
     for step in steps {
-        known.push((step, engine.error_of(step.forecast)?));
+        known.push((step, engine.estimate().error_of(step.forecast)?));
     }
     // What is left when everything is refined is rounding; it has no place on a log axis.
     let shown = |error: f64| {
@@ -272,7 +271,7 @@ pub fn error_chart(engine: &Engine, tolerance: Tolerance, theme: Theme) -> Resul
 /// The sequence as it stands and after each picture that is left to refine, predicted; nothing
 /// where none is left.
 fn onward(engine: &Engine) -> Result<Vec<Step>, Error> {
-    let forecast = engine.forecast()?;
+    let forecast = engine.estimate().forecast()?;
     let Some(now) = engine.steps().last().filter(|_| !forecast.steps.is_empty()) else {
         return Ok(Vec::new());
     };

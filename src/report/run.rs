@@ -11,7 +11,7 @@ use super::{Error, results, sheet, ways};
 use footlight_engine::plan::PlanReport;
 use footlight_engine::playback::Playback;
 use footlight_engine::pool::image_cache::CacheStatistics;
-use footlight_engine::{self as engine, Ended, Engine, Goal, WayForecast, WorstMoment};
+use footlight_engine::{self as engine, Ended, Engine, Goal, Refinement, WayForecast, WorstMoment};
 use footlight_host::work::Cancelled;
 use footlight_show::units::ErrorUnit;
 
@@ -60,7 +60,7 @@ struct Loop {
     marks: [f64; 5],
 }
 
-/// Coarse images, plan, refinement until `goal`, whose count is that of the pool's refined images
+/// Coarse images, plan, refinement until the goal, whose count is that of the pool's refined images
 /// in all, key images; the results go to `folder`: `show.html`, `cues/*.png`, `contact-sheet.png`,
 /// `cue-sheet.csv`, `track-sheet.csv`, `plan.json`, `curves.png`, `error.png`, `basis.png`, with
 /// `with_keys` also `keys/*.exr`, and `files.sha256`, which lists them. Of what lies there only what
@@ -72,14 +72,14 @@ struct Loop {
 /// and writing say; refined images finished before it stay in the pool.
 pub fn run(
     engine: &mut Engine,
-    goal: Goal,
+    wanted: &Refinement,
     folder: &Path,
     with_keys: bool,
 ) -> Result<Summary, Error> {
     // Before anything is rendered: a folder that cannot be written to is refused at once.
     let own = results::names(engine, with_keys);
     let mut results = Results::begin(engine, folder, own.into_iter())?;
-    let done = match run_loop(engine, goal) {
+    let done = match run_loop(engine, wanted) {
         Ok(done) => done,
         Err(error) => {
             // Nothing was written yet: what lies there is of one run.
@@ -88,7 +88,7 @@ pub fn run(
         }
     };
     let tone = match &done.playback {
-        Some(playback) => engine.tone_of(playback.images()),
+        Some(playback) => engine.document().tone_of(playback.images()),
         None => engine.tone()?,
     };
     let playback = (done.playback.as_ref(), tone);
@@ -100,8 +100,8 @@ pub fn run(
         plan: done.plan,
         ways: done.ways,
         ended: done.ended,
-        worst: engine.worst_moment(ErrorUnit::Light)?,
-        worst_shown: engine.worst_moment(ErrorUnit::Steps)?,
+        worst: engine.estimate().worst_moment(ErrorUnit::Light)?,
+        worst_shown: engine.estimate().worst_moment(ErrorUnit::Steps)?,
         seconds: [b - a, c - b, d - c, e - d, end - e],
         exposure: tone.exposure,
         keys: done.playback.is_some(),
@@ -111,34 +111,39 @@ pub fn run(
 }
 
 /// The loop without its results.
-fn run_loop(engine: &mut Engine, goal: Goal) -> Result<Loop, Error> {
+fn run_loop(engine: &mut Engine, wanted: &Refinement) -> Result<Loop, Error> {
     engine.idle()?;
-    let begin = engine.now();
-    let ways = engine.coarse_for(goal)?;
-    let coarse = engine.now();
+    let begin = engine.host().clock.seconds();
+    let ways = engine.coarse_for(wanted.clone())?;
+    let coarse = engine.host().clock.seconds();
     // Those that earlier runs stored count, so that a second run renders nothing.
     let goal = Goal {
-        count: goal.count.map(|n| n.saturating_sub(engine.refined())),
-        ..goal
+        count: (wanted.goal.count).map(|n| n.saturating_sub(engine.refined())),
+        ..wanted.goal
     };
     let tolerance = goal.until.unwrap_or(engine.show().preview.tolerance);
-    let plan = engine.plan(tolerance)?;
-    let planned = engine.now();
-    let ended = engine.refine(goal)?.ended;
+    let plan = engine.estimate().plan(tolerance)?;
+    let planned = engine.host().clock.seconds();
+    let ended = engine
+        .refine(Refinement {
+            goal,
+            ..wanted.clone()
+        })?
+        .ended;
     let ended = ended.ok_or(engine::Error::TaskLost)?;
     if ended == Ended::Stopped {
         return Err(Cancelled.into());
     }
     // The chart of what is ahead shows seconds, even where nothing was left to render.
-    engine.calibrate_cost()?;
-    let refined = engine.now();
+    engine.calibrate()?;
+    let refined = engine.host().clock.seconds();
     let playback = match engine.playback() {
         Ok(playback) => Some(playback),
         // All else of the results needs none.
         Err(engine::Error::KeyImages(_)) => None,
         Err(error) => return Err(error.into()),
     };
-    let keys = engine.now();
+    let keys = engine.host().clock.seconds();
     Ok(Loop {
         plan,
         ways,
@@ -256,7 +261,7 @@ fn refinement(engine: &Engine, ended: Ended) -> String {
     format!(
         "{} at quality {}; error {} % -> {} %, predicted ({ended})",
         count(engine.refined(), "picture"),
-        engine.refined_step().0,
+        engine.estimate().refined_step().0,
         percent(first),
         percent(last)
     )

@@ -4,8 +4,10 @@ use std::fmt::Write;
 
 use super::table::Table;
 use super::words::{count, trimmed};
-use footlight_engine::{Alpha, LampShape, StageFile, StageMaterial};
+use footlight_engine::{StageFile, StageMaterial};
 use footlight_show::printable::Printable;
+use footlight_stage::LampShape;
+use footlight_stage::texture::Alpha;
 
 /// Characters of a line at most.
 const WIDTH: usize = 240;

@@ -136,7 +136,7 @@ impl Sequence<'_> {
         let Sequence {
             engine, playback, ..
         } = self;
-        Ok(engine.player_of(playback, self.tone)?)
+        Ok(Player::fitting(playback, self.tone, engine.host().work())?)
     }
 }
 

@@ -14,7 +14,7 @@ pub fn count(n: usize, what: &str) -> String {
 
 /// The steps of quality of the coarse pictures: `at quality 1`, `at quality 1 and 2`.
 pub fn qualities(engine: &Engine) -> String {
-    match engine.coarse_steps() {
+    match engine.estimate().coarse_steps() {
         [cheap, fine] if cheap == fine => format!("at quality {}", fine.0),
         [cheap, fine] => format!("at quality {} and {}", cheap.0, fine.0),
     }

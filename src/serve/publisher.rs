@@ -85,7 +85,7 @@ impl Publisher {
     fn show(&mut self, engine: &mut Engine) -> Result<(), Error> {
         let tone = engine.tone()?;
         let held: usize = self.kept.images.iter().map(|i| size_of_val(i.data())).sum();
-        let banks = engine.bank_images_beside(held)?;
+        let banks = engine.bank_images(held)?;
         if self.kept.tone != Some(tone) || self.kept.images != banks {
             self.kept.take(&banks, tone, engine)?;
         }
@@ -143,9 +143,9 @@ fn first_images(engine: &Engine) -> String {
 
 /// How good the images are, in words.
 fn refined_images(engine: &Engine) -> String {
-    match (engine.refined(), engine.predicted_error()) {
+    match (engine.refined(), engine.estimate().predicted_error()) {
         (_, Err(_)) => String::new(),
-        (0, Ok(_)) if engine.is_final() => String::new(),
+        (0, Ok(_)) if engine.estimate().is_final() => String::new(),
         (0, Ok(error)) => format!("Coarse pictures, predicted error {} %", percent(error)),
         (refined, Ok(error)) => {
             let refined = count(refined, "refined picture");

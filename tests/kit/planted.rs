@@ -213,7 +213,8 @@ pub fn planted(random: &mut Random, n: usize, rank: usize, degrees: &[usize]) ->
             distinct.push(p);
         }
     }
-    let spanned = footlight_show::linalg::Matrix::from_fn(rank, distinct.len(), |i, j| distinct[j][i]);
+    let spanned =
+        footlight_show::linalg::Matrix::from_fn(rank, distinct.len(), |i, j| distinct[j][i]);
     let rank = footlight_show::linalg::svd(&spanned).unwrap().rank(1e-9);
     Planted {
         show,

@@ -139,7 +139,7 @@ fn a_player_shows_what_the_thresholds_say() {
 fn the_keys_of_a_show_err_little_and_the_default_is_half_precision() {
     let mut show = first(&MemoryStore::default(), "96x54");
     let playback = show.engine_mut().playback().unwrap();
-    let tone = show.engine().tone_of(playback.images());
+    let tone = show.engine().document().tone_of(playback.images());
     let [float, half] = Format::ALL.map(|format| judged(&playback, tone, format));
     assert!(float.most < 1e-3 && half.most < 0.1);
     let bytes = |format| {

@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use footlight_engine::{Engine, Goal, Host, LEASE, PoolPlace, Way, Worked};
+use footlight_engine::{Engine, Goal, Host, LEASE, PoolPlace, Refinement, Way, Worked};
 use footlight_host::files::{Disk, Folder};
 use footlight_picture::exr;
 use footlight_report::farm::{Farm, refine};
@@ -286,11 +286,11 @@ impl Farm for Lossy {
         let list = tasks::read(&Disk, list).unwrap();
         assert!(list.pool.ends_with(self.pool.file_name().unwrap()));
         let mut worker = engine(&list.show, &list.pool);
-        worker.check_tasks(&list).unwrap();
+        list.check_for(&worker).unwrap();
         for task in list.tasks.iter().rev().filter(|_| self.works) {
             let lost = self.loses && jobs.len() == 1 && task.task == 2;
             if tasks.contains(&task.task) && !lost {
-                let done = worker.work_on(&list, task, LEASE).unwrap();
+                let done = list.work_on(&mut worker, task, LEASE).unwrap();
                 assert!(matches!(done, Worked::Rendered(_)));
             }
         }
@@ -318,21 +318,20 @@ fn a_farm_that_works_backwards_and_loses_tasks_leaves_the_same_pictures() {
     };
     let alone = folder.path().join("alone");
     let mut serial = engine(&show, &alone);
-    serial.set_way(Way::Paper);
-    serial.coarse().unwrap();
+    let by_mixtures = |goal: Goal| Refinement::from(goal).by(Way::Paper);
+    serial.coarse_for(by_mixtures(Goal::count(0))).unwrap();
 
     let lossy = farm("lossy", true, true);
     let mut far = engine(&show, &lossy.pool);
-    far.set_way(Way::Paper);
-    let rendered = refine(&mut far, Goal::until(0.01), &lossy).unwrap();
+    let rendered = refine(&mut far, by_mixtures(Goal::until(0.01)), &lossy).unwrap();
     let jobs = lossy.jobs.into_inner().unwrap();
     assert_eq!(jobs[..2], [vec![1, 2, 3], vec![2]], "{jobs:?}");
     let stored = pictures(&lossy.pool);
     assert_eq!((rendered, stored.len()), (3 + far.refined(), rendered));
     assert!(far.refined() > 0 && far.steps().len() > 1);
     // The rest of the goal is there and renders nothing.
-    far.refine(Goal::until(0.01)).unwrap();
-    assert_eq!(far.statistics().rendered, 0);
+    far.refine(by_mixtures(Goal::until(0.01))).unwrap();
+    assert_eq!(far.images().statistics().rendered, 0);
     // Those of banks alone are the very files; mixtures are planned in one go there.
     let own = pictures(&alone);
     let coarse = stored.iter().filter(|(name, ..)| !name.starts_with('2'));
@@ -345,7 +344,12 @@ fn a_farm_that_works_backwards_and_loses_tasks_leaves_the_same_pictures() {
     );
 
     let idle = farm("idle", false, false);
-    let error = refine(&mut engine(&show, &idle.pool), Goal::until(0.01), &idle).unwrap_err();
+    let error = refine(
+        &mut engine(&show, &idle.pool),
+        Goal::until(0.01).into(),
+        &idle,
+    )
+    .unwrap_err();
     assert!(error.to_string().contains("3 times"), "{error}");
     assert_eq!(idle.jobs.into_inner().unwrap().len(), 3);
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use assert_cmd::Command;
-use footlight_engine::{Ended, Engine, Error, Goal, Host, Way};
+use footlight_engine::{Ended, Engine, Error, Goal, Host};
 use footlight_host::files::process::{Done, Job};
 use footlight_host::files::{Memory, MemoryStore};
 use footlight_host::work::Progress;
@@ -129,7 +129,6 @@ fn open_within(host: Host) -> Repl {
 #[test]
 fn a_renderer_with_a_scale_goes_through_the_whole_loop() {
     let mut show = open(call("linear", 3));
-    show.engine_mut().set_way(Way::Paper);
     show.execute("preview { refined 4 }").unwrap();
     let before = show.execute("plan").unwrap();
     // Beyond the scale: said once.
@@ -140,11 +139,11 @@ fn a_renderer_with_a_scale_goes_through_the_whole_loop() {
     );
     assert!(show.execute("plan").unwrap().notes.is_empty());
 
-    let ran = show.execute("run --until 0.1% -o out").unwrap();
+    let ran = show.execute("run --until 0.1% --way paper -o out").unwrap();
     assert!(ran.text.contains("at quality 3"), "{}", ran.text);
     assert!(ran.notes.is_empty(), "{:?}", ran.notes);
     let engine = show.engine_mut();
-    assert!(engine.refined() > 0 && engine.predicted_error().unwrap() < 1e-3);
+    assert!(engine.refined() > 0 && engine.estimate().predicted_error().unwrap() < 1e-3);
 
     // The pool's picture of the first cue is the renderer's own at its finest step.
     let engine = show.engine_mut();
@@ -200,7 +199,7 @@ fn a_renderer_without_a_scale_leaves_nothing_to_refine() {
     let mut show = open(call("linear", 1));
     let done = show.engine_mut().refine(Goal::default()).unwrap();
     assert_eq!(done.ended, Some(Ended::Complete));
-    assert_eq!(show.engine().predicted_error().unwrap(), 0.0);
+    assert_eq!(show.engine().estimate().predicted_error().unwrap(), 0.0);
 }
 
 #[test]

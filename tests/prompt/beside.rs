@@ -170,7 +170,7 @@ fn another_place_to_look_from_leaves_a_refinement_where_it_is() {
     let notes = finish(&mut show, &queue);
     assert_eq!(notes.len(), 1, "{notes:?}");
     // Three coarse pictures at two steps and two refined ones of the first view alone.
-    assert_eq!(show.engine().statistics().rendered, 6 + 2);
+    assert_eq!(show.engine().images().statistics().rendered, 6 + 2);
     assert_eq!(show.engine().refined(), 0);
     say(&mut show, "view house");
     show.engine_mut().coarse().unwrap();
@@ -192,10 +192,10 @@ fn a_refinement_owns_its_view() {
     say(&mut show, "undo");
     assert_eq!(picture(&mut show), house);
     say(&mut show, "view wing");
-    let rendered = show.engine().statistics().rendered;
+    let rendered = show.engine().images().statistics().rendered;
     picture(&mut show);
     assert_eq!(show.engine().refined(), 2);
-    assert_eq!(show.engine().statistics().rendered, rendered);
+    assert_eq!(show.engine().images().statistics().rendered, rendered);
 }
 
 #[test]
@@ -237,10 +237,10 @@ fn nothing_that_the_background_renders_is_rendered_in_front_of_the_prompt() {
     show.engine_mut().be_impatient();
     let first = picture(&mut show);
     say(&mut show, "refine 2 &");
-    let rendered = show.engine().statistics().rendered;
+    let rendered = show.engine().images().statistics().rendered;
     assert_eq!(picture(&mut show), first);
     say(&mut show, "set warm 30");
-    assert_eq!(show.engine().statistics().rendered, rendered);
+    assert_eq!(show.engine().images().statistics().rendered, rendered);
     let notes = finish(&mut show, &queue);
     assert_eq!(show.engine().refined(), 2, "{notes:?}");
 
@@ -252,7 +252,7 @@ fn nothing_that_the_background_renders_is_rendered_in_front_of_the_prompt() {
     assert!(refused.contains("`wait` waits for them"), "{refused}");
     assert!(say(&mut show, "set warm 30").contains("trying warm 30"));
     assert!(say(&mut show, "status").contains("coarse pictures"));
-    assert_eq!(show.engine().statistics().rendered, 0);
+    assert_eq!(show.engine().images().statistics().rendered, 0);
     finish(&mut show, &queue);
     picture(&mut show);
 }
@@ -267,13 +267,13 @@ fn a_bank_more_keeps_the_picture_in_hand() {
         "light side spot at 3, 0, 2 aim 0, 0, 1 beam 20 field 40 500 cd",
     );
     say(&mut show, "bank wash = side");
-    let before = show.engine().statistics().rendered;
+    let before = show.engine().images().statistics().rendered;
     let notes = finish(&mut show, &queue);
     assert!(notes[0].starts_with("refine 1 &"), "{notes:?}");
     // It serves the pool of the new rig, whose other coarse pictures are at hand.
     show.engine_mut().coarse().unwrap();
     assert_eq!(show.engine().refined(), 1);
-    assert_eq!(show.engine().statistics().rendered - before, 1 + 2);
+    assert_eq!(show.engine().images().statistics().rendered - before, 1 + 2);
 }
 
 #[test]
@@ -329,7 +329,7 @@ fn an_edit_of_the_coarse_step_meanwhile_makes_the_pool_of_that_step() {
         say(&mut twin, "refine 1");
         assert_eq!(settings(&show), settings(&twin), "{before} to {after}");
         assert_eq!(picture(&mut show), picture(&mut twin));
-        let error = |show: &Repl| show.engine().predicted_error().unwrap();
+        let error = |show: &Repl| show.engine().estimate().predicted_error().unwrap();
         assert_eq!(error(&show), error(&twin));
     }
 }
@@ -381,10 +381,10 @@ fn leaving_gives_up_what_is_in_hand() {
     show.engine_mut().coarse().unwrap();
     say(&mut show, "refine 5 &");
     assert!(show.execute("quit").unwrap().quit);
-    let before = show.engine().statistics().rendered;
+    let before = show.engine().images().statistics().rendered;
     assert!(queue.run());
     assert!(show.poll().is_empty());
-    assert_eq!(show.engine().statistics().rendered, before);
+    assert_eq!(show.engine().images().statistics().rendered, before);
 }
 
 /// Cancelled once the first picture is there.
@@ -454,6 +454,6 @@ proptest! {
         }
         say(&mut show, "refine until 0.5%");
         prop_assert!(show.engine().refined() >= 2);
-        prop_assert!(show.engine().predicted_error().unwrap() <= 0.005);
+        prop_assert!(show.engine().estimate().predicted_error().unwrap() <= 0.005);
     }
 }

@@ -77,7 +77,7 @@ fn check_warns_of_a_run_of_minutes() {
 fn the_next_steps_have_their_price() {
     let (mut show, _) = first(SHARED, &[]);
     show.execute("plan --next").unwrap();
-    let outlook = show.engine().forecast().unwrap();
+    let outlook = show.engine().estimate().forecast().unwrap();
     let seconds: Vec<f64> = outlook.steps.iter().map(|s| s.seconds).collect();
     // Preparation and both lights, then a picture alone.
     assert_eq!(seconds, [2.625, 0.125]);
@@ -85,7 +85,10 @@ fn the_next_steps_have_their_price() {
     let words = show.execute("plan --next 1").unwrap().text;
     assert!(words.contains("2 directions left to refine"), "{words}");
     show.execute("refine").unwrap();
-    assert_eq!(show.engine().forecast().unwrap().steps[0].seconds, 0.125);
+    assert_eq!(
+        show.engine().estimate().forecast().unwrap().steps[0].seconds,
+        0.125
+    );
     for (line, words) in [
         ("plan 3", "stands behind --next"),
         ("plan --next 3 4", "`4` is left over"),

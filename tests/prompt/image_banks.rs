@@ -51,7 +51,7 @@ fn a_show_of_images_needs_neither_stage_nor_view_and_nothing_is_left_to_refine()
     let mut show = open(&format!("{PAIR}{CUES}"), files()).unwrap();
     let plan = show.execute("plan").unwrap().text;
     assert!(plan.contains("nothing is left to refine"), "{plan}");
-    let data = show.engine().plan(0.02.into()).unwrap();
+    let data = show.engine().estimate().plan(0.02.into()).unwrap();
     assert_eq!((data.used, data.predicted.len()), (0, 1));
 
     // One sum at full precision: rendered and from the pool it is the same picture.
@@ -74,7 +74,7 @@ fn a_show_of_images_needs_neither_stage_nor_view_and_nothing_is_left_to_refine()
         show.engine_mut().refine(goal).unwrap().ended,
         Some(Ended::Complete)
     );
-    assert_eq!(show.engine().predicted_error().unwrap(), 0.0);
+    assert_eq!(show.engine().estimate().predicted_error().unwrap(), 0.0);
     assert_eq!(show.engine().refined(), 0);
 
     // The whole loop, and a step of quality that there is not.
@@ -150,7 +150,7 @@ fn images_add_to_lights_on_a_stage() {
         }
     }
     // What errs is the lamp alone, so that one refined picture is all that the plan finds.
-    assert!(!both.engine().is_final());
+    assert!(!both.engine().estimate().is_final());
     both.engine_mut().refine(Goal::default()).unwrap();
     let forecasts: Vec<f64> = both.engine().steps().iter().map(|s| s.forecast).collect();
     assert!(
@@ -242,7 +242,10 @@ fn the_example_runs() {
     };
     let text = std::fs::read(folder.join("images.lxq")).unwrap();
     let mut show = prompt("images.lxq", &text, host).unwrap();
-    assert!(show.engine().is_final() && show.engine().document().diagnostics().list.is_empty());
+    assert!(
+        show.engine().estimate().is_final()
+            && show.engine().document().diagnostics().list.is_empty()
+    );
     show.execute("run --keys -o out").unwrap();
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::dice::Dice;
 use crate::{Stopped, prompt};
-use footlight_engine::{Ended, Goal, Host, Way};
+use footlight_engine::{Ended, Goal, Host, Refinement, Way};
 use footlight_host::files::{Folder, MemoryStore};
 use footlight_host::work::Work;
 use footlight_picture::Image;
@@ -186,10 +186,10 @@ fn what_is_asked_for_is_met_in_truth() {
                 (0.05, Way::Auto),
             ] {
                 let mut repl = open(show, salt);
-                repl.engine_mut().set_way(way);
-                let done = repl.engine_mut().refine(Goal::until(until)).unwrap();
+                let wanted = Refinement::from(Goal::until(until)).by(way);
+                let done = repl.engine_mut().refine(wanted).unwrap();
                 let truth = true_error(&mut repl);
-                let predicted = repl.engine().predicted_error().unwrap();
+                let predicted = repl.engine().estimate().predicted_error().unwrap();
                 assert!(
                     predicted < 1.6 * truth && truth < 1.2 * predicted,
                     "{show} {salt} {until}: {predicted} for {truth}"
@@ -232,12 +232,12 @@ fn pictures_of_a_bank_are_averaged_by_their_precision() {
 #[test]
 fn banks_alone_are_rendered_no_finer_than_their_noise_asks_for() {
     let mut repl = open("first.lxq", 3);
-    repl.engine_mut().set_way(Way::Alone);
     for (until, rendered) in [(0.9, 4), (0.2, 8)] {
-        let done = repl.engine_mut().refine(Goal::until(until)).unwrap();
+        let wanted = Refinement::from(Goal::until(until)).by(Way::Alone);
+        let done = repl.engine_mut().refine(wanted).unwrap();
         assert_eq!(done.ended, Some(Ended::Reached), "{until}");
         assert!(true_error(&mut repl) < 1.1 * until, "{until}");
-        let found = repl.engine().statistics().rendered;
+        let found = repl.engine().images().statistics().rendered;
         assert!(found <= rendered, "{until}: {found} pictures");
     }
 }

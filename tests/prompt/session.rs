@@ -524,10 +524,10 @@ fn an_error_is_reached_by_the_show_as_it_is_now() {
     let mut show = prompt("t.lxq", text.as_bytes(), host).unwrap();
     let until = |error: f64| Goal::until(error);
     show.engine_mut().refine(Goal::count(2)).unwrap();
-    let before = show.engine().predicted_error().unwrap();
+    let before = show.engine().estimate().predicted_error().unwrap();
     show.execute("cue 3 \"Top\" at 0:05 { time 3  over 100  cool 100 }")
         .unwrap();
-    let after = show.engine().predicted_error().unwrap();
+    let after = show.engine().estimate().predicted_error().unwrap();
     assert!(after > 4.0 * before, "{before} {after}");
     let refined = show.engine().refined();
     show.engine_mut().refine(until(after / 2.0)).unwrap();
@@ -535,7 +535,7 @@ fn an_error_is_reached_by_the_show_as_it_is_now() {
         show.engine().refined() > refined,
         "nothing was refined for the new look"
     );
-    assert!(show.engine().predicted_error().unwrap() <= after / 2.0);
+    assert!(show.engine().estimate().predicted_error().unwrap() <= after / 2.0);
 }
 
 /// No more is modelled than a scene needs: an estimate that leaves room three times over is
@@ -545,8 +545,8 @@ fn a_tolerance_with_room_needs_no_refined_picture() {
     let after = |share: f64| {
         let (mut show, _) = open();
         show.engine_mut().coarse().unwrap();
-        let goal = Goal::until(share * show.engine().predicted_error().unwrap());
-        let ran = report::run::run(show.engine_mut(), goal, Path::new("out"), false);
+        let goal = Goal::until(share * show.engine().estimate().predicted_error().unwrap());
+        let ran = report::run::run(show.engine_mut(), &goal.into(), Path::new("out"), false);
         let ended = ran.unwrap().ended;
         assert!(ended == Ended::Reached, "{share}: {ended:?}");
         show.engine().refined()

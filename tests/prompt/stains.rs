@@ -150,9 +150,13 @@ fn a_stain_that_the_average_hides_is_refined_first() {
     let norm = plan::sequence_norm(pool.gram(), &plan::second_moment(keys));
     let average = plan::forecast(keys, &[], pool.weighting(), Some(norm)).unwrap();
     assert!(average < 0.005, "hidden: {average}");
-    let worst = engine.worst_moment(ErrorUnit::Light).unwrap().unwrap();
+    let worst = engine
+        .estimate()
+        .worst_moment(ErrorUnit::Light)
+        .unwrap()
+        .unwrap();
     assert_eq!(engine.show().cues[worst.cue].number.to_string(), "2");
-    let first = &engine.forecast().unwrap().steps[0].setting;
+    let first = &engine.estimate().forecast().unwrap().steps[0].setting;
     assert!(first[1].abs() > 3.0 * first[0].abs(), "{first:?}");
 
     show.engine_mut().refine(Goal::count(1)).unwrap();
@@ -167,7 +171,11 @@ fn a_tolerance_as_displayed_holds_where_it_is_seen() {
         let goal = Goal::until(Tolerance::steps(until));
         show.engine_mut().refine(goal).unwrap();
         let [_, steps] = side_cue(&mut show);
-        let told = show.engine().predicted_in(ErrorUnit::Steps).unwrap();
+        let told = show
+            .engine()
+            .estimate()
+            .predicted_in(ErrorUnit::Steps)
+            .unwrap();
         assert!(told <= until && steps <= until, "{until}: {told} {steps}");
     }
 }

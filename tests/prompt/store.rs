@@ -176,7 +176,7 @@ fn what_is_stored_has_no_price() {
     first.show.engine_mut().coarse().unwrap();
     let mut session = Session::open(SHOW, store, PLENTY);
     session.show.engine_mut().coarse().unwrap();
-    let outlook = session.show.engine().forecast().unwrap();
+    let outlook = session.show.engine().estimate().forecast().unwrap();
     let free = |s: &NextImage| s.stored && s.seconds == 0.0;
     assert!(!outlook.steps.is_empty() && outlook.steps.iter().all(free));
     let told = session.show.execute("plan --next").unwrap().text;
@@ -186,7 +186,7 @@ fn what_is_stored_has_no_price() {
     assert_eq!(session.rendered(), 0);
     let mut fresh = Session::open(SHOW, MemoryStore::default(), PLENTY);
     fresh.show.engine_mut().coarse().unwrap();
-    let steps = fresh.show.engine().forecast().unwrap().steps;
+    let steps = fresh.show.engine().estimate().forecast().unwrap().steps;
     assert_eq!(steps.len(), outlook.steps.len());
     assert!(steps.iter().all(|s| !s.stored && s.seconds > 0.0));
 }
@@ -209,7 +209,7 @@ fn grouping_banks_adds_up_what_is_there() {
         session.show.engine_mut().coarse().unwrap();
         assert_eq!(session.rendered(), 0);
         assert_eq!(
-            session.show.engine().statistics().summed,
+            session.show.engine().images().statistics().summed,
             2,
             "one at each coarse quality"
         );
@@ -333,11 +333,11 @@ fn pictures_that_were_found_say_nothing_of_the_machines_speed() {
         before.show.engine_mut().coarse().unwrap();
         let mut session = Session::timed(SHOW, store, PLENTY, seconds);
         session.show.engine_mut().coarse().unwrap();
-        let first = session.show.engine().forecast().unwrap().steps[0].seconds;
+        let first = session.show.engine().estimate().forecast().unwrap().steps[0].seconds;
         session.refine(1);
         (
             first,
-            session.show.engine().forecast().unwrap().steps[0].seconds,
+            session.show.engine().estimate().forecast().unwrap().steps[0].seconds,
         )
     };
     let (fast, slow) = (told(1e-3), told(1e3));

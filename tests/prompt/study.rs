@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use crate::operator::Altered;
 use crate::{Ticking, prompt};
-use footlight_engine::{Ended, Goal, Host, Way};
+use footlight_engine::{Ended, Goal, Host, Refinement, Way};
 use footlight_host::files::{Disk, Folder, MemoryStore, Store};
 use footlight_picture::Image;
 use footlight_picture::exr::{self, Precision};
@@ -257,11 +257,11 @@ fn stubborn() -> Repl {
 fn a_renderer_that_ignores_quality_leaves_no_error_and_nothing_to_refine() {
     for way in [Way::Paper, Way::Auto] {
         let mut show = stubborn();
-        show.engine_mut().set_way(way);
-        let ended = show.engine_mut().refine(Goal::until(0.01)).unwrap().ended;
+        let wanted = Refinement::from(Goal::until(0.01)).by(way);
+        let ended = show.engine_mut().refine(wanted).unwrap().ended;
         assert_eq!(ended, Some(Ended::Complete), "{way:?}");
         assert_eq!(show.engine().refined(), 0);
-        assert_eq!(show.engine().predicted_error().unwrap(), 0.0);
+        assert_eq!(show.engine().estimate().predicted_error().unwrap(), 0.0);
         let pool = show.engine().pool().unwrap();
         assert!(pool.has_no_estimated_error(), "{way:?}");
     }

@@ -35,9 +35,9 @@ fn check_warns_of_a_bank_without_light_once_pictures_are_there_and_renders_none(
     let mut show = open();
     let before = said(&mut show, "check");
     assert!(!before.contains("W018"), "{before}");
-    assert_eq!(show.engine().statistics().rendered, 0);
+    assert_eq!(show.engine().images().statistics().rendered, 0);
     said(&mut show, "picture");
-    let rendered = show.engine().statistics().rendered;
+    let rendered = show.engine().images().statistics().rendered;
     let after = said(&mut show, "check");
     let warning = "\
 warning[W018]: `low` at full puts no light into view `house`
@@ -50,7 +50,7 @@ warning[W018]: `low` at full puts no light into view `house`
 ";
     assert!(after.starts_with(warning), "{after}");
     assert!(after.ends_with("no errors, 1 warning"), "{after}");
-    assert_eq!(show.engine().statistics().rendered, rendered);
+    assert_eq!(show.engine().images().statistics().rendered, rendered);
     let dark = said(&mut show, "picture --bank low");
     assert!(dark.ends_with("dark: no light in sight"), "{dark}");
     said(

@@ -64,9 +64,9 @@ fn one_step_is_enough_where_pictures_share_their_work() {
         let done = show.engine_mut().refine(Goal::until(until)).unwrap();
         let engine = show.engine();
         assert_eq!((done.ended, engine.refined()), (Some(Ended::Reached), 0));
-        assert_eq!(engine.coarse_steps().map(|q| q.0), [quality; 2]);
+        assert_eq!(engine.estimate().coarse_steps().map(|q| q.0), [quality; 2]);
         assert_eq!(rendered.load(Ordering::Relaxed), 2, "each bank once");
-        let error = engine.predicted_error().unwrap();
+        let error = engine.estimate().predicted_error().unwrap();
         assert!((error - STATED[usize::from(quality) - 1]).abs() < 1e-12);
     }
 }
@@ -81,8 +81,8 @@ fn steps_of_the_display_are_an_error_too() {
     assert!(text.contains("every bank alone at quality 2"), "{text}");
     say(&mut show, "refine until 12 steps");
     let engine = show.engine();
-    assert_eq!(engine.coarse_steps().map(|q| q.0), [2; 2]);
-    let error = engine.predicted_in(ErrorUnit::Steps).unwrap();
+    assert_eq!(engine.estimate().coarse_steps().map(|q| q.0), [2; 2]);
+    let error = engine.estimate().predicted_in(ErrorUnit::Steps).unwrap();
     assert!((error - 10.0).abs() < 1e-9, "as stated: {error}");
     let ran = say(&mut show, "run --until 12steps -o out");
     assert!(ran.contains("tolerance reached"), "{ran}");
@@ -113,9 +113,9 @@ fn mixtures_win_where_a_picture_costs_what_a_picture_costs() {
     let (mut show, rendered) = open_show("sketch/sketch.lxq", Some(each), &store);
     show.engine_mut().coarse().unwrap();
     let before = rendered.load(Ordering::Relaxed);
-    let until = 0.9 * show.engine().predicted_error().unwrap();
+    let until = 0.9 * show.engine().estimate().predicted_error().unwrap();
     assert!(until > STATED[2]);
-    let ways = show.engine().ways(&Goal::until(until)).unwrap();
+    let ways = show.engine().estimate().ways(&Goal::until(until)).unwrap();
     let mixed = &ways[0];
     assert_eq!(mixed.way, Way::Paper, "{ways:?}");
     assert_eq!(mixed.seconds, 60.0 * mixed.mixed as f64);
@@ -126,8 +126,7 @@ fn mixtures_win_where_a_picture_costs_what_a_picture_costs() {
     assert!(rendered.load(Ordering::Relaxed) - before < 5);
     // By name it is the other one.
     say(&mut show, "refine until 0.2% --way alone");
-    assert_eq!(show.engine().coarse_steps().map(|q| q.0), [3; 2]);
-    assert_eq!(show.engine().way(), Way::Auto);
+    assert_eq!(show.engine().estimate().coarse_steps().map(|q| q.0), [3; 2]);
 }
 
 #[test]
@@ -138,7 +137,7 @@ fn a_way_is_taken_by_name() {
     let text = say(&mut show, "plan --tolerance 5%");
     assert!(text.contains("every bank alone at quality 1"), "{text}");
     say(&mut show, "refine until 0.1% --way paper");
-    assert_eq!(show.engine().coarse_steps().map(|q| q.0), [1, 1]);
+    assert_eq!(show.engine().estimate().coarse_steps().map(|q| q.0), [1, 1]);
     assert!(show.engine().refined() > 0);
     let text = say(&mut show, "plan --way shortest");
     assert!(text.contains("it is auto, paper or alone"), "{text}");
@@ -166,7 +165,7 @@ fn what_is_rendered_serves_on() {
     show.engine_mut().refine(Goal::until(0.02)).unwrap();
     say(&mut show, "cue 2 { lamp 60 }");
     show.engine_mut().coarse().unwrap();
-    assert_eq!(show.engine().coarse_steps().map(|q| q.0), [2; 2]);
+    assert_eq!(show.engine().estimate().coarse_steps().map(|q| q.0), [2; 2]);
     assert_eq!(
         rendered.load(Ordering::Relaxed),
         2,
@@ -232,7 +231,7 @@ fn what_is_promised_of_a_room_is_true() {
         .flat_map(both)
         .map(|time| engine.setting(time))
         .collect();
-    let finest = engine.finest();
+    let finest = engine.estimate().finest();
     let truth: Vec<Image> = settings
         .iter()
         .map(|s| apart.engine_mut().render(s, finest).unwrap())
@@ -241,14 +240,14 @@ fn what_is_promised_of_a_room_is_true() {
     for until in [0.02, 0.01, 0.004] {
         let ended = engine.refine(Goal::until(until)).unwrap().ended;
         assert_eq!(ended, Some(Ended::Reached));
-        assert!(engine.predicted_error().unwrap() <= until);
+        assert!(engine.estimate().predicted_error().unwrap() <= until);
         for (setting, truth) in settings.iter().zip(&truth) {
             let shown = engine.picture_of(setting).unwrap();
             let off = combine(truth.size(), &[(1.0, &shown), (-1.0, truth)], 1);
             let error = (dot(&off, &off) / dot(truth, truth).max(1e-30)).sqrt();
             assert!(error <= until, "{until}: {error}");
         }
-        steps.push(engine.coarse_steps()[1].0);
+        steps.push(engine.estimate().coarse_steps()[1].0);
     }
     assert_eq!(steps, [1, 2, 3], "no finer than it must be");
 }

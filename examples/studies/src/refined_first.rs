@@ -118,7 +118,7 @@ fn the_trial_foretells_what_the_pool_shows() {
         .unwrap();
     let settings = &order[..3];
     engine.coarse().unwrap();
-    let refined = engine.refined_step();
+    let refined = engine.estimate().refined_step();
     let mut render = |s: &[f64]| engine.render(s, refined).unwrap();
     let pictures: Vec<Image> = settings.iter().map(|s| render(s)).collect();
     let look: Vec<f64> = (0..order[0].len())

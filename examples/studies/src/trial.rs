@@ -278,7 +278,10 @@ pub fn trial(engine: &Engine) -> Result<Trial, Box<dyn std::error::Error>> {
     let coarse = engine.show().preview.coarse;
     let steps = [coarse, coarse + 1, coarse + 2].map(Quality);
     let units = Pool::unit_settings(engine.show().coordinates().len());
-    let setup = engine.setup().ok_or("the show has no stage or view")?;
+    let setup = engine
+        .document()
+        .setup()
+        .ok_or("the show has no stage or view")?;
     let work = Work::silent();
     let render = |step| -> Result<Vec<Image>, TransportError> {
         let mut operator = engine.host().renderer.prepare(setup, step, work)?;
@@ -287,7 +290,7 @@ pub fn trial(engine: &Engine) -> Result<Trial, Box<dyn std::error::Error>> {
     let [coarser, coarse, refined] = steps.map(render);
     let (coarser, coarse, refined) = (coarser?, coarse?, refined?);
     let keys = engine.document().keys().clone();
-    let moments = engine.settings_of_cues();
+    let moments = engine.estimate().settings_of_cues();
     let trial = Trial::new(keys, moments, [&coarser, &coarse, &refined], work)?;
     Ok(trial.ok_or("the show has no banks")?)
 }

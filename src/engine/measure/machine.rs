@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::Engine;
+use crate::{Engine, Host};
 
 /// Where something was measured.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -20,6 +20,11 @@ pub struct Machine {
 }
 
 impl Machine {
+    /// The machine of a host.
+    pub fn of(host: &Host) -> Machine {
+        Machine::here(host.threads, host.processor.clone())
+    }
+
     /// This machine, as far as the standard library tells; the processor's name is the embedding
     /// program's to find.
     pub fn here(threads: usize, processor: Option<String>) -> Machine {
@@ -41,17 +46,12 @@ pub struct Origin {
     pub machine: Machine,
 }
 
-impl Engine {
-    /// The show and the machine that a result is of.
-    pub fn origin(&self) -> Origin {
+impl Origin {
+    /// The show of an engine, and its machine.
+    pub fn of(engine: &Engine) -> Origin {
         Origin {
-            subject: self.show().title.clone(),
-            machine: self.machine(),
+            subject: engine.show().title.clone(),
+            machine: Machine::of(engine.host()),
         }
-    }
-
-    /// The machine that measures.
-    pub fn machine(&self) -> Machine {
-        Machine::here(self.host.threads, self.host.processor.clone())
     }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Serialize, Serializer};
 
 use super::Machine;
+use super::comparison::{alone_each, bank_names};
 use crate::{Engine, Error};
 use footlight_picture::Image;
 use footlight_transport::{Quality, QualityParameter, Transport as _};
@@ -67,96 +68,96 @@ fn by_name<S: Serializer>(sets: &[QualityParameter], out: S) -> Result<S::Ok, S:
     named.serialize(out)
 }
 
-impl Engine {
-    /// What each step of quality sets for this show and what it will cost; also what it does cost,
-    /// when `measure`d.
-    ///
-    /// # Errors
-    /// [`Error::NoSetup`], [`Error::NoBanks`], else what rendering says.
-    pub fn measure_quality(&self, measure: bool) -> Result<QualityForecast, Error> {
-        let settings = self.alone_each(&self.bank_names()?)?;
-        // Three for an rgb bank; the fixed lights are a source that no bank lights.
-        let sources = together(&settings).iter().filter(|s| **s != 0.0).count() as f64;
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let operator = rendering.layered(self.host.renderer.as_ref());
-        let pace = self.measure_pace()?;
-        let mut out = QualityForecast {
-            show: self.show().title.clone(),
-            operator: operator.name().to_owned(),
-            machine: self.machine(),
-            pace,
-            steps: Vec::new(),
+/// What each step of quality sets for this show and what it will cost; also what it does cost,
+/// when `measure`d.
+///
+/// # Errors
+/// [`Error::NoSetup`], [`Error::NoBanks`], else what rendering says.
+pub fn measure(engine: &Engine, measure: bool) -> Result<QualityForecast, Error> {
+    let settings = alone_each(engine, &bank_names(engine)?)?;
+    // Three for an rgb bank; the fixed lights are a source that no bank lights.
+    let sources = together(&settings).iter().filter(|s| **s != 0.0).count() as f64;
+    let estimate = engine.estimate();
+    let rendering = estimate.rendering()?;
+    let operator = rendering.layered(engine.host.renderer.as_ref());
+    let pace = estimate.measure_pace()?;
+    let mut out = QualityForecast {
+        show: engine.show().title.clone(),
+        operator: operator.name().to_owned(),
+        machine: Machine::of(engine.host()),
+        pace,
+        steps: Vec::new(),
+    };
+    for quality in 1..=operator.finest().0 {
+        let step = Quality(quality);
+        let sets = operator.quality_parameters(&rendering.setup, step)?;
+        let cost = operator.cost(&rendering.setup, step);
+        let predicted = Seconds {
+            prepare: cost.prepare * pace,
+            banks: (cost.per_source * sources + cost.per_lone * settings.len() as f64) * pace,
+            picture: cost.per_image * pace,
         };
-        for quality in 1..=operator.finest().0 {
-            let step = Quality(quality);
-            let sets = operator.quality_parameters(&rendering.setup, step)?;
-            let cost = operator.cost(&rendering.setup, step);
-            let predicted = Seconds {
-                prepare: cost.prepare * pace,
-                banks: (cost.per_source * sources + cost.per_lone * settings.len() as f64) * pace,
-                picture: cost.per_image * pace,
-            };
-            out.steps.push(Step {
-                quality,
-                sets,
-                predicted,
-                measured: None,
-            });
-        }
-        if measure {
-            let total = out.steps.len();
-            for (done, step) in out.steps.iter_mut().enumerate() {
-                self.host.progress.report("measuring steps", done, total);
-                step.measured = Some(self.measured(&settings, Quality(step.quality), 0)?.1);
-            }
-        }
-        Ok(out)
+        out.steps.push(Step {
+            quality,
+            sets,
+            predicted,
+            measured: None,
+        });
     }
+    if measure {
+        let total = out.steps.len();
+        for (done, step) in out.steps.iter_mut().enumerate() {
+            engine.host.progress.report("measuring steps", done, total);
+            step.measured = Some(measured(engine, &settings, Quality(step.quality), 0)?.1);
+        }
+    }
+    Ok(out)
+}
 
-    /// Pictures of settings at a quality, from nothing prepared, and the seconds of the fastest of
-    /// a few runs.
-    pub(super) fn measured(
-        &self,
-        settings: &[Vec<f64>],
-        quality: Quality,
-        held: usize,
-    ) -> Result<(Vec<Image>, Seconds), Error> {
-        let mut best = self.measured_once(settings, quality, held)?;
-        let mut spent = best.1.total() + best.1.picture;
-        for _ in 1..RUNS {
-            if spent > ENOUGH {
-                break;
-            }
-            let found = self.measured_once(settings, quality, held)?;
-            spent += found.1.total() + found.1.picture;
-            if found.1.total() < best.1.total() {
-                best = found;
-            }
+/// Pictures of settings at a quality, from nothing prepared, and the seconds of the fastest of
+/// a few runs.
+pub(super) fn measured(
+    engine: &Engine,
+    settings: &[Vec<f64>],
+    quality: Quality,
+    held: usize,
+) -> Result<(Vec<Image>, Seconds), Error> {
+    let mut best = measured_once(engine, settings, quality, held)?;
+    let mut spent = best.1.total() + best.1.picture;
+    for _ in 1..RUNS {
+        if spent > ENOUGH {
+            break;
         }
-        Ok(best)
+        let found = measured_once(engine, settings, quality, held)?;
+        spent += found.1.total() + found.1.picture;
+        if found.1.total() < best.1.total() {
+            best = found;
+        }
     }
+    Ok(best)
+}
 
-    fn measured_once(
-        &self,
-        settings: &[Vec<f64>],
-        quality: Quality,
-        held: usize,
-    ) -> Result<(Vec<Image>, Seconds), Error> {
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let (work, clock) = (self.work().holding(held), self.host.clock.as_ref());
-        let begin = clock.seconds();
-        let mut operator = rendering.prepare(self.host.renderer.as_ref(), quality, work)?;
-        let prepared = clock.seconds();
-        let images = operator.render(settings, work)?;
-        let done = clock.seconds();
-        operator.render(&[together(settings)], work)?;
-        let seconds = Seconds {
-            prepare: prepared - begin,
-            banks: done - prepared,
-            picture: clock.seconds() - done,
-        };
-        Ok((images, seconds))
-    }
+fn measured_once(
+    engine: &Engine,
+    settings: &[Vec<f64>],
+    quality: Quality,
+    held: usize,
+) -> Result<(Vec<Image>, Seconds), Error> {
+    let estimate = engine.estimate();
+    let rendering = estimate.rendering()?;
+    let (work, clock) = (engine.work().holding(held), engine.host.clock.as_ref());
+    let begin = clock.seconds();
+    let mut operator = rendering.prepare(engine.host.renderer.as_ref(), quality, work)?;
+    let prepared = clock.seconds();
+    let images = operator.render(settings, work)?;
+    let done = clock.seconds();
+    operator.render(&[together(settings)], work)?;
+    let seconds = Seconds {
+        prepare: prepared - begin,
+        banks: done - prepared,
+        picture: clock.seconds() - done,
+    };
+    Ok((images, seconds))
 }
 
 /// All of the settings at once.

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use super::quality::Seconds;
+use super::comparison::{alone_each, bank_names};
+use super::quality::{Seconds, measured};
 use super::{BankError, Origin, Reference, difference};
 use crate::{Engine, Error};
 use footlight_transport::Quality;
@@ -93,73 +94,72 @@ pub fn pareto(points: &[(f64, Option<f64>)]) -> Vec<bool> {
     points.iter().map(on).collect()
 }
 
-impl Engine {
-    /// Error against time over the scale of quality, every bank alone: against the pictures in
-    /// `folder`, or against the finest step. Pixels beside an emitter are left out where others
-    /// are seen.
-    ///
-    /// # Errors
-    /// As [`Engine::compare`].
-    pub fn measure_tradeoff(&self, folder: Option<&Path>) -> Result<Tradeoff, Error> {
-        let names = self.bank_names()?;
-        let settings = self.alone_each(&names)?;
-        let rendering = self.rendering.as_ref().ok_or(Error::NoSetup)?;
-        let work = self.work();
-        let finest = rendering.finest(self.host.renderer.as_ref()).0;
-        let size = (rendering.setup.view.width, rendering.setup.view.height);
-        let near = emitter_mask::emitters(&rendering.setup, work)?;
-        let counted = difference::away_from(&near, size.0);
-        let report = |done: u8| {
-            let (done, total) = (usize::from(done), usize::from(finest));
-            self.host.progress.report("measuring steps", done, total);
-        };
-        report(0);
-        let mut last = None;
-        let references = match folder {
-            Some(folder) => {
-                let store = self.host.store.as_ref();
-                Reference::load(store, folder, &names, size, work.memory)?
-            }
-            None => {
-                let (images, seconds) = self.measured(&settings, Quality(finest), 0)?;
-                last = Some(seconds);
-                images.into_iter().map(Reference::of).collect()
-            }
-        };
-        let step_of = |quality, seconds: Seconds, errors: Vec<Option<f64>>| Measured {
-            quality,
-            prepare: seconds.prepare,
-            render: seconds.banks,
-            banks: names.iter().cloned().zip(errors).collect(),
-        };
-        let held = references.iter().map(Reference::bytes).sum();
-        let mut steps = Vec::new();
-        for quality in 1..=finest {
-            if let Some(seconds) = last.filter(|_| quality == finest) {
-                steps.push(step_of(quality, seconds, vec![Some(0.0); names.len()]));
-                continue;
-            }
-            let (images, seconds) = self.measured(&settings, Quality(quality), held)?;
-            let pairs = names.iter().zip(images.iter().zip(&references));
-            let errors = pairs.map(|(n, (i, r))| BankError::new(n, i, r, &counted).judged());
-            steps.push(step_of(quality, seconds, errors.collect()));
-            report(quality);
+/// Error against time over the scale of quality, every bank alone: against the pictures in
+/// `folder`, or against the finest step. Pixels beside an emitter are left out where others
+/// are seen.
+///
+/// # Errors
+/// As [`Engine::compare`].
+pub fn measure(engine: &Engine, folder: Option<&Path>) -> Result<Tradeoff, Error> {
+    let names = bank_names(engine)?;
+    let settings = alone_each(engine, &names)?;
+    let estimate = engine.estimate();
+    let rendering = estimate.rendering()?;
+    let work = engine.work();
+    let finest = rendering.finest(engine.host.renderer.as_ref()).0;
+    let size = (rendering.setup.view.width, rendering.setup.view.height);
+    let near = emitter_mask::emitters(&rendering.setup, work)?;
+    let counted = difference::away_from(&near, size.0);
+    let report = |done: u8| {
+        let (done, total) = (usize::from(done), usize::from(finest));
+        engine.host.progress.report("measuring steps", done, total);
+    };
+    report(0);
+    let mut last = None;
+    let references = match folder {
+        Some(folder) => {
+            let store = engine.host.store.as_ref();
+            Reference::load(store, folder, &names, size, work.memory)?
         }
-        // Where nothing but lamps is seen they are counted.
-        let left_out = near.contains(&true) && counted.contains(&true);
-        let noise_free = references.iter().all(|r| r.halves.is_some());
-        Ok(Tradeoff {
-            origin: self.origin(),
-            against: match folder {
-                Some(_) => Against::References { noise_free },
-                None => Against::Quality(finest),
-            },
-            without_emitters: left_out,
-            coarse: self.coarse_steps()[1].0,
-            refined: self.refined_step().0,
-            steps,
-        })
+        None => {
+            let (images, seconds) = measured(engine, &settings, Quality(finest), 0)?;
+            last = Some(seconds);
+            images.into_iter().map(Reference::of).collect()
+        }
+    };
+    let step_of = |quality, seconds: Seconds, errors: Vec<Option<f64>>| Measured {
+        quality,
+        prepare: seconds.prepare,
+        render: seconds.banks,
+        banks: names.iter().cloned().zip(errors).collect(),
+    };
+    let held = references.iter().map(Reference::bytes).sum();
+    let mut steps = Vec::new();
+    for quality in 1..=finest {
+        if let Some(seconds) = last.filter(|_| quality == finest) {
+            steps.push(step_of(quality, seconds, vec![Some(0.0); names.len()]));
+            continue;
+        }
+        let (images, seconds) = measured(engine, &settings, Quality(quality), held)?;
+        let pairs = names.iter().zip(images.iter().zip(&references));
+        let errors = pairs.map(|(n, (i, r))| BankError::new(n, i, r, &counted).judged());
+        steps.push(step_of(quality, seconds, errors.collect()));
+        report(quality);
     }
+    // Where nothing but lamps is seen they are counted.
+    let left_out = near.contains(&true) && counted.contains(&true);
+    let noise_free = references.iter().all(|r| r.halves.is_some());
+    Ok(Tradeoff {
+        origin: Origin::of(engine),
+        against: match folder {
+            Some(_) => Against::References { noise_free },
+            None => Against::Quality(finest),
+        },
+        without_emitters: left_out,
+        coarse: estimate.coarse_steps()[1].0,
+        refined: estimate.refined_step().0,
+        steps,
+    })
 }
 
 #[cfg(test)]

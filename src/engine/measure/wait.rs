@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
-use crate::{Engine, Error};
+use crate::{Document, Engine, Error};
 use footlight_show::model::LightKind;
 use footlight_transport::{Cost, Quality};
 
@@ -30,66 +30,65 @@ pub struct LongRun {
 /// Polygons of one panel that make a show slow to compute: few sets glow in more.
 const MANY_LAMPS: usize = 200;
 
-impl Engine {
-    /// The run of this show, where it takes long on this machine; `None` where it does not, or
-    /// where the show has nothing to render.
-    ///
-    /// # Errors
-    /// What rendering says; on cancel.
-    pub fn long_run(&self) -> Result<Option<LongRun>, Error> {
-        let Some(rendering) = &self.rendering else {
-            return Ok(None);
-        };
-        let sources = rendering.sources() as f64;
-        let mut costs = BTreeMap::new();
-        let mut units = |coarse, refined| -> Result<f64, Error> {
-            let [cheap, fine] = self.coarse_pair_at(coarse);
-            let steps = [cheap, fine, self.refined_step_at(coarse, refined)].map(|q| q.0);
-            for step in steps {
-                if let Entry::Vacant(vacant) = costs.entry(step) {
-                    vacant.insert(self.cost(Quality(step))?);
-                }
-            }
-            Ok(run_cost(&costs, steps, sources))
-        };
-        let preview = &self.show().preview;
-        let whole = units(preview.coarse, preview.refined)?;
-        if whole < SURELY_SHORT {
-            return Ok(None);
-        }
-        let pace = self.measure_pace()?;
-        if whole * pace < LONG {
-            return Ok(None);
-        }
-        let mut instead = None;
-        for refined in (1..=preview.refined).rev() {
-            let coarse = preview.coarse.min(refined.saturating_sub(1).max(1));
-            let seconds = units(coarse, refined)? * pace;
-            if seconds < LONG {
-                instead = Some((coarse, refined, seconds));
-                break;
+/// The run of this show, where it takes long on this machine; `None` where it does not, or
+/// where the show has nothing to render.
+///
+/// # Errors
+/// What rendering says; on cancel.
+pub fn long_run(engine: &Engine) -> Result<Option<LongRun>, Error> {
+    let estimate = engine.estimate();
+    let Ok(rendering) = estimate.rendering() else {
+        return Ok(None);
+    };
+    let sources = rendering.sources() as f64;
+    let mut costs = BTreeMap::new();
+    let mut units = |coarse, refined| -> Result<f64, Error> {
+        let [cheap, fine] = estimate.coarse_pair_at(coarse);
+        let steps = [cheap, fine, estimate.refined_step_at(coarse, refined)].map(|q| q.0);
+        for step in steps {
+            if let Entry::Vacant(vacant) = costs.entry(step) {
+                vacant.insert(estimate.cost(Quality(step))?);
             }
         }
-        Ok(Some(LongRun {
-            seconds: whole * pace,
-            instead,
-            many_lamps: self.many_lamps(),
-        }))
+        Ok(run_cost(&costs, steps, sources))
+    };
+    let preview = &engine.show().preview;
+    let whole = units(preview.coarse, preview.refined)?;
+    if whole < SURELY_SHORT {
+        return Ok(None);
     }
+    let pace = estimate.measure_pace()?;
+    if whole * pace < LONG {
+        return Ok(None);
+    }
+    let mut instead = None;
+    for refined in (1..=preview.refined).rev() {
+        let coarse = preview.coarse.min(refined.saturating_sub(1).max(1));
+        let seconds = units(coarse, refined)? * pace;
+        if seconds < LONG {
+            instead = Some((coarse, refined, seconds));
+            break;
+        }
+    }
+    Ok(Some(LongRun {
+        seconds: whole * pace,
+        instead,
+        many_lamps: many_lamps(&engine.document),
+    }))
+}
 
-    fn many_lamps(&self) -> Option<(String, usize)> {
-        let scene = &self.setup()?.scene;
-        let panels = self.show().lights.iter().filter_map(|light| {
-            let LightKind::Panel { material, .. } = &light.kind else {
-                return None;
-            };
-            let number = scene.materials.iter().position(|m| m.name == *material)?;
-            let lamps = scene.polygons.iter().filter(|p| p.material == number);
-            Some((light.name.clone(), lamps.count()))
-        });
-        let most = panels.max_by_key(|(_, lamps)| *lamps);
-        most.filter(|(_, lamps)| *lamps > MANY_LAMPS)
-    }
+fn many_lamps(document: &Document) -> Option<(String, usize)> {
+    let scene = &document.setup()?.scene;
+    let panels = document.show().lights.iter().filter_map(|light| {
+        let LightKind::Panel { material, .. } = &light.kind else {
+            return None;
+        };
+        let number = scene.materials.iter().position(|m| m.name == *material)?;
+        let lamps = scene.polygons.iter().filter(|p| p.material == number);
+        Some((light.name.clone(), lamps.count()))
+    });
+    let most = panels.max_by_key(|(_, lamps)| *lamps);
+    most.filter(|(_, lamps)| *lamps > MANY_LAMPS)
 }
 
 /// Units of all sources alone at both coarse steps and one picture of all at the refined one, from

@@ -3,10 +3,10 @@
 use proptest::prelude::*;
 
 use super::*;
+use crate::planted::*;
 use footlight_show::linalg::Matrix;
 use footlight_show::model::{Show, Trigger};
 use footlight_show::timeline::Timeline;
-use crate::planted::*;
 
 fn keys_of(show: &Show) -> Option<KeySequence> {
     let timeline = Timeline::new(show).ok()?;

@@ -375,8 +375,8 @@ mod tests {
     #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
     use super::*;
-    use footlight_show::timeline::Timeline;
     use crate::planted::empty;
+    use footlight_show::timeline::Timeline;
 
     fn tone() -> Tone {
         Tone {

@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use super::Playback;
 use super::kernel::{Factors, Keys, Target};
-use super::key::{Format, KeyImage};
+use super::key::{self, Format, KeyImage};
+use footlight_host::files::Clock;
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
 use footlight_picture::tone::{ByteTable, Tone};
-use footlight_show::timeline::{Segment, blend};
-use footlight_show::units::Time;
+use footlight_show::timeline::{Segment, Timeline, blend};
+use footlight_show::units::{Time, srgb_decode};
 
 /// A sequence with its exposure and curve: every frame is made in one pass over its keys.
 #[derive(Debug)]
@@ -47,6 +48,50 @@ impl Player {
             table: tone.table(),
             threads: work.threads,
         })
+    }
+
+    /// Codes every key image in half precision where that shows no difference, else in single.
+    ///
+    /// A half keeps light to 2^-11 of itself, a twentieth of a step of the display, down to 2^-29 of
+    /// the brightest light of its image. So halves serve unless that is more than the light of half
+    /// a step, as where the sun stands in sight.
+    ///
+    /// # Errors
+    /// As [`Player::new`].
+    pub fn fitting(
+        playback: &Arc<Playback>,
+        tone: Tone,
+        work: Work<'_>,
+    ) -> Result<Player, Cancelled> {
+        let brightest = playback.images().iter().map(key::peak).fold(0.0, f32::max);
+        let format = if f64::from(brightest) * key::HALF_RANGE
+            < tone.light(srgb_decode(0.5 / 255.0))
+            && brightest < key::HALF_BRIGHTEST
+        {
+            Format::Half
+        } else {
+            Format::Float
+        };
+        Player::new(playback, format, tone, work)
+    }
+
+    /// Frames a second that playback of a timeline alone reaches, measured over about half a second of
+    /// the clock.
+    pub fn frame_rate(&self, timeline: &Timeline, clock: &dyn Clock) -> f64 {
+        let (start, end) = (timeline.start(), timeline.end());
+        let mut bytes = Vec::new();
+        let begin = clock.seconds();
+        let mut frames = 0_usize;
+        loop {
+            // A stride that is no simple fraction visits all kinds of segments.
+            let part = (frames as f64 * 0.618_033_988_75).fract();
+            self.show(start + (end - start).scaled(part), &mut bytes);
+            frames += 1;
+            let passed = clock.seconds() - begin;
+            if passed > 0.5 || frames >= 500 {
+                return frames as f64 / passed.max(1e-9);
+            }
+        }
     }
 
     /// Width and height of every frame.

@@ -10,8 +10,8 @@ use footlight_stage::gobo::Gobo;
 use footlight_stage::luminaire_asset::LuminaireAssets;
 use footlight_stage::photometric::Distribution;
 
+use super::Source;
 use super::diagnostics;
-use crate::compile::Source;
 
 /// The luminaire files of `show`, in about `memory` bytes; those that `old` has are taken from there.
 /// Warnings of what was not taken of a file come with them.

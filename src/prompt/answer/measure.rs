@@ -3,13 +3,14 @@
 use super::usage;
 use crate::argument::quality as step;
 use crate::{Call, Error, Repl, Reply, removed};
+use footlight_engine as engine;
 use footlight_report::chart::Theme;
 use footlight_report::format::{self, DRAWING, RECORD};
 use footlight_report::{self as report, comparison, tradeoff};
 
 pub fn quality(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     call.without_words(": quality tells of all steps")?;
-    let forecast = repl.engine.measure_quality(call.has("measure"))?;
+    let forecast = engine::measure::quality::measure(&repl.engine, call.has("measure"))?;
     if call.has("json") {
         Reply::json(&forecast)
     } else {
@@ -27,10 +28,10 @@ pub fn compare(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     };
     let quality = match call.option("quality") {
         Some(text) => step(&repl.engine, text)?,
-        None => repl.engine.coarse_steps()[1],
+        None => repl.engine.estimate().coarse_steps()[1],
     };
     let path = call.output(&DRAWING)?;
-    let compared = repl.engine.compare(folder, quality)?;
+    let compared = engine::measure::comparison::compare(&repl.engine, folder, quality)?;
     let json = call.has("json");
     let reply = if json {
         Reply::json(&compared.comparison)?
@@ -60,7 +61,7 @@ pub fn chart(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     } else {
         Theme::Light
     };
-    let found = repl.engine.measure_tradeoff(call.path("reference"))?;
+    let found = engine::measure::tradeoff::measure(&repl.engine, call.path("reference"))?;
     let (text, record) = (tradeoff::describe(&found), || tradeoff::record(&found));
     repl.deliver(
         text,

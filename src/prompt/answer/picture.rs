@@ -3,6 +3,7 @@
 use super::usage;
 use crate::argument::{precision, quality, time, time_of};
 use crate::{Call, Error, Repl, Reply};
+use footlight_engine::UnlitBank;
 use footlight_picture::Image;
 use footlight_picture::tone::{self, Tone};
 use footlight_report::film::Shown;
@@ -32,7 +33,7 @@ pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         (None, None, words) => time_of(&repl.engine, words)?,
     };
     let setting = match call.option("bank") {
-        Some(name) => repl.engine.alone(name)?,
+        Some(name) => repl.engine.document().alone(name)?,
         None if moment == now => repl.live.setting(repl.engine.document()),
         None => repl.engine.setting(moment),
     };
@@ -61,7 +62,7 @@ pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         None => String::new(),
     };
     let text = format!("{what}: {}{exposure}{below}", made_of(repl, call));
-    let tone = tone.unwrap_or_else(|| repl.engine.tone_at(0.0));
+    let tone = tone.unwrap_or_else(|| repl.engine.document().tone_at(0.0));
     if call.has("float") && path.is_none_or(|p| ending(p) != "exr") {
         return usage("`--float` is for an .exr");
     }
@@ -85,7 +86,7 @@ fn made_of(repl: &Repl, call: &Call) -> String {
     if let Some(text) = call.option("quality") {
         return format!("quality {text}");
     }
-    if repl.engine.is_final() {
+    if repl.engine.estimate().is_final() {
         return "the sum of the banks".to_owned();
     }
     match repl.engine.refined() {
@@ -96,7 +97,11 @@ fn made_of(repl: &Repl, call: &Call) -> String {
 
 /// Whether nothing of a picture, or of a bank alone, can be seen.
 fn is_dark(repl: &mut Repl, call: &Call, image: &Image) -> bool {
-    let unlit = |name: &str| repl.engine.unlit_banks().iter().any(|b| b.name == name);
+    let unlit = |name: &str| {
+        UnlitBank::find(&mut repl.engine)
+            .iter()
+            .any(|b| b.name == name)
+    };
     image.data().iter().all(|light| *light <= 0.0) || call.option("bank").is_some_and(unlit)
 }
 
@@ -123,10 +128,10 @@ fn exposed(repl: &mut Repl, call: &Call, image: &Image) -> Result<Tone, Error> {
         let stops = stops.ok_or_else(|| {
             Error::Usage(format!("`{text}` is no exposure: it is -30 to 30 stops"))
         })?;
-        return Ok(repl.engine.tone_at(stops));
+        return Ok(repl.engine.document().tone_at(stops));
     }
     if of_picture(repl, call) {
-        Ok(repl.engine.tone_of([image]))
+        Ok(repl.engine.document().tone_of([image]))
     } else {
         Ok(repl.engine.tone()?)
     }

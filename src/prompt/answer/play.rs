@@ -33,7 +33,7 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let (engine, console) = (&repl.engine, &repl.console);
     let sequence = Sequence {
         engine,
-        tone: engine.tone_of(playback.images()),
+        tone: engine.document().tone_of(playback.images()),
         playback,
         span,
     };

@@ -94,6 +94,7 @@ fn spectrum(repl: &mut Repl, call: &Call, theme: Theme) -> Result<(Drawing, Stri
     repl.engine.take_up()?;
     let plan = repl
         .engine
+        .estimate()
         .plan(tolerance(&repl.engine, call, "tolerance")?)?;
     Ok(report::plot::spectrum(&plan, theme))
 }
@@ -117,7 +118,7 @@ fn error(repl: &mut Repl, theme: Theme) -> Result<(Drawing, String), Error> {
     let text = format!(
         "{}: predicted error {} %",
         count(repl.engine.refined(), "refined picture"),
-        percent(repl.engine.predicted_error()?)
+        percent(repl.engine.estimate().predicted_error()?)
     );
     let chart = results::error_chart(&repl.engine, tolerance, theme)?;
     Ok((chart, text))

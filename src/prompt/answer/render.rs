@@ -4,9 +4,9 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use super::usage;
-use crate::argument::{duration, error, goal, tolerance, whole};
+use crate::argument::{duration, error, goal, tolerance, way, whole};
 use crate::{Call, Error, Repl, Reply};
-use footlight_engine::{Ended, Goal};
+use footlight_engine::{Ended, Goal, Refinement, TaskList};
 use footlight_report::words::{count, exposure, qualities};
 use footlight_report::{self as report, refine as words, run as whole_loop};
 
@@ -23,7 +23,7 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     call.without_words("; a number of steps stands behind --next")?;
     repl.engine.take_up()?;
     let tolerance = tolerance(&repl.engine, call, "tolerance")?;
-    let plan = repl.engine.plan(tolerance)?;
+    let plan = repl.engine.estimate().plan(tolerance)?;
     if call.has("json") {
         return Reply::json(&report::plan::form(&plan));
     }
@@ -34,12 +34,14 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     if let Some(now) = words::so_far(&repl.engine) {
         text.push_str(&now);
     }
-    if repl.engine.setup().is_some() {
+    if repl.engine.document().setup().is_some() {
         let goal = Goal::until(tolerance);
-        repl.engine.calibrate_cost()?;
-        text.push_str(&report::ways::describe(&repl.engine.ways(&goal)?, &goal));
+        text.push_str(&report::ways::describe(
+            &repl.engine.ways(wanted(call, goal)?)?,
+            &goal,
+        ));
     }
-    if repl.engine.pool().is_some() && !repl.engine.is_final() {
+    if repl.engine.pool().is_some() && !repl.engine.estimate().is_final() {
         let at = qualities(&repl.engine);
         text.push_str(&format!(
             "measured by coarse pictures {at}, rendered first\n"
@@ -57,7 +59,7 @@ fn tasks(repl: &mut Repl, call: &Call, path: &Path) -> Result<Reply, Error> {
     }
     call.without_words("; the file of tasks stands behind --tasks")?;
     let goal = Goal::until(tolerance(&repl.engine, call, "tolerance")?);
-    let list = repl.engine.tasks(goal)?;
+    let list = TaskList::of(&mut repl.engine, wanted(call, goal)?)?;
     report::tasks::write(repl.engine.host().store.as_ref(), path, &list)?;
     Ok(Reply::text(report::tasks::listed(&list, path)))
 }
@@ -79,7 +81,7 @@ fn on_farm(repl: &mut Repl, call: &Call, goal: Goal) -> Result<(Goal, usize), Er
     let Some(farm) = &repl.console.farm else {
         return usage("there is no farm here");
     };
-    let rendered = report::farm::refine(&mut repl.engine, goal, farm.as_ref())?;
+    let rendered = report::farm::refine(&mut repl.engine, wanted(call, goal)?, farm.as_ref())?;
     if rendered > 0 {
         let pictures = count(rendered, "picture");
         repl.unheard
@@ -90,6 +92,12 @@ fn on_farm(repl: &mut Repl, call: &Call, goal: Goal) -> Result<(Goal, usize), Er
         ..goal
     };
     Ok((left, rendered))
+}
+
+/// A goal by the way that is said.
+fn wanted(call: &Call, goal: Goal) -> Result<Refinement, Error> {
+    let way = call.option("way").map(way).transpose()?;
+    Ok(Refinement::from(goal).by(way.unwrap_or_default()))
 }
 
 fn next(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
@@ -105,8 +113,8 @@ fn next(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         );
     }
     repl.engine.coarse()?;
-    repl.engine.calibrate_cost()?;
-    let mut forecast = repl.engine.forecast()?;
+    repl.engine.calibrate()?;
+    let mut forecast = repl.engine.estimate().forecast()?;
     let all = forecast.steps.len();
     forecast.steps.truncate(listed);
     if call.has("json") {
@@ -123,7 +131,7 @@ pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
             return usage("a farm is waited for: say it without `&`");
         }
         repl.engine.idle()?;
-        repl.engine.start(goal(&call)?)?;
+        repl.engine.start(wanted(&call, goal(&call)?)?)?;
         repl.refining = words;
         let notes = repl.event_notes();
         return Ok(Reply::text(if notes.is_empty() {
@@ -136,11 +144,12 @@ pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     repl.engine.idle()?;
     let mut before = repl.engine.steps().len();
     let (goal, _) = on_farm(repl, &call, goal)?;
-    repl.engine.coarse_for(goal)?;
+    let wanted = wanted(&call, goal)?;
+    repl.engine.coarse_for(wanted.clone())?;
     if !call.has("farm") {
         before = repl.engine.steps().len();
     }
-    let done = repl.engine.refine(goal)?;
+    let done = repl.engine.refine(wanted)?;
     let text = words::refined(&repl.engine, &done, before.saturating_sub(1));
     Ok(Reply {
         stopped: done.ended == Some(Ended::Stopped),
@@ -221,7 +230,7 @@ pub fn run(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let folder = call.path("output").map(Path::to_owned);
     let folder = folder.unwrap_or_else(|| default_folder(repl));
     repl.engine.idle()?;
-    let before = repl.engine.statistics();
+    let before = repl.engine.images().statistics();
     let mut farmed = 0;
     if let Some(count) = goal.count {
         // Those that are there are counted once the coarse ones are.
@@ -231,9 +240,14 @@ pub fn run(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     } else {
         farmed += on_farm(repl, call, goal)?.1;
     }
-    let summary = whole_loop::run(&mut repl.engine, goal, &folder, call.has("keys"))?;
+    let summary = whole_loop::run(
+        &mut repl.engine,
+        &wanted(call, goal)?,
+        &folder,
+        call.has("keys"),
+    )?;
     let images = whole_loop::ImageSources {
-        statistics: repl.engine.statistics().since(before),
+        statistics: repl.engine.images().statistics().since(before),
         farmed,
     };
     Ok(Reply::text(whole_loop::describe(

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::usage;
 use crate::{Call, Error, Repl, Reply};
-use footlight_engine::{self as engine, Version};
+use footlight_engine::{self as engine, ManyKeys, StageMaterial, UnlitBank, Version};
 use footlight_host::work::Cancelled;
 use footlight_report::format::{self, WIDTH};
 use footlight_report::table::Table;
@@ -16,11 +16,13 @@ use footlight_transport::contract::check_memory;
 
 pub fn check(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
     let style = repl.console.style;
-    let long = repl.engine.long_run()?;
-    let unlit = repl.engine.unlit_banks();
-    let transparent = stage::transparent(&repl.engine.stage_materials());
+    let long = engine::measure::wait::long_run(&repl.engine)?;
+    let unlit = UnlitBank::find(&mut repl.engine);
+    let setup = repl.engine.document().setup();
+    let materials = setup.map_or(Vec::new(), |setup| StageMaterial::all(&setup.scene));
+    let transparent = stage::transparent(&materials);
     let document = repl.engine.document();
-    let many = repl.engine.key_images_beyond_memory();
+    let many = ManyKeys::of(document, repl.engine.host().memory);
     let text = document::check(document, (long, many), unlit, &transparent, style);
     Ok(Reply::text(text))
 }

@@ -139,12 +139,15 @@ fn errors(
     known: &mut Option<(Setup, Vec<Image>)>,
 ) -> Result<[f64; 2], Box<dyn Error>> {
     let work = Work::silent();
-    let setup = engine.setup().ok_or("the show has no stage or view")?;
+    let setup = engine
+        .document()
+        .setup()
+        .ok_or("the show has no stage or view")?;
     let units = Pool::unit_settings(engine.show().coordinates().len());
     let truth = match known.take() {
         Some((old, truth)) if old == *setup => truth,
         _ => {
-            let step = engine.refined_step();
+            let step = engine.estimate().refined_step();
             let renderer = &engine.host().renderer;
             renderer.prepare(setup, step, work)?.render(&units, work)?
         }

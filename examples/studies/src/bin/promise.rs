@@ -123,8 +123,8 @@ impl Kept {
 fn measured(name: &str, engine: &mut Engine, kept: &mut Kept) -> Result<Measured, Failure> {
     let Errors { truth, apart } = kept.errors(name, engine)?;
     let n = engine.show().coordinates().len();
-    let finest = engine.finest().0;
-    let setup = engine.setup().ok_or("no setup")?;
+    let finest = engine.estimate().finest().0;
+    let setup = engine.document().setup().ok_or("no setup")?;
     let renderer = &engine.host().renderer;
     let stated = |unit| {
         let all = (1..=finest).map(|q| renderer.stated_error(setup, Quality(q), unit));
@@ -156,7 +156,7 @@ fn measured(name: &str, engine: &mut Engine, kept: &mut Kept) -> Result<Measured
 /// Renders every source at every step.
 fn errors(engine: &mut Engine) -> Result<Errors, Failure> {
     let n = engine.show().coordinates().len();
-    let finest = engine.finest().0;
+    let finest = engine.estimate().finest().0;
     let mut steps = Vec::new();
     for quality in 1..=finest {
         let mut images = Vec::new();
@@ -210,7 +210,7 @@ fn displayed(engine: &Engine, steps: &[Vec<Image>], moments: &[&Vec<f64>]) -> Ve
     let last = &thin[thin.len() - 1];
     let keys = engine.document().keys().keys();
     let keys: Vec<Image> = keys.iter().map(|key| picture(last, key)).collect();
-    let tone = engine.tone_of(&keys);
+    let tone = engine.document().tone_of(&keys);
     let mut worst = vec![0.0f64; thin.len()];
     for moment in moments {
         let truth: Vec<f64> = shown(&tone, &picture(last, moment));

@@ -57,7 +57,7 @@ fn alone(path: &str, step: &str) {
         ..Host::default()
     };
     let engine = Engine::open(path, host).unwrap();
-    let setup = engine.setup().unwrap();
+    let setup = engine.document().setup().unwrap();
     let work = Work {
         threads: 2,
         memory: 16 << 30,

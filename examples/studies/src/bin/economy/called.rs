@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use footlight_engine::pool::Pool;
-use footlight_engine::{Ended, Engine, Goal, Host, Way};
+use footlight_engine::{Ended, Engine, Goal, Host, Refinement, Way};
 use footlight_host::files::Folder;
 use footlight_host::files::process::{Done, Job, ProcessError, Processes, Programs};
 use footlight_host::work::Work;
@@ -239,10 +239,10 @@ fn shown(engine: &Engine) -> Result<Vec<Image>, Failure> {
 /// The paper's: coarse pictures, and mixtures at a step to the end of the plan, each a point.
 fn mixtures(call: &Call, folder: &Path, step: u8, truth: &Truth) -> Result<Vec<Point>, Failure> {
     let (mut engine, kept) = open(call, folder, step, 0)?;
-    engine.set_way(Way::Paper);
-    engine.coarse()?;
+    let by_mixtures = |count| Refinement::from(Goal::count(count)).by(Way::Paper);
+    engine.coarse_for(by_mixtures(0))?;
     let mut points = vec![(kept.charged(), truth.error(&shown(&engine)?))];
-    while engine.refine(Goal::count(1))?.ended == Some(Ended::Counted) {
+    while engine.refine(by_mixtures(1))?.ended == Some(Ended::Counted) {
         points.push((kept.charged(), truth.error(&shown(&engine)?)));
         report(&format!("mixtures at step {step}"), &points);
     }
@@ -254,8 +254,7 @@ fn one_for_each(call: &Call, folder: &Path, truth: &Truth) -> Result<Vec<Point>,
     let mut points = Vec::new();
     for step in 2..=STEPS {
         let (mut engine, kept) = open(call, folder, step, 0)?;
-        engine.set_way(Way::Alone);
-        engine.coarse()?;
+        engine.coarse_for(Refinement::from(Goal::count(0)).by(Way::Alone))?;
         points.push((kept.charged(), truth.error(&shown(&engine)?)));
         report("one for each bank", &points);
     }

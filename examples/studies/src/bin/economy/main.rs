@@ -132,7 +132,7 @@ fn open(name: &str, full: bool) -> Result<Engine, Box<dyn Error>> {
 
 /// Our operator as measured, and the two outside ones.
 fn operators(show: &Engine, sources: f64) -> Result<Vec<Operator>, Box<dyn Error>> {
-    let forecast = show.measure_quality(true)?;
+    let forecast = footlight_engine::measure::quality::measure(show, true)?;
     let banks = show.show().banks.len() as f64;
     let measured = |quality: u8| {
         let step = forecast.steps.iter().find(|s| s.quality == quality);

@@ -1,0 +1,152 @@
+//! What is known of the images from one view, without rendering: the ground of plan, forecast and
+//! the choice of a way.
+
+use super::Error;
+use super::document::Document;
+use super::goal::{Refinement, Way};
+use super::host::Host;
+use super::images::{Images, ViewImages};
+use super::rendering::SetupImages;
+use crate::pool::Pool;
+use footlight_show::units::ErrorUnit;
+use footlight_transport::{Cost, Quality, Transport as _};
+
+/// A document and its images as they stand, looked at from one view. Its answers are functions of
+/// these and change nothing.
+#[derive(Clone, Copy)]
+pub struct Estimate<'e> {
+    pub(super) document: &'e Document,
+    pub(super) host: &'e Host,
+    pub(super) images: &'e Images,
+    /// `None` where the view cannot be looked from.
+    pub(super) of_view: Option<&'e ViewImages>,
+    /// How images are chosen.
+    pub(super) way: Way,
+}
+
+impl<'e> Estimate<'e> {
+    /// For a refinement, from its own view and by its own way.
+    pub(super) fn new(
+        document: &'e Document,
+        host: &'e Host,
+        images: &'e Images,
+        refinement: &Refinement,
+    ) -> Estimate<'e> {
+        Estimate {
+            document,
+            host,
+            images,
+            of_view: images.of(&refinement.view),
+            way: refinement.way,
+        }
+    }
+
+    /// Operators and pool.
+    ///
+    /// # Errors
+    /// [`Error::NoSetup`].
+    pub(super) fn rendering(&self) -> Result<&'e SetupImages, Error> {
+        self.known_rendering().ok_or(Error::NoSetup)
+    }
+
+    fn known_rendering(&self) -> Option<&'e SetupImages> {
+        self.of_view.map(|of_view| &of_view.rendering)
+    }
+
+    /// Coarse and refined images, once there are any.
+    pub fn pool(&self) -> Option<&'e Pool> {
+        self.known_rendering().and_then(|r| r.pool.as_ref())
+    }
+
+    /// The pool, which must have been rendered.
+    pub(super) fn rendered(&self) -> Result<&'e Pool, Error> {
+        self.rendering()?.pool.as_ref().ok_or(Error::NotRendered)
+    }
+
+    /// True where the pool is yet to be made, of other images than it has.
+    pub(super) fn is_pool_due(&self) -> bool {
+        let base = self.coarse_steps();
+        let rendering = self.known_rendering();
+        rendering.is_some_and(|r| r.pool.is_none() || r.pool_base != Some(base))
+    }
+
+    /// Number of refined images that serve the show.
+    pub fn refined(&self) -> usize {
+        let least = self.least_refined();
+        self.known_rendering()
+            .map_or(0, |r| r.refined(&self.images.cache, least))
+    }
+
+    /// The two steps of quality at which sources are rendered alone, ascending; equal where one step
+    /// is enough. Images of the second serve as coarse ones; their difference from the first
+    /// estimates the error. What the show asks for unless another step was the cheaper way.
+    pub fn coarse_steps(&self) -> [Quality; 2] {
+        let chosen = self.known_rendering().and_then(|r| r.base);
+        chosen.unwrap_or_else(|| self.coarse_pair())
+    }
+
+    /// The two steps of quality that the show asks for.
+    pub(super) fn coarse_pair(&self) -> [Quality; 2] {
+        self.coarse_pair_at(self.document.show().preview.coarse)
+    }
+
+    /// The step `coarse`, clamped to the scale, and the next finer one where only the difference of two
+    /// shows their error: the operator states none, or its images have noise.
+    pub(super) fn coarse_pair_at(&self, coarse: u8) -> [Quality; 2] {
+        let finest = self.finest().0;
+        let cheap = coarse.clamp(1, finest);
+        let is_stated = self.stated(Quality(cheap), ErrorUnit::Light).is_some();
+        let is_pair = !is_stated || self.samples(Quality(cheap)).is_some();
+        [cheap, cheap.saturating_add(u8::from(is_pair)).min(finest)].map(Quality)
+    }
+
+    /// The finest step of the scale that the show's lights are rendered on.
+    pub fn finest(&self) -> Quality {
+        let renderer = self.host.renderer.as_ref();
+        self.known_rendering()
+            .map_or_else(|| renderer.finest(), |r| r.finest(renderer))
+    }
+
+    /// The step of quality of refined images: what the show asks for, or a finer one where the
+    /// difference of two coarse steps estimates errors. An image at one of these two would say nothing
+    /// of their error.
+    pub fn refined_step(&self) -> Quality {
+        let preview = &self.document.show().preview;
+        self.refined_step_at(preview.coarse, preview.refined)
+    }
+
+    pub(super) fn refined_step_at(&self, coarse: u8, refined: u8) -> Quality {
+        let [cheap, fine] = self.coarse_pair_at(coarse);
+        let least = fine.0.saturating_add(u8::from(cheap < fine));
+        Quality(refined.max(least).min(self.finest().0))
+    }
+
+    /// The least step of quality of refined images that serve.
+    pub(super) fn least_refined(&self) -> Quality {
+        self.refined_step().max(self.coarse_steps()[1])
+    }
+
+    /// True when the first images are as good as any: the scale has one step, so that nothing is
+    /// left to refine. So it is where every bank is an image.
+    pub fn is_final(&self) -> bool {
+        self.of_view.is_some() && self.finest() == Quality(1)
+    }
+
+    /// What the operator states of a step.
+    pub(super) fn stated(&self, quality: Quality, unit: ErrorUnit) -> Option<f64> {
+        let renderer = self.host.renderer.as_ref();
+        self.known_rendering()?
+            .stated_error(renderer, quality, unit)
+    }
+
+    /// Samples a pixel at a step of an operator with noise.
+    pub(super) fn samples(&self, quality: Quality) -> Option<f64> {
+        let renderer = self.host.renderer.as_ref();
+        self.known_rendering()?.layered(renderer).samples(quality)
+    }
+
+    /// Predicted cost at a step of quality, in the operator's units.
+    pub(super) fn cost(&self, quality: Quality) -> Result<Cost, Error> {
+        Ok(self.rendering()?.cost(self.host.renderer.as_ref(), quality))
+    }
+}

@@ -1,0 +1,108 @@
+//! The predicted error of a sequence, and when it is reached.
+
+use super::Error;
+use super::estimate::Estimate;
+use super::goal::{Ended, Goal, RefinementSummary, WorstMoment};
+use crate::plan::worst_left;
+use crate::pool::{Pool, is_within};
+use footlight_show::units::{ErrorUnit, Tolerance};
+
+impl Estimate<'_> {
+    /// Why no image is to be rendered after what is done; `None` if one is.
+    pub(super) fn ended(
+        &self,
+        goal: &Goal,
+        done: &RefinementSummary,
+    ) -> Result<Option<Ended>, Error> {
+        // As it is now: an edit changes it without an image.
+        let error = self.predicted_in(goal.unit())?;
+        // Where nothing is known to be wrong nothing is left to refine: that is then the reason.
+        let known = error > 0.0 || self.refined() > 0;
+        let reached = |wanted: Tolerance| known && self.is_reached(wanted, error);
+        if goal.until.is_some_and(reached) {
+            return Ok(Some(Ended::Reached));
+        }
+        if goal.count.is_some_and(|count| done.images >= count) {
+            return Ok(Some(Ended::Counted));
+        }
+        let spent = goal.budget.is_some_and(|s| done.seconds >= s);
+        Ok((spent && done.images > 0).then_some(Ended::Spent))
+    }
+
+    /// Whether an error that is predicted now counts as within `wanted`.
+    pub(super) fn is_reached(&self, wanted: Tolerance, error: f64) -> bool {
+        let is_stated = self.pool().is_some_and(Pool::is_known);
+        is_within(wanted.error, error, self.refined(), is_stated)
+    }
+
+    /// Predicted error of the sequence as the pool stands, relative.
+    ///
+    /// # Errors
+    /// [`Error::NotRendered`] before the coarse images are rendered.
+    pub fn predicted_error(&self) -> Result<f64, Error> {
+        self.predicted_in(ErrorUnit::Light)
+    }
+
+    /// The same in a unit.
+    ///
+    /// # Errors
+    /// As [`Estimate::predicted_error`].
+    pub fn predicted_in(&self, unit: ErrorUnit) -> Result<f64, Error> {
+        let pool = self.rendered()?;
+        if self.is_final() || pool.has_no_estimated_error() {
+            return Ok(0.0);
+        }
+        match self.errors_left(pool, &[], unit)?[..] {
+            [alone, now] => Ok(pool.error(now, alone)),
+            _ => Ok(0.0),
+        }
+    }
+
+    /// Predicted error of the sequence, relative, where coarse images are left to show so much, as
+    /// estimated before calibration ([`Step::forecast`]).
+    ///
+    /// # Errors
+    /// [`Error::NotRendered`] before the coarse images are rendered.
+    pub fn error_of(&self, left: f64) -> Result<f64, Error> {
+        let pool = self.rendered()?;
+        if self.is_final() || pool.has_no_estimated_error() {
+            return Ok(0.0);
+        }
+        let alone = self.errors_left(pool, &[], ErrorUnit::Light)?;
+        Ok(pool.error(left, alone.first().copied().unwrap_or(0.0)))
+    }
+
+    /// Where the sequence is predicted to be worst, among the middle and the end of every cue's
+    /// fade; `None` where no error is known. A dark cue counts as much as a bright one, but for what
+    /// is nearly out.
+    ///
+    /// # Errors
+    /// [`Error::NotRendered`] before the coarse images are rendered.
+    pub fn worst_moment(&self, unit: ErrorUnit) -> Result<Option<WorstMoment>, Error> {
+        let pool = self.rendered()?;
+        let is_unknown = pool.coarser().is_empty() && !pool.is_stated();
+        if self.is_final() || is_unknown || pool.has_no_estimated_error() {
+            return Ok(None);
+        }
+        let mut worst: Option<WorstMoment> = None;
+        let moments = self.moments(pool, unit)?;
+        for ((cue, time), moment) in self.moments_of_cues().into_iter().zip(moments) {
+            let left = worst_left(&[moment], &pool.settings(), &[], pool.weighting());
+            let [alone, now] = left[..] else { continue };
+            let error = pool.error(now, alone);
+            if alone > 0.0 && worst.is_none_or(|w| error > w.error) {
+                worst = Some(WorstMoment { cue, time, error });
+            }
+        }
+        Ok(worst)
+    }
+
+    pub(super) fn uncalibrated_error(&self) -> Result<f64, Error> {
+        let pool = self.rendered()?;
+        if self.is_final() || pool.has_no_estimated_error() {
+            return Ok(0.0);
+        }
+        let left = self.errors_left(pool, &[], ErrorUnit::Light)?;
+        Ok(left.last().copied().unwrap_or(0.0))
+    }
+}
