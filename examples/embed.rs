@@ -70,7 +70,7 @@ fn main() -> Result<(), Box<dyn error::Error>> {
         thread::sleep(Duration::from_millis(5));
         engine.poll();
     }
-    println!("{} refined images", engine.refined());
+    println!("{} refined images", engine.estimate().refined());
 
     // The sequence as display bytes, at most three blends a frame.
     let player = engine.player()?;

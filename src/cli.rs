@@ -201,6 +201,8 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
             let (wake, events) = channel();
             let background: Box<dyn Background> = Box::new(Threads::new(wake.clone()));
             let host = Host {
+                // A person who types does not wait.
+                impatient: commands.is_empty() && io::stdin().is_terminal(),
                 background: Some(background),
                 ..host(show.as_deref(), settings, screen)
             };
@@ -291,6 +293,7 @@ fn host(path: Option<&Path>, settings: &Settings, screen: &Screen) -> Host {
         time: settings.time_limit,
         processor: files::processor(),
         pool: pool_place(file.map(folder_of), settings),
+        impatient: false,
         background: None,
     }
 }

@@ -162,7 +162,6 @@ pub fn converse(
     let device = |e: ReadlineError| Error::Device(format!("the terminal: {e}"));
     stop::keep_terminal();
     let mut line_reader = LineReader::new(screen.is_coloured(), wake).map_err(device)?;
-    repl.engine_mut().be_impatient();
     print(repl.greeting());
     screen.stop().rearm();
     line_reader.ask(repl);

@@ -25,25 +25,6 @@ use footlight_transport::Quality;
 /// How long a wait goes on before it looks at progress and cancel again.
 const GLANCE: Duration = Duration::from_millis(40);
 
-/// Runs tasks in the background, such as on threads. A closure is one:
-///
-/// ```
-/// let host = footlight_engine::Host {
-///     background: Some(Box::new(|task| drop(std::thread::spawn(task)))),
-///     ..footlight_engine::Host::default()
-/// };
-/// ```
-pub trait Background: Send {
-    /// Starts a task and comes back; [`Engine::poll`] should be called once it is done.
-    fn start(&self, task: Box<dyn FnOnce() + Send>);
-}
-
-impl<F: Fn(Box<dyn FnOnce() + Send>) + Send> Background for F {
-    fn start(&self, task: Box<dyn FnOnce() + Send>) {
-        self(task);
-    }
-}
-
 /// How far a job is, and the way to stop it.
 #[derive(Debug, Default)]
 struct JobProgress {
@@ -200,7 +181,7 @@ impl Engine {
     }
 
     /// Refuses what would render the same images twice.
-    pub fn idle(&self) -> Result<(), Error> {
+    pub(super) fn idle(&self) -> Result<(), Error> {
         match self.background {
             None => Ok(()),
             Some(_) => Err(Error::Busy),
@@ -426,19 +407,8 @@ impl Engine {
         self.go_on();
     }
 
-    /// Gives up the refinement in the background with what it is rendering.
-    pub fn abandon(&mut self) {
-        let Some(mut background) = self.background.take() else {
-            return;
-        };
-        if let Some(job) = &background.job {
-            background.refiner.abandon(&mut self.means(), &job.ticket);
-        }
-        self.renew_images();
-    }
-
     /// The call of the operator that is at work in the background, if any.
-    pub fn job(&self) -> Option<JobStatus> {
+    fn job(&self) -> Option<JobStatus> {
         let job = self.background.as_ref()?.job.as_ref()?;
         Some(JobStatus {
             images: job.ticket.rendering(),

@@ -247,6 +247,13 @@ impl Document {
         self.show().view().map(|view| view.name.as_str())
     }
 
+    /// The light of each coordinate at a time, behind the dimmers and relative to full: what
+    /// [`Engine::picture_of`](super::Engine::picture_of) takes. Times as in
+    /// [`Engine::levels`](super::Engine::levels).
+    pub fn setting(&self, time: Time) -> Vec<f64> {
+        self.timeline().evaluate(time)
+    }
+
     /// The setting of a bank alone at full; `fixed` is all fixed lights together.
     ///
     /// # Errors

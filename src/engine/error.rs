@@ -36,7 +36,7 @@ pub enum Error {
     #[error("{NO_SETUP}")]
     NotRendered,
     /// The background is still rendering the images that are needed; see
-    /// [`Engine::be_impatient`](super::Engine::be_impatient).
+    /// [`Host::impatient`](super::Host::impatient).
     #[error(
         "the first pictures are still being rendered: `status` shows how far they are, `wait` waits \
          for them, `stop now` gives them up"

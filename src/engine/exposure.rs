@@ -71,7 +71,7 @@ impl Engine {
         if let Some(exposure) = self.document.show().preview.exposure {
             return Ok(self.document.tone_at(exposure));
         }
-        let refined = self.refined();
+        let refined = self.estimate().refined();
         if let Some((exposure, at)) = self.exposure.found
             && at == refined
         {

@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::background::Background;
 use crate::pool::disk_cache::DiskCache;
 use crate::pool::image_cache::ImageCache;
 use footlight_host::files::{Clock, Disk, Files, Memory, Monotonic, Store};
@@ -55,6 +54,10 @@ pub struct Host {
     pub processor: Option<String>,
     /// Where images are stored from session to session, if anywhere.
     pub pool: Option<PoolPlace>,
+    /// Calls that need images which the background is still rendering fail with
+    /// [`Error::NotYet`](super::Error::NotYet), in place of waiting for them: for a program in which
+    /// somebody types.
+    pub impatient: bool,
     /// Runs refinement in the background; without it [`Engine::start`](super::Engine::start) is
     /// refused.
     pub background: Option<Box<dyn Background>>,
@@ -87,6 +90,7 @@ impl Default for Host {
             time: None,
             processor: None,
             pool: None,
+            impatient: false,
             background: None,
         }
     }
@@ -117,5 +121,24 @@ impl Host {
             threads: self.threads,
             memory: self.memory,
         }
+    }
+}
+
+/// Runs tasks in the background, such as on threads. A closure is one:
+///
+/// ```
+/// let host = footlight_engine::Host {
+///     background: Some(Box::new(|task| drop(std::thread::spawn(task)))),
+///     ..footlight_engine::Host::default()
+/// };
+/// ```
+pub trait Background: Send {
+    /// Starts a task and comes back; [`Engine::poll`](super::Engine::poll) should be called once it is done.
+    fn start(&self, task: Box<dyn FnOnce() + Send>);
+}
+
+impl<F: Fn(Box<dyn FnOnce() + Send>) + Send> Background for F {
+    fn start(&self, task: Box<dyn FnOnce() + Send>) {
+        self(task);
     }
 }

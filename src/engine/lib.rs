@@ -54,14 +54,14 @@ use footlight_show::units::Time;
 use footlight_transport::contract::check_memory;
 use footlight_transport::{self as renderer, Quality};
 
-pub use self::background::{Ahead, Background, Event, JobStatus, Status};
+pub use self::background::{Ahead, Event, JobStatus, Status};
 pub use self::compile::{Compiled, Version};
 pub use self::document::{Document, Edited, TEXT_LIMIT, decode, format};
 pub use self::error::{Error, TaskFault};
 pub use self::estimate::Estimate;
 pub use self::forecast::{Forecast, NextImage};
 pub use self::goal::{Ended, Goal, Refinement, RefinementSummary, Step, Warning, Way, WorstMoment};
-pub use self::host::{Host, POOL_LIMIT, PoolPlace};
+pub use self::host::{Background, Host, POOL_LIMIT, PoolPlace};
 pub use self::images::Images;
 pub use self::limit::TimedCall;
 pub use self::live::{LiveControl, Moves};
@@ -102,8 +102,6 @@ pub struct Engine {
     document: Document,
     images: Images,
     background: Option<background::BackgroundRefinement>,
-    /// Calls do not wait for what the background renders.
-    impatient: bool,
     exposure: exposure::Exposure,
     events: Vec<Event>,
 }
@@ -162,7 +160,6 @@ impl Engine {
             deadline,
             document,
             background: None,
-            impatient: false,
             exposure: exposure::Exposure::default(),
             events: Vec::new(),
         };
@@ -264,7 +261,7 @@ impl Engine {
         self.renew_images();
         self.drop_useless_job();
         self.exposure.expire();
-        if self.refined() == 0
+        if self.estimate().refined() == 0
             && let Ok((_, of_view)) = self.images.split(&self.looked_from().view)
         {
             of_view.steps.clear();
@@ -308,7 +305,7 @@ impl Engine {
     }
 
     /// The same for a refinement, from its own view and by its own way.
-    pub fn estimate_of(&self, wanted: &Refinement) -> Estimate<'_> {
+    fn estimate_of(&self, wanted: &Refinement) -> Estimate<'_> {
         Estimate::new(&self.document, &self.host, &self.images, wanted)
     }
 
@@ -341,12 +338,6 @@ impl Engine {
         }
     }
 
-    /// Calls that need images which the background is still rendering fail from now on with
-    /// [`Error::NotYet`], in place of waiting for them: for a program in which somebody types.
-    pub fn be_impatient(&mut self) {
-        self.impatient = true;
-    }
-
     /// Keeps an event for the next [`Engine::poll`]; the oldest go first when they are not polled.
     fn tell(&mut self, event: Event) {
         if self.events.len() >= EVENTS {
@@ -364,12 +355,6 @@ impl Engine {
         self.document.timeline().levels(time)
     }
 
-    /// The light of each coordinate at a time, behind the dimmers and relative to full: what
-    /// [`Engine::picture_of`] takes. Times as in [`Engine::levels`].
-    pub fn setting(&self, time: Time) -> Vec<f64> {
-        self.document.timeline().evaluate(time)
-    }
-
     /// The image of a moment from the pool as it stands; coarse images are rendered first if they
     /// are not there. Times as in [`Engine::levels`]. Linear light, in cd/m² for shows whose lights
     /// are measured; values may lie a little below zero.
@@ -377,7 +362,7 @@ impl Engine {
     /// # Errors
     /// [`Error::NoSetup`] when the show has no stage or view, else what rendering says.
     pub fn picture(&mut self, time: Time) -> Result<Image, Error> {
-        let setting = self.setting(time);
+        let setting = self.document.setting(time);
         self.picture_of(&setting)
     }
 
@@ -426,11 +411,6 @@ impl Engine {
         Ok(images)
     }
 
-    /// Coarse and refined images, once there are any.
-    pub fn pool(&self) -> Option<&Pool> {
-        self.estimate().pool()
-    }
-
     /// All that is rendered.
     pub fn images(&self) -> &Images {
         &self.images
@@ -440,11 +420,6 @@ impl Engine {
     /// wrong with stored images since this was called last.
     pub fn warnings(&mut self) -> (Vec<renderer::Warning>, Vec<Note>) {
         (self.host.renderer.warnings(), self.images.notes())
-    }
-
-    /// Number of refined images that serve the show.
-    pub fn refined(&self) -> usize {
-        self.estimate().refined()
     }
 
     /// The sequence after each refined image, coarse images alone first.

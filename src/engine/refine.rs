@@ -29,7 +29,7 @@ impl Engine {
             // What the background renders of this view is not rendered twice.
             if engine.is_refining(&wanted.view) {
                 let is_there = |engine: &Engine| engine.estimate_of(&wanted).pool().is_some();
-                if !is_there(engine) && engine.impatient {
+                if !is_there(engine) && engine.host.impatient {
                     return Err(Error::NotYet);
                 }
                 engine.wait_until(is_there)?;
@@ -38,7 +38,7 @@ impl Engine {
                 }
             }
             let mut refiner = engine.refiner(wanted, Extent::Coarse)?;
-            engine.drive(&mut refiner, &mut |_| Ok(()))?;
+            engine.drive(&mut refiner)?;
             Ok(refiner.ways.unwrap_or_default())
         })
     }
@@ -87,25 +87,12 @@ impl Engine {
     /// [`Error::Busy`] while a refinement runs in the background, [`Error::NoSetup`], else what
     /// rendering says; images finished before it are kept.
     pub fn refine(&mut self, wanted: impl Into<Refinement>) -> Result<RefinementSummary, Error> {
-        self.refine_watched(wanted, &mut |_| Ok(()))
-    }
-
-    /// The same with `watch` called after each call of the operator; the time that this takes does
-    /// not count.
-    ///
-    /// # Errors
-    /// As [`Engine::refine`], and those of `watch`.
-    pub fn refine_watched(
-        &mut self,
-        wanted: impl Into<Refinement>,
-        watch: &mut dyn FnMut(&mut Engine) -> Result<(), Error>,
-    ) -> Result<RefinementSummary, Error> {
         let wanted = wanted.into();
         self.timed(|engine| {
             engine.idle()?;
             let wanted = engine.seen(wanted)?;
             let mut refiner = engine.refiner(wanted, Extent::Goal)?;
-            let ended = engine.drive(&mut refiner, watch)?;
+            let ended = engine.drive(&mut refiner)?;
             let mut done = refiner.done;
             done.ended = Some(ended);
             Ok(done)
@@ -113,11 +100,7 @@ impl Engine {
     }
 
     /// Runs a refiner's jobs here, one after the other.
-    fn drive(
-        &mut self,
-        refiner: &mut Refiner,
-        watch: &mut dyn FnMut(&mut Engine) -> Result<(), Error>,
-    ) -> Result<Ended, Error> {
+    fn drive(&mut self, refiner: &mut Refiner) -> Result<Ended, Error> {
         loop {
             let has_pool = self.estimate_of(&refiner.wanted).pool().is_some();
             let has_done = refiner.done.images > 0 && has_pool;
@@ -144,7 +127,6 @@ impl Engine {
             let done = refiner.done.images;
             let total = refiner.images_in_all();
             self.host.progress.report("refined pictures", done, total);
-            watch(self)?;
         }
     }
 }

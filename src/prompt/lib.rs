@@ -365,7 +365,7 @@ impl Repl {
 
     /// Changes the show by declarations as typed.
     fn declare(&mut self, declarations: &str) -> Result<Reply, Error> {
-        let before = self.engine.refined();
+        let before = self.engine.estimate().refined();
         let edit = lang::edit::Edit::Declare(declarations.to_owned());
         let edited = self.engine.edit(&edit)?;
         Ok(Reply::text(self.describe_edit(&edited, before)))
@@ -373,7 +373,7 @@ impl Repl {
 
     /// What an edit came to, where there were so many refined images before it.
     fn describe_edit(&self, edited: &Edited, before: usize) -> Printable {
-        let refined = [before, self.engine.refined()];
+        let refined = [before, self.engine.estimate().refined()];
         let document = self.engine.document();
         document::edited(document, edited, refined, self.console.style)
     }
@@ -384,7 +384,7 @@ impl Repl {
     /// # Errors
     /// As [`Engine::replace`]; the show is then as it was.
     pub fn reload(&mut self, text: &str) -> Result<Reloaded, Error> {
-        let before = self.engine.refined();
+        let before = self.engine.estimate().refined();
         let old = self.engine.document().compiled();
         let edited = self.engine.replace(text)?;
         self.live.follow(self.engine.document());

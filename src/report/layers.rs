@@ -104,7 +104,7 @@ fn bank_layers<'i>(show: &Show, images: impl Iterator<Item = &'i Image>) -> Vec<
 
 /// The refined images; without them the coarse ones, which are the basis then.
 fn basis_layers(engine: &Engine) -> Result<(&'static str, Vec<Layer<'_>>), Error> {
-    let pool = engine.pool().ok_or(engine::Error::NotRendered)?;
+    let pool = engine.estimate().pool().ok_or(engine::Error::NotRendered)?;
     let refined = pool.refined().iter().enumerate().map(|(i, refined)| {
         let name = format!("basis{:03}", i + 1);
         let lit = setting(engine.show(), &refined.setting);

@@ -16,10 +16,10 @@ use footlight_transport::Quality;
 pub fn describe(engine: &Engine) -> Result<String, engine::Error> {
     let mut text = headline(engine.document()) + "\n";
     let summary = PoolSummary::of(engine)?;
-    match (engine.pool(), &summary) {
+    match (engine.estimate().pool(), &summary) {
         (Some(pool), Some(summary)) => describe_images(&mut text, engine, pool, summary),
         _ => {
-            let refined = count(engine.refined(), "refined picture");
+            let refined = count(engine.estimate().refined(), "refined picture");
             let _ = writeln!(text, "no coarse pictures in memory yet; {refined}");
         }
     }

@@ -180,7 +180,7 @@ pub fn forecast(engine: &Engine, forecast: &Forecast, all: usize) -> String {
     let mut text = format!(
         "predicted error {} % of the light with {}; {} left to refine, at quality {}\n",
         percent(forecast.error),
-        count(engine.refined(), "refined picture"),
+        count(engine.estimate().refined(), "refined picture"),
         count(all, "direction"),
         forecast.quality
     );

@@ -101,7 +101,7 @@ fn write_cues(
 ) -> Result<(), Error> {
     let host = engine.host();
     let (show, timeline) = (engine.show(), engine.document().timeline());
-    let pool = engine.pool().ok_or(engine::Error::NotRendered)?;
+    let pool = engine.estimate().pool().ok_or(engine::Error::NotRendered)?;
     let (width, height) = pool.size();
     // Each key is shown once at most: coding them for playback would cost more than it saves.
     let player = playback.map(|playback| super::film::exact(engine, playback, tone));
@@ -295,7 +295,7 @@ fn onward(engine: &Engine) -> Result<Vec<Step>, Error> {
 
 /// The refined pictures, signed: light amber, negative light blue.
 pub fn basis_sheet(engine: &Engine, theme: Theme) -> Result<Option<Drawing>, Error> {
-    let Some(pool) = engine.pool() else {
+    let Some(pool) = engine.estimate().pool() else {
         return Ok(None);
     };
     let mut title = "basis pictures, and the error that each leaves";

@@ -112,13 +112,15 @@ pub fn run(
 
 /// The loop without its results.
 fn run_loop(engine: &mut Engine, wanted: &Refinement) -> Result<Loop, Error> {
-    engine.idle()?;
+    if engine.is_busy() {
+        return Err(engine::Error::Busy.into());
+    }
     let begin = engine.host().clock.seconds();
     let ways = engine.coarse_for(wanted.clone())?;
     let coarse = engine.host().clock.seconds();
     // Those that earlier runs stored count, so that a second run renders nothing.
     let goal = Goal {
-        count: (wanted.goal.count).map(|n| n.saturating_sub(engine.refined())),
+        count: (wanted.goal.count).map(|n| n.saturating_sub(engine.estimate().refined())),
         ..wanted.goal
     };
     let tolerance = goal.until.unwrap_or(engine.show().preview.tolerance);
@@ -260,7 +262,7 @@ fn refinement(engine: &Engine, ended: Ended) -> String {
     };
     format!(
         "{} at quality {}; error {} % -> {} %, predicted ({ended})",
-        count(engine.refined(), "picture"),
+        count(engine.estimate().refined(), "picture"),
         engine.estimate().refined_step().0,
         percent(first),
         percent(last)

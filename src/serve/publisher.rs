@@ -63,12 +63,12 @@ impl Publisher {
 
     /// Publishes what is new, if anything is.
     pub fn publish(&mut self, engine: &mut Engine) -> Result<(), Error> {
-        if engine.pool().is_none() {
+        if engine.estimate().pool().is_none() {
             self.refined = None;
             self.audience.state(first_images(engine));
             return Ok(());
         }
-        let refined = Some(engine.refined());
+        let refined = Some(engine.estimate().refined());
         let is_rested = Instant::now() >= self.rested;
         if !self.is_due && (self.refined == refined || !is_rested) {
             return Ok(());
@@ -131,7 +131,7 @@ impl Kept {
 
 /// How far the first images are, in words.
 fn first_images(engine: &Engine) -> String {
-    match engine.job() {
+    match engine.status().and_then(|status| status.job) {
         Some(job) if job.task.2 > 0 => {
             let (task, done, total) = job.task;
             format!("Rendering the first pictures: {task}, {done} of {total}")
@@ -143,7 +143,10 @@ fn first_images(engine: &Engine) -> String {
 
 /// How good the images are, in words.
 fn refined_images(engine: &Engine) -> String {
-    match (engine.refined(), engine.estimate().predicted_error()) {
+    match (
+        engine.estimate().refined(),
+        engine.estimate().predicted_error(),
+    ) {
         (_, Err(_)) => String::new(),
         (0, Ok(_)) if engine.estimate().is_final() => String::new(),
         (0, Ok(error)) => format!("Coarse pictures, predicted error {} %", percent(error)),

@@ -110,7 +110,7 @@ fn opened(exposure: &str, threads: usize) -> Repl {
     let text = show(exposure);
     let mut engine = Engine::from_text("edited.lxq", text.as_bytes(), host).unwrap();
     engine.refine(Goal::count(REFINED)).unwrap();
-    assert_eq!(engine.refined(), REFINED);
+    assert_eq!(engine.estimate().refined(), REFINED);
     let mut show = Repl::new(engine, Console::default());
     show.execute("at 0:17").unwrap();
     show

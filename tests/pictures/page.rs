@@ -115,7 +115,7 @@ fn mixture(show: &mut Repl, seconds: f64) -> Vec<u8> {
     engine.coarse().unwrap();
     let time = Time::from_seconds(seconds).unwrap();
     let model = engine.show();
-    let mut settings = engine.setting(time);
+    let mut settings = engine.document().setting(time);
     for (setting, coordinate) in settings.iter_mut().zip(model.coordinates()) {
         if let Some((_, level)) = HELD.iter().find(|(name, _)| *name == coordinate.name) {
             let dimmer = model.banks[coordinate.bank.unwrap()].dimmer;
@@ -123,7 +123,10 @@ fn mixture(show: &mut Repl, seconds: f64) -> Vec<u8> {
         }
     }
     let mut sum = Image::new(WIDTH, HEIGHT);
-    for (setting, image) in settings.iter().zip(engine.pool().unwrap().coarse()) {
+    for (setting, image) in settings
+        .iter()
+        .zip(engine.estimate().pool().unwrap().coarse())
+    {
         for (to, from) in sum.data_mut().iter_mut().zip(image.data()) {
             *to += *setting as f32 * from;
         }

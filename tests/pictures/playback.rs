@@ -185,8 +185,8 @@ fn the_exposure_after_an_edit_is_that_of_whole_key_images() {
         exposures.push(exposure);
     }
     assert!(exposures[0] != exposures[1] && exposures[1] != exposures[3]);
-    let setting = show.engine().setting(time);
-    let pool = show.engine().pool().unwrap();
+    let setting = show.engine().document().setting(time);
+    let pool = show.engine().estimate().pool().unwrap();
     let thin = pool.thinned(2).preview(&setting, Work::silent()).unwrap();
     let whole = pool.preview(&setting, Work::silent()).unwrap();
     assert_eq!((thin.width(), thin.height()), (100, 75));

@@ -143,13 +143,13 @@ fn a_renderer_with_a_scale_goes_through_the_whole_loop() {
     assert!(ran.text.contains("at quality 3"), "{}", ran.text);
     assert!(ran.notes.is_empty(), "{:?}", ran.notes);
     let engine = show.engine_mut();
-    assert!(engine.refined() > 0 && engine.estimate().predicted_error().unwrap() < 1e-3);
+    assert!(engine.estimate().refined() > 0 && engine.estimate().predicted_error().unwrap() < 1e-3);
 
     // The pool's picture of the first cue is the renderer's own at its finest step.
     let engine = show.engine_mut();
     let start = engine.document().timeline().start();
     let pool = engine.picture(start).unwrap();
-    let setting = engine.setting(start);
+    let setting = engine.document().setting(start);
     let own = engine.render(&setting, Quality(3)).unwrap();
     for (a, b) in pool.data().iter().zip(own.data()) {
         assert!((a - b).abs() < 1e-5, "{a} {b}");
@@ -181,7 +181,7 @@ fn a_renderer_that_states_nothing_takes_mixtures_unless_the_other_way_is_named()
         let mut show = open_within(host(outside));
         let text = show.execute(line).unwrap().text;
         let counts = counts.each_ref().map(|n| n.load(Ordering::Relaxed));
-        (counts, show.engine().refined(), text)
+        (counts, show.engine().estimate().refined(), text)
     };
     let (counts, refined, text) = ran("run --until 0.1% -o out --way alone");
     assert_eq!((counts, refined), ([0, 0, 6], 0), "{text}");

@@ -65,16 +65,19 @@ fn open() -> (Repl, Queue) {
 
 fn open_text(text: &str) -> (Repl, Queue) {
     let queue = Queue::default();
-    let host = Host {
+    let show = prompt("b.lxq", text.as_bytes(), host(&queue)).unwrap();
+    (show, queue)
+}
+
+fn host(queue: &Queue) -> Host {
+    Host {
         background: Some(Box::new(queue.clone())),
         renderer: Arc::new(Altered {
             finest: Some(Quality(4)),
             ..Altered::unstated()
         }),
         ..Host::default()
-    };
-    let show = prompt("b.lxq", text.as_bytes(), host).unwrap();
-    (show, queue)
+    }
 }
 
 fn say(show: &mut Repl, line: &str) -> String {
@@ -87,7 +90,7 @@ fn say(show: &mut Repl, line: &str) -> String {
 }
 
 fn settings(show: &Repl) -> Vec<Vec<f64>> {
-    show.engine().pool().unwrap().settings()
+    show.engine().estimate().pool().unwrap().settings()
 }
 
 fn picture(show: &mut Repl) -> Vec<u8> {
@@ -171,10 +174,10 @@ fn another_place_to_look_from_leaves_a_refinement_where_it_is() {
     assert_eq!(notes.len(), 1, "{notes:?}");
     // Three coarse pictures at two steps and two refined ones of the first view alone.
     assert_eq!(show.engine().images().statistics().rendered, 6 + 2);
-    assert_eq!(show.engine().refined(), 0);
+    assert_eq!(show.engine().estimate().refined(), 0);
     say(&mut show, "view house");
     show.engine_mut().coarse().unwrap();
-    assert_eq!(show.engine().refined(), 2);
+    assert_eq!(show.engine().estimate().refined(), 2);
 }
 
 #[test]
@@ -188,13 +191,13 @@ fn a_refinement_owns_its_view() {
     say(&mut show, "cue 3 { time 3  top 5  warm 100 }");
     let notes = finish(&mut show, &queue);
     assert_eq!(notes.len(), 1, "{notes:?}");
-    assert_eq!(show.engine().refined(), 0);
+    assert_eq!(show.engine().estimate().refined(), 0);
     say(&mut show, "undo");
     assert_eq!(picture(&mut show), house);
     say(&mut show, "view wing");
     let rendered = show.engine().images().statistics().rendered;
     picture(&mut show);
-    assert_eq!(show.engine().refined(), 2);
+    assert_eq!(show.engine().estimate().refined(), 2);
     assert_eq!(show.engine().images().statistics().rendered, rendered);
 }
 
@@ -221,7 +224,7 @@ fn a_refinement_owns_its_way() {
             pairs.into_iter().all(|(a, b)| (a - b).abs() < 1e-12),
             "{way}"
         );
-        let quality = |show: &Repl| show.engine().pool().unwrap().coarse()[0].clone();
+        let quality = |show: &Repl| show.engine().estimate().pool().unwrap().coarse()[0].clone();
         assert_eq!(quality(&show), quality(&twin), "{way}");
     }
 }
@@ -231,10 +234,10 @@ fn nothing_that_the_background_renders_is_rendered_in_front_of_the_prompt() {
     let queue = Queue::default();
     let host = Host {
         background: Some(Box::new(queue.clone())),
+        impatient: true,
         ..Host::default()
     };
     let mut show = prompt("b.lxq", SHOW.as_bytes(), host).unwrap();
-    show.engine_mut().be_impatient();
     let first = picture(&mut show);
     say(&mut show, "refine 2 &");
     let rendered = show.engine().images().statistics().rendered;
@@ -242,11 +245,15 @@ fn nothing_that_the_background_renders_is_rendered_in_front_of_the_prompt() {
     say(&mut show, "set warm 30");
     assert_eq!(show.engine().images().statistics().rendered, rendered);
     let notes = finish(&mut show, &queue);
-    assert_eq!(show.engine().refined(), 2, "{notes:?}");
+    assert_eq!(show.engine().estimate().refined(), 2, "{notes:?}");
 
     // Before there are any pictures what needs them is refused, and nothing else is.
-    let (mut show, queue) = open();
-    show.engine_mut().be_impatient();
+    let queue = Queue::default();
+    let host = Host {
+        impatient: true,
+        ..self::host(&queue)
+    };
+    let mut show = prompt("b.lxq", SHOW.as_bytes(), host).unwrap();
     say(&mut show, "refine 1 &");
     let refused = say(&mut show, "picture 0:04");
     assert!(refused.contains("`wait` waits for them"), "{refused}");
@@ -272,7 +279,7 @@ fn a_bank_more_keeps_the_picture_in_hand() {
     assert!(notes[0].starts_with("refine 1 &"), "{notes:?}");
     // It serves the pool of the new rig, whose other coarse pictures are at hand.
     show.engine_mut().coarse().unwrap();
-    assert_eq!(show.engine().refined(), 1);
+    assert_eq!(show.engine().estimate().refined(), 1);
     assert_eq!(show.engine().images().statistics().rendered - before, 1 + 2);
 }
 
@@ -286,11 +293,11 @@ fn stop_keeps_what_is_in_hand_and_stop_now_does_not() {
         assert_eq!(queue.waiting(), 1);
         let notes = finish(&mut show, &queue);
         assert!(notes[0].ends_with("stopped; what is finished is kept"));
-        assert_eq!(show.engine().refined(), refined, "{word}");
+        assert_eq!(show.engine().estimate().refined(), refined, "{word}");
         assert!(say(&mut show, word).contains("nothing is running"));
         // The operator came home: another refinement goes on with it.
         say(&mut show, "refine 1");
-        assert_eq!(show.engine().refined(), refined + 1);
+        assert_eq!(show.engine().estimate().refined(), refined + 1);
     }
 }
 
@@ -309,7 +316,7 @@ fn stop_ends_it_among_coarse_pictures_too() {
         assert!(!show.engine().is_busy() && queue.waiting() == 0, "{word}");
         // Nothing is lost with it.
         say(&mut show, "refine 1");
-        assert_eq!(show.engine().refined(), 1);
+        assert_eq!(show.engine().estimate().refined(), 1);
     }
 }
 
@@ -372,7 +379,7 @@ fn a_task_that_breaks_off_ends_the_refinement_and_nothing_else() {
     assert!(notes[0].contains("broke off"), "{notes:?}");
     assert!(!show.engine().is_busy());
     say(&mut show, "refine 1");
-    assert_eq!(show.engine().refined(), 1);
+    assert_eq!(show.engine().estimate().refined(), 1);
 }
 
 #[test]
@@ -418,7 +425,7 @@ fn a_cancel_keeps_the_pictures_that_are_finished() {
         show.engine_mut().refine(goal).unwrap().ended,
         Some(Ended::Stopped)
     );
-    assert_eq!(show.engine().refined(), 1);
+    assert_eq!(show.engine().estimate().refined(), 1);
     let error = show.execute("refine 5").unwrap_err();
     assert!(
         matches!(error.engine(), Some(engine::Error::Cancelled(_))),
@@ -449,11 +456,11 @@ proptest! {
         show.engine_mut().coarse().unwrap();
         let (mut twin, _) = open_text(show.engine().document().text());
         twin.engine_mut().coarse().unwrap();
-        if show.engine().refined() == 0 {
+        if show.engine().estimate().refined() == 0 {
             prop_assert_eq!(picture(&mut show), picture(&mut twin));
         }
         say(&mut show, "refine until 0.5%");
-        prop_assert!(show.engine().refined() >= 2);
+        prop_assert!(show.engine().estimate().refined() >= 2);
         prop_assert!(show.engine().estimate().predicted_error().unwrap() <= 0.005);
     }
 }

@@ -107,7 +107,7 @@ fn the_next_steps_have_their_price() {
 fn one_picture_is_always_rendered_and_another_where_it_fits() {
     let (mut show, _) = first(UNSHARED, &[]);
     let text = show.execute("refine for 2s").unwrap().text;
-    assert_eq!(show.engine().refined(), 1);
+    assert_eq!(show.engine().estimate().refined(), 1);
     assert!(
         text.contains("would take 3.00 s, which does not fit"),
         "{text}"

@@ -75,7 +75,7 @@ fn a_show_of_images_needs_neither_stage_nor_view_and_nothing_is_left_to_refine()
         Some(Ended::Complete)
     );
     assert_eq!(show.engine().estimate().predicted_error().unwrap(), 0.0);
-    assert_eq!(show.engine().refined(), 0);
+    assert_eq!(show.engine().estimate().refined(), 0);
 
     // The whole loop, and a step of quality that there is not.
     let ran = show.execute("run --keys -o out").unwrap().text;
@@ -93,9 +93,9 @@ fn an_image_is_kept_while_the_text_means_the_same_and_an_edit_replaces_it() {
     show.engine_mut().coarse().unwrap();
     let reply = show.execute("cue 2 at 0:04 { a 30  b full }").unwrap();
     assert!(reply.text.contains("replaced"), "{}", reply.text);
-    assert!(show.engine().pool().is_some());
+    assert!(show.engine().estimate().pool().is_some());
     show.execute("bank b image \"p.png\"  channel 7").unwrap();
-    assert!(show.engine().pool().is_none());
+    assert!(show.engine().estimate().pool().is_none());
     let all = show
         .engine_mut()
         .render(&[0.0, 2.0], footlight_transport::Quality(1))

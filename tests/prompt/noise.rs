@@ -157,7 +157,7 @@ fn true_error(show: &mut Repl) -> f64 {
             looks.push(timeline.evaluate(time));
         }
     }
-    let size = engine.pool().unwrap().size();
+    let size = engine.estimate().pool().unwrap().size();
     let truths: Vec<Image> = looks.iter().map(|look| exact(look, size)).collect();
     let norm = |image: &Image| dot(image, image).sqrt();
     let brightest = truths.iter().map(norm).fold(0.0, f64::max);
@@ -215,7 +215,7 @@ fn pictures_of_a_bank_are_averaged_by_their_precision() {
     engine.coarse().unwrap();
     let looks = [[1.0, 0.0], [0.0, 1.0]];
     for look in looks {
-        let size = engine.pool().unwrap().size();
+        let size = engine.estimate().pool().unwrap().size();
         let truth = exact(&look, size);
         let noise = |image: &Image| {
             let off = combine(size, &[(1.0, image), (-1.0, &truth)], 1);

@@ -95,7 +95,7 @@ fn an_edit_of_a_cue_keeps_every_refined_picture_and_the_next_picture_uses_them()
         "{}",
         reply.text
     );
-    assert_eq!(show.engine().refined(), 2);
+    assert_eq!(show.engine().estimate().refined(), 2);
     let after = show.engine_mut().picture(seconds(6.0)).unwrap();
     assert!(largest_difference(&before, &after) > 0.1);
 
@@ -117,7 +117,7 @@ fn moving_a_light_drops_what_no_longer_fits() {
     show.engine_mut().refine(Goal::count(1)).unwrap();
     show.execute("light left spot at -2, -2, 3 aim 0, 0, 0 beam 30 field 50 900 cd")
         .unwrap();
-    assert_eq!(show.engine().refined(), 0);
+    assert_eq!(show.engine().estimate().refined(), 0);
 }
 
 #[test]
@@ -159,7 +159,10 @@ fn an_error_leaves_everything_as_it_was() {
         assert!(error.diagnostics().is_some(), "{bad}: {error}");
         assert_eq!(error.exit_code(), 1);
         assert_eq!(
-            (show.engine().document().text(), show.engine().refined()),
+            (
+                show.engine().document().text(),
+                show.engine().estimate().refined()
+            ),
             (source.as_str(), 1),
             "{bad}"
         );
@@ -402,7 +405,7 @@ fn cancel_is_heard_and_nothing_is_half_done() {
             if show.engine().steps().is_empty() {
                 0
             } else {
-                show.engine().refined() + 1
+                show.engine().estimate().refined() + 1
             }
         );
     }
@@ -485,9 +488,12 @@ fn the_limit_of_time_ends_a_call_and_the_next_goes_on_from_there() {
         assert_eq!(error.exit_code(), 130);
         assert!(error.report(Style::Plain).contains("--time-limit"));
         assert_eq!(show.engine().document().text(), SHOW);
-        let kept = show.engine().refined();
+        let kept = show.engine().estimate().refined();
         let _ = show.execute("refine");
-        assert!(show.engine().refined() >= kept, "what was finished is lost");
+        assert!(
+            show.engine().estimate().refined() >= kept,
+            "what was finished is lost"
+        );
         // Between calls there is no limit: a look takes no time of the call before.
         show.execute("at 0:03").unwrap();
     }
@@ -497,7 +503,10 @@ fn the_limit_of_time_ends_a_call_and_the_next_goes_on_from_there() {
         show.engine_mut().refine(everything).unwrap().ended,
         Some(Ended::Complete)
     );
-    assert_eq!(show.engine().refined(), unlimited.engine().refined());
+    assert_eq!(
+        show.engine().estimate().refined(),
+        unlimited.engine().estimate().refined()
+    );
     println!("{late} ended by an error, {told} between pictures");
 }
 
@@ -529,10 +538,10 @@ fn an_error_is_reached_by_the_show_as_it_is_now() {
         .unwrap();
     let after = show.engine().estimate().predicted_error().unwrap();
     assert!(after > 4.0 * before, "{before} {after}");
-    let refined = show.engine().refined();
+    let refined = show.engine().estimate().refined();
     show.engine_mut().refine(until(after / 2.0)).unwrap();
     assert!(
-        show.engine().refined() > refined,
+        show.engine().estimate().refined() > refined,
         "nothing was refined for the new look"
     );
     assert!(show.engine().estimate().predicted_error().unwrap() <= after / 2.0);
@@ -549,7 +558,7 @@ fn a_tolerance_with_room_needs_no_refined_picture() {
         let ran = report::run::run(show.engine_mut(), &goal.into(), Path::new("out"), false);
         let ended = ran.unwrap().ended;
         assert!(ended == Ended::Reached, "{share}: {ended:?}");
-        show.engine().refined()
+        show.engine().estimate().refined()
     };
     assert_eq!(after(3.01), 0);
     assert!(after(2.99) >= 1);
@@ -562,7 +571,7 @@ fn a_tolerance_with_room_needs_no_refined_picture() {
 fn the_forecast_never_rises_and_copies_are_refused_with_the_reason() {
     let (mut show, _) = open();
     show.engine_mut().coarse().unwrap();
-    let weighting = show.engine().pool().unwrap().weighting().clone();
+    let weighting = show.engine().estimate().pool().unwrap().weighting().clone();
     let n = show.engine().document().keys().coordinates();
     let mut state = 7_u64;
     let mut number = || {

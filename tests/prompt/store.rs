@@ -83,7 +83,7 @@ impl Session {
     /// Refines until there are so many pictures, stored ones included; what the user is told.
     fn refine_to(&mut self, count: usize) -> Vec<footlight::Printable> {
         self.show.engine_mut().coarse().unwrap();
-        let line = match count - self.show.engine().refined() {
+        let line = match count - self.show.engine().estimate().refined() {
             0 => "pool".to_owned(),
             missing => format!("refine {missing}"),
         };
@@ -217,10 +217,10 @@ fn grouping_banks_adds_up_what_is_there() {
         let mut fresh = Session::open(&text, MemoryStore::default(), None);
         let unit = [1.0, 0.0, 0.0];
         fresh.show.engine_mut().coarse().unwrap();
-        let own = session.show.engine().pool().unwrap().coarse()[0]
+        let own = session.show.engine().estimate().pool().unwrap().coarse()[0]
             .as_ref()
             .clone();
-        let other = fresh.show.engine().pool().unwrap().coarse()[0]
+        let other = fresh.show.engine().estimate().pool().unwrap().coarse()[0]
             .as_ref()
             .clone();
         let off = difference(&[own], &[other]);
@@ -242,7 +242,7 @@ fn refined_pictures_go_on_with_sources_that_can_express_them() {
     );
     session.show.engine_mut().coarse().unwrap();
     assert_eq!(session.rendered(), 0);
-    let pool = session.show.engine().pool().unwrap();
+    let pool = session.show.engine().estimate().pool().unwrap();
     assert_eq!(pool.refined().len(), 2);
     for refined in pool.refined() {
         let preview = pool.preview(&refined.setting, Work::silent()).unwrap();
@@ -255,10 +255,10 @@ fn refined_pictures_go_on_with_sources_that_can_express_them() {
         .execute("bank over = top left right\nbank warm = left right")
         .unwrap();
     session.show.execute("bank cool = top").unwrap();
-    assert!(session.show.engine().refined() < 2);
+    assert!(session.show.engine().estimate().refined() < 2);
     let undone = "bank warm = left\nbank cool = right\nbank over = top";
     session.show.execute(undone).unwrap();
-    assert_eq!(session.show.engine().refined(), 2);
+    assert_eq!(session.show.engine().estimate().refined(), 2);
     session.show.engine_mut().coarse().unwrap();
     assert_eq!(session.rendered(), 0);
 }
@@ -276,8 +276,8 @@ fn another_session_goes_on_with_the_refined_pictures_whatever_the_cues_say() {
     let mut second = Session::open(&text, store.clone(), PLENTY);
     second.show.engine_mut().coarse().unwrap();
     assert_eq!(second.rendered(), 0);
-    let pool = second.show.engine().pool().unwrap();
-    let settings = |session: &Session| session.show.engine().pool().unwrap().settings();
+    let pool = second.show.engine().estimate().pool().unwrap();
+    let settings = |session: &Session| session.show.engine().estimate().pool().unwrap().settings();
     assert_eq!(settings(&second), settings(&first), "in their order");
     let forecast = |session: &Session| session.show.engine().steps().last().unwrap().forecast;
     assert!(
@@ -321,7 +321,7 @@ fn near_copies_of_refined_pictures_are_left_out() {
     );
     let mut both = Session::open(SHOW, one, PLENTY);
     both.show.engine_mut().coarse().unwrap();
-    assert_eq!(both.show.engine().refined(), 2);
+    assert_eq!(both.show.engine().estimate().refined(), 2);
     assert_eq!(both.rendered(), 0);
 }
 
@@ -574,6 +574,6 @@ fn the_verb_tells_and_frees() {
     assert_eq!(stored(&store).len(), 6);
     session.show.execute("pool drop all").unwrap();
     assert!(stored(&store).is_empty());
-    assert!(session.show.engine().pool().is_none());
+    assert!(session.show.engine().estimate().pool().is_none());
     assert!(session.show.execute("pool drop everything").is_err());
 }

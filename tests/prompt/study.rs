@@ -260,9 +260,9 @@ fn a_renderer_that_ignores_quality_leaves_no_error_and_nothing_to_refine() {
         let wanted = Refinement::from(Goal::until(0.01)).by(way);
         let ended = show.engine_mut().refine(wanted).unwrap().ended;
         assert_eq!(ended, Some(Ended::Complete), "{way:?}");
-        assert_eq!(show.engine().refined(), 0);
+        assert_eq!(show.engine().estimate().refined(), 0);
         assert_eq!(show.engine().estimate().predicted_error().unwrap(), 0.0);
-        let pool = show.engine().pool().unwrap();
+        let pool = show.engine().estimate().pool().unwrap();
         assert!(pool.has_no_estimated_error(), "{way:?}");
     }
 }

@@ -63,7 +63,10 @@ fn one_step_is_enough_where_pictures_share_their_work() {
         let (mut show, rendered) = open(None, &MemoryStore::default());
         let done = show.engine_mut().refine(Goal::until(until)).unwrap();
         let engine = show.engine();
-        assert_eq!((done.ended, engine.refined()), (Some(Ended::Reached), 0));
+        assert_eq!(
+            (done.ended, engine.estimate().refined()),
+            (Some(Ended::Reached), 0)
+        );
         assert_eq!(engine.estimate().coarse_steps().map(|q| q.0), [quality; 2]);
         assert_eq!(rendered.load(Ordering::Relaxed), 2, "each bank once");
         let error = engine.estimate().predicted_error().unwrap();
@@ -138,7 +141,7 @@ fn a_way_is_taken_by_name() {
     assert!(text.contains("every bank alone at quality 1"), "{text}");
     say(&mut show, "refine until 0.1% --way paper");
     assert_eq!(show.engine().estimate().coarse_steps().map(|q| q.0), [1, 1]);
-    assert!(show.engine().refined() > 0);
+    assert!(show.engine().estimate().refined() > 0);
     let text = say(&mut show, "plan --way shortest");
     assert!(text.contains("it is auto, paper or alone"), "{text}");
 }
@@ -229,7 +232,7 @@ fn what_is_promised_of_a_room_is_true() {
     let settings: Vec<Vec<f64>> = cues
         .iter()
         .flat_map(both)
-        .map(|time| engine.setting(time))
+        .map(|time| engine.document().setting(time))
         .collect();
     let finest = engine.estimate().finest();
     let truth: Vec<Image> = settings

@@ -125,7 +125,7 @@ fn the_trial_foretells_what_the_pool_shows() {
         .map(|i| f64::from(u8::from(i % 3 == 0)))
         .collect();
     let truth = render(&look);
-    let mut pool: Pool = engine.pool().unwrap().clone();
+    let mut pool: Pool = engine.estimate().pool().unwrap().clone();
     for (setting, image) in settings.iter().zip(&pictures) {
         assert!(pool.add(setting.clone(), image.clone(), refined, Work::silent()));
     }

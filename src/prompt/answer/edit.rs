@@ -34,7 +34,7 @@ pub fn rename(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 }
 
 fn edited(repl: &mut Repl, edit: &Edit) -> Result<Reply, Error> {
-    let before = repl.engine.refined();
+    let before = repl.engine.estimate().refined();
     let edited = repl.engine.edit(edit)?;
     Ok(Reply::text(repl.describe_edit(&edited, before)))
 }

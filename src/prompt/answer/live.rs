@@ -71,7 +71,7 @@ fn moment(repl: &Repl) -> Reply {
 /// Levels there, and a picture where the pool can give one at once.
 fn pictured_moment(repl: &mut Repl) -> Result<Reply, Error> {
     let levels = moment(repl);
-    if repl.engine.pool().is_none() {
+    if repl.engine.estimate().pool().is_none() {
         return Ok(levels);
     }
     let picture = picture::picture(repl, &Call::new(find("picture")?))?;
@@ -136,7 +136,7 @@ fn absolute(repl: &Repl, words: &[&str]) -> String {
 
 /// Writes what is tried into the cue that stands.
 pub fn update(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
-    let before = repl.engine.refined();
+    let before = repl.engine.estimate().refined();
     let edited = repl.live.update(&mut repl.engine)?;
     Ok(Reply::text(repl.describe_edit(&edited, before)))
 }
@@ -207,7 +207,7 @@ fn recorded(
     label: &str,
     times: Option<(Time, Time)>,
 ) -> Result<Reply, Error> {
-    let before = repl.engine.refined();
+    let before = repl.engine.estimate().refined();
     let edited = repl.live.record(&mut repl.engine, cue, label, times)?;
     let text = repl.engine.document().text();
     let place = lang::edit::locate(text, &format!("cue {cue}"));

@@ -35,7 +35,7 @@ pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let setting = match call.option("bank") {
         Some(name) => repl.engine.document().alone(name)?,
         None if moment == now => repl.live.setting(repl.engine.document()),
-        None => repl.engine.setting(moment),
+        None => repl.engine.document().setting(moment),
     };
     let image = match call.option("quality") {
         Some(text) => {
@@ -89,7 +89,7 @@ fn made_of(repl: &Repl, call: &Call) -> String {
     if repl.engine.estimate().is_final() {
         return "the sum of the banks".to_owned();
     }
-    match repl.engine.refined() {
+    match repl.engine.estimate().refined() {
         0 => "coarse alone, nothing refined yet".to_owned(),
         n => format!("coarse, and {}", count(n, "refined picture")),
     }

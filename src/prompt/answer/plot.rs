@@ -101,7 +101,7 @@ fn spectrum(repl: &mut Repl, call: &Call, theme: Theme) -> Result<(Drawing, Stri
 
 fn basis(repl: &mut Repl, theme: Theme) -> Result<(Drawing, String), Error> {
     repl.engine.coarse()?;
-    let text = match repl.engine.refined() {
+    let text = match repl.engine.estimate().refined() {
         0 => format!(
             "nothing is refined yet: the coarse pictures of {}",
             count(repl.engine.show().coordinates().len(), "source")
@@ -117,7 +117,7 @@ fn error(repl: &mut Repl, theme: Theme) -> Result<(Drawing, String), Error> {
     let tolerance = repl.engine.show().preview.tolerance;
     let text = format!(
         "{}: predicted error {} %",
-        count(repl.engine.refined(), "refined picture"),
+        count(repl.engine.estimate().refined(), "refined picture"),
         percent(repl.engine.estimate().predicted_error()?)
     );
     let chart = results::error_chart(&repl.engine, tolerance, theme)?;

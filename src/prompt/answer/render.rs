@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::usage;
 use crate::argument::{duration, error, goal, tolerance, way, whole};
 use crate::{Call, Error, Repl, Reply};
-use footlight_engine::{Ended, Goal, Refinement, TaskList};
+use footlight_engine::{self as engine, Ended, Goal, Refinement, TaskList};
 use footlight_report::words::{count, exposure, qualities};
 use footlight_report::{self as report, refine as words, run as whole_loop};
 
@@ -28,7 +28,7 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         return Reply::json(&report::plan::form(&plan));
     }
     let mut text = report::plan::describe(&plan);
-    if repl.engine.pool().is_none() {
+    if repl.engine.estimate().pool().is_none() {
         text.push_str("by levels alone; counted again once there are pictures\n");
     }
     if let Some(now) = words::so_far(&repl.engine) {
@@ -41,7 +41,7 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
             &goal,
         ));
     }
-    if repl.engine.pool().is_some() && !repl.engine.estimate().is_final() {
+    if repl.engine.estimate().pool().is_some() && !repl.engine.estimate().is_final() {
         let at = qualities(&repl.engine);
         text.push_str(&format!(
             "measured by coarse pictures {at}, rendered first\n"
@@ -130,7 +130,9 @@ pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         if call.has("farm") {
             return usage("a farm is waited for: say it without `&`");
         }
-        repl.engine.idle()?;
+        if repl.engine.is_busy() {
+            return Err(engine::Error::Busy.into());
+        }
         repl.engine.start(wanted(&call, goal(&call)?)?)?;
         repl.refining = words;
         let notes = repl.event_notes();
@@ -141,7 +143,9 @@ pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         }));
     }
     let goal = goal(&call)?;
-    repl.engine.idle()?;
+    if repl.engine.is_busy() {
+        return Err(engine::Error::Busy.into());
+    }
     let mut before = repl.engine.steps().len();
     let (goal, _) = on_farm(repl, &call, goal)?;
     let wanted = wanted(&call, goal)?;
@@ -183,7 +187,7 @@ pub fn status(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
     }
     let mut text = words::idle(&repl.engine);
     // Before the first pictures none is chosen.
-    if repl.engine.pool().is_some() {
+    if repl.engine.estimate().pool().is_some() {
         let stops = repl.engine.tone()?.exposure;
         text = format!("{text}\n{}", exposure(repl.engine.show(), stops));
     }
@@ -229,13 +233,15 @@ pub fn run(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     }
     let folder = call.path("output").map(Path::to_owned);
     let folder = folder.unwrap_or_else(|| default_folder(repl));
-    repl.engine.idle()?;
+    if repl.engine.is_busy() {
+        return Err(engine::Error::Busy.into());
+    }
     let before = repl.engine.images().statistics();
     let mut farmed = 0;
     if let Some(count) = goal.count {
         // Those that are there are counted once the coarse ones are.
         farmed += on_farm(repl, call, Goal::count(0))?.1;
-        let left = count.saturating_sub(repl.engine.refined());
+        let left = count.saturating_sub(repl.engine.estimate().refined());
         farmed += on_farm(repl, call, Goal::count(left))?.1;
     } else {
         farmed += on_farm(repl, call, goal)?.1;

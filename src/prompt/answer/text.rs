@@ -168,8 +168,8 @@ pub fn quit(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
         let said = "the edits are not saved: `save`, or `quit` again to drop them";
         return Ok(Reply::text(said));
     }
-    // What is being rendered in the background is given up with it.
-    repl.engine.abandon();
+    // What is being rendered in the background is given up with the engine.
+    repl.engine.stop(true);
     Ok(Reply {
         quit: true,
         ..Reply::default()

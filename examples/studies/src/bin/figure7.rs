@@ -77,7 +77,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             is_edit: !what.is_empty() && !what.starts_with("refine"),
             what,
             seconds,
-            refined: repl.engine().refined(),
+            refined: repl.engine().estimate().refined(),
             errors: errors(repl.engine(), &mut truth)?,
         };
         println!(
@@ -152,7 +152,7 @@ fn errors(
             renderer.prepare(setup, step, work)?.render(&units, work)?
         }
     };
-    let pool = engine.pool().ok_or("nothing is rendered")?;
+    let pool = engine.estimate().pool().ok_or("nothing is rendered")?;
     let shown: Vec<Image> = units
         .iter()
         .map(|unit| pool.preview(unit, work))

@@ -171,7 +171,7 @@ fn errors(engine: &mut Engine) -> Result<Errors, Failure> {
     for cue in engine.document().timeline().cues() {
         for part in PARTS {
             let time = cue.go + (cue.completion - cue.go).scaled(part);
-            moments.push(engine.setting(time));
+            moments.push(engine.document().setting(time));
         }
     }
     let last = &steps[usize::from(finest) - 1];

@@ -174,7 +174,7 @@ impl Truth {
         for cue in engine.document().timeline().cues() {
             for part in [0.25, 0.5, 0.75, 1.0] {
                 let time = cue.go + (cue.completion - cue.go).scaled(part);
-                moments.push(engine.setting(time));
+                moments.push(engine.document().setting(time));
             }
         }
         let products = products(&banks[0], &banks[1]);
@@ -225,7 +225,7 @@ fn alone(engine: &mut Engine, step: Quality) -> Result<Vec<Image>, Failure> {
 
 /// What each bank looks like by what has been rendered.
 fn shown(engine: &Engine) -> Result<Vec<Image>, Failure> {
-    let pool = engine.pool().ok_or("no pictures")?;
+    let pool = engine.estimate().pool().ok_or("no pictures")?;
     let work = Work {
         threads: 2,
         memory: 1 << 30,
