@@ -1,6 +1,6 @@
 //! Footlight inside another program: a show from a string, files from memory and into memory, edits
 //! as values, errors as data, levels tried live, refinement in the background, frames as bytes. Run
-//! it with `cargo run --release --example embed`.
+//! it with `cargo run --release -p footlight-studies --bin embed`.
 
 use footlight::*;
 use std::{error, path::Path, thread, time::Duration};

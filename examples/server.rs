@@ -1,4 +1,4 @@
-//! A show over HTTP. `cargo run --example server -- examples/first.lxq [PORT]` tells its address;
+//! A show over HTTP. `cargo run -p footlight-studies --bin server -- examples/first.lxq [PORT]` tells its address;
 //! then `curl 'ADDRESS/picture?t=7.5' -o now.png` (finer by and by),
 //! `curl 'ADDRESS/levels?t=7.5'` and `curl ADDRESS/edit -d 'cue 2 at 0:02 { lamp 40  time 3 }'`.
 

@@ -27,8 +27,9 @@
 //!
 //! - [`Document`] is a text with everything that follows from it; an [`Edit`] is the smallest
 //!   change of the text.
-//! - [`Engine`] is a document with a renderer and the images made of it: levels, pictures, plan,
-//!   refinement (here or in the background), playback.
+//! - [`Engine`] is a document with a renderer and the images made of it ([`Images`]): levels,
+//!   pictures, plan and forecast ([`Estimate`]), refinement ([`Refinement`], here or in the
+//!   background), playback ([`Player`]).
 //! - [`LiveControl`] is what a hand does at a desk: go, back, levels that are tried and recorded.
 //! - [`Repl`] is the prompt, without a terminal: lines in, words and pictures out.
 //! - [`Host`] is what the embedding program gives: files, clock, threads, progress, limits. Nothing
@@ -116,28 +117,43 @@ mod cli;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub use cli::main;
-pub use footlight_engine::plan::{Metric, PlanReport};
-pub use footlight_engine::playback::Player;
+
+// The crates below, each with all that it has.
+pub use footlight_desk as desk;
+pub use footlight_engine as engine;
+pub use footlight_host as host;
+pub use footlight_picture as picture;
+pub use footlight_prompt as prompt;
+pub use footlight_report as report;
+pub use footlight_show as show;
+pub use footlight_stage as stage;
+pub use footlight_transport as transport;
+
+// What most programs need.
+pub use footlight_engine::plan::PlanReport;
+pub use footlight_engine::playback::{Playback, Player};
+pub use footlight_engine::pool::Pool;
 pub use footlight_engine::{
-    Background, Document, Edited, Ended, Engine, Error, Event, Forecast, Goal, Host, LiveControl,
-    Moves, PoolPlace, RefinementSummary, Status, Way, WayForecast,
+    Background, Document, Edited, Ended, Engine, Error, Estimate, Event, Forecast, Goal, Host,
+    Images, LiveControl, Moves, PoolPlace, Refinement, RefinementSummary, Status, TaskList, Way,
+    WayForecast,
 };
 pub use footlight_host::files::{
     AtomicWriter, Clock, Disk, Entry, FileError, Files, Folder, Memory, MemoryStore, Store,
 };
-pub use footlight_host::work::{Progress, Work};
+pub use footlight_host::work::{Cancelled, Progress, Work};
 pub use footlight_picture::Image;
 pub use footlight_picture::png::encode as encode_png;
 pub use footlight_picture::tone::Tone;
 pub use footlight_prompt::{Call, Console, Error as ReplError, Repl, Reply};
 pub use footlight_report::film::{Canvas, Shown};
 pub use footlight_show::diagnostic::{Diagnostic, Diagnostics, Severity, Style};
-pub use footlight_show::geometry::View;
+pub use footlight_show::geometry::{Vec3, View};
 pub use footlight_show::lang::edit::{Change, CueMove, CueText, Edit};
-pub use footlight_show::model::Show;
+pub use footlight_show::model::{Bank, Cue, Show};
 pub use footlight_show::printable::Printable;
 pub use footlight_show::timeline::Timeline;
-pub use footlight_show::units::{CueNumber, ErrorUnit, Time, Tolerance};
-pub use footlight_stage::{Rig, Scene};
+pub use footlight_show::units::{CueNumber, ErrorUnit, Rgb, Time, Tolerance};
+pub use footlight_stage::{Emitter, Light, Material, Polygon, Rig, Scene, Source};
 pub use footlight_transport::radiosity::Radiosity;
 pub use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError};

@@ -1,4 +1,4 @@
-//! Attacks the program and prints the worst: `cargo run --release --example attack`.
+//! Attacks the program and prints the worst: `cargo run --release -p footlight-studies --bin attack`.
 //!
 //! `stop` sends every verb a signal at some moments on large shows, and prints the longest time to
 //! the end; `fuzz` gives every reader damaged files; `kill` kills runs and compares the keys of the

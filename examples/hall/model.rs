@@ -1,4 +1,4 @@
-//! Builds a small hall as glTF: `cargo run --example hall_model` writes `hall.gltf` beside this
+//! Builds a small hall as glTF: `cargo run -p footlight-studies --bin hall_model` writes `hall.gltf` beside this
 //! file.
 //!
 //! As modellers export it: everything is cut into triangles, a table stands there twice as one mesh

@@ -1,4 +1,4 @@
-//! Builds Luther's Tavern: `cargo run --example tavern_model` writes `tavern.obj`, `tavern.mtl`
+//! Builds Luther's Tavern: `cargo run -p footlight-studies --bin tavern_model` writes `tavern.obj`, `tavern.mtl`
 //! and the images of its surfaces beside this file.
 //!
 //! The set is an open box: the house is the fourth wall, and the roof stays open downstage for the

@@ -1,4 +1,4 @@
-//! Builds the set of Turandot: `cargo run --example turandot_model` writes `turandot.obj`,
+//! Builds the set of Turandot: `cargo run -p footlight-studies --bin turandot_model` writes `turandot.obj`,
 //! `turandot.mtl`, the images of its surfaces and the two slides `dusk.png` and `night.png` beside this file.
 //!
 //! A square before the palace, under an open sky: gatehouses left and right, a stair to a terrace

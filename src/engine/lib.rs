@@ -1,10 +1,28 @@
-//! The engine: a document, a renderer and the pool of images, as typed calls.
+//! Documents, images, plan, refinement and playback, as typed calls.
 //!
-//! State is three values. [`Document`]: text, compiled show, undo. [`Engine`]: what is rendered of
-//! the document's setup; an edit keeps all of it that the edit does not touch. [`LiveControl`]: the
-//! moment, the levels being tried, blind edits. One state machine refines, whether called, in the
-//! background or replayed. Nothing here returns prose, reads a command line or knows a terminal;
-//! every effect on the outside goes through the [`Host`].
+//! ```text
+//! text --> Document --> setup of each view --transport--> Images --> Playback, Player --> frames
+//!                                             ^       |
+//!                             Refinement -----+       +--> Estimate: errors, plan, forecast, ways
+//! ```
+//!
+//! State is few values, each the only owner of what it holds:
+//!
+//! - [`Document`]: the text, all that follows from it, and its history. It renders nothing.
+//! - [`Images`]: all that is rendered, of every view that is in use. An edit keeps what it does not
+//!   touch.
+//! - [`Refinement`]: a goal, a way and a view, as a call names them. One state machine carries it
+//!   out, whether called, in the background or listed for a farm ([`TaskList`]).
+//! - [`Player`](playback::Player): key images ready to show; it needs nothing of the others.
+//! - [`LiveControl`]: the moment, the levels that are tried, blind edits.
+//!
+//! [`Engine`] is a document, its images, the refinement in the background and the [`Host`]; its
+//! methods hand on to these. What can be said without rendering is a function of values:
+//! [`Engine::estimate`], [`plan`], [`pool`], [`measure`].
+//!
+//! Invariants: a call that fails changes nothing but images that were finished before; the same
+//! show gives the same images on any number of threads; every effect on the outside goes through
+//! the host. This crate must not know words for people, command lines or terminals.
 
 mod background;
 mod compile;

@@ -34,7 +34,7 @@ fn the_file_is_what_its_program_writes() {
     let file = std::fs::read_to_string(folder().join("hall.gltf")).unwrap();
     assert!(
         file == model::gltf(),
-        "run `cargo run --example hall_model`"
+        "run `cargo run -p footlight-studies --bin hall_model`"
     );
 }
 
