@@ -6,10 +6,17 @@
 //! bit-equal for any number of threads.
 
 pub mod contract;
+pub mod direct;
+mod gather;
+pub mod hemicube;
 pub mod layered;
+mod memory;
 pub mod outside;
 pub mod radiosity;
 mod setup;
+pub mod surfaces;
+mod threads;
+mod unit_lights;
 
 pub use setup::Setup;
 

@@ -20,7 +20,7 @@ use footlight_show::lang;
 use footlight_show::units::Rgb;
 use footlight_stage::{Emitter, Light, Rig, Scene, Source, obj};
 use footlight_transport::radiosity::Radiosity;
-use footlight_transport::radiosity::emitter_mask;
+use footlight_transport::surfaces::emitter_mask;
 use footlight_transport::{Quality, Setup, Transport};
 use std::path::{Path, PathBuf};
 

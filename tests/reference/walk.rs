@@ -18,10 +18,11 @@ use footlight_host::work::Work;
 use footlight_show::geometry::{Vec3, frame};
 use footlight_show::hash::{GOLDEN, mix};
 use footlight_stage::Light;
-use footlight_transport::radiosity::{
-    Camera, Hierarchy, Luminaire, Precision, Receiver, Receivers, Setting, Shining, Surfaces,
-    camera, irradiance, luminaires,
-};
+use footlight_transport::direct::cluster::{Receiver, Receivers};
+use footlight_transport::direct::{Luminaire, Precision, Shining, irradiance, luminaires};
+use footlight_transport::surfaces::camera::{Camera, camera};
+use footlight_transport::surfaces::hierarchy::{Hierarchy, Setting};
+use footlight_transport::surfaces::surface::Surfaces;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 

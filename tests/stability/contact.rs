@@ -5,9 +5,11 @@ use crate::meter::{Room, cuboid, level, mean, upright};
 use footlight_host::work::Work;
 use footlight_show::geometry::View;
 use footlight_show::geometry::{Vec3, vec3};
-use footlight_transport::radiosity::{
-    CellRequest, Hierarchy, Layout, Setting, Surfaces, hash_to_unit, is_interior,
-};
+use footlight_transport::hemicube::indirect::hemicube::hash_to_unit;
+use footlight_transport::hemicube::interior::is_interior;
+use footlight_transport::hemicube::mesh::{CellRequest, Layout};
+use footlight_transport::surfaces::hierarchy::{Hierarchy, Setting};
+use footlight_transport::surfaces::surface::Surfaces;
 
 /// Two chambers under one roof, on one floor: the partition at y = 2.3 is `thick`, and only the
 /// near chamber has a lamp.

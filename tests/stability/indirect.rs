@@ -6,12 +6,15 @@ use crate::reference::{Case, render, stage};
 use footlight_host::work::{Progress, Work};
 use footlight_picture::Image;
 use footlight_show::geometry::vec3;
-use footlight_transport::radiosity::cost::Counts;
-use footlight_transport::radiosity::step::Step;
-use footlight_transport::radiosity::{
-    Bounces, Hemicube, Hierarchy, Mesh, Radiosity, Row, Setting, Surfaces, Table, VertexBuffer,
-    hash_to_unit,
-};
+use footlight_transport::hemicube::cost::Counts;
+use footlight_transport::hemicube::indirect::form::Bounces;
+use footlight_transport::hemicube::indirect::hemicube::{Hemicube, Row, Table, hash_to_unit};
+use footlight_transport::hemicube::mesh::Mesh;
+use footlight_transport::hemicube::raster::VertexBuffer;
+use footlight_transport::hemicube::step::Step;
+use footlight_transport::radiosity::Radiosity;
+use footlight_transport::surfaces::hierarchy::{Hierarchy, Setting};
+use footlight_transport::surfaces::surface::Surfaces;
 use footlight_transport::{Quality, Transport, TransportError};
 use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -9,10 +9,12 @@ use footlight_show::geometry::{Vec3, vec3};
 use footlight_show::model::Spot;
 use footlight_show::units::Rgb;
 use footlight_stage::Light;
-use footlight_transport::radiosity::{
-    Beam, Hemicube, Hierarchy, Setting, Surfaces, Table, VertexBuffer, camera, hash_to_unit,
-    kept_inside,
-};
+use footlight_transport::direct::beam::Beam;
+use footlight_transport::hemicube::indirect::hemicube::{Hemicube, Table, hash_to_unit};
+use footlight_transport::hemicube::raster::VertexBuffer;
+use footlight_transport::surfaces::camera::camera;
+use footlight_transport::surfaces::hierarchy::{Hierarchy, Setting};
+use footlight_transport::surfaces::surface::{Surfaces, kept_inside};
 use std::f64::consts::PI;
 
 /// A rectangle around (0, 0, z) that looks down.

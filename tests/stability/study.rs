@@ -6,7 +6,7 @@ use crate::methods::lamp::Lamp;
 use crate::methods::orthogonality::Way;
 use crate::methods::study;
 use footlight_show::geometry::vec3;
-use footlight_transport::radiosity::hash_to_unit;
+use footlight_transport::hemicube::indirect::hemicube::hash_to_unit;
 
 #[test]
 fn the_study_says_what_is_known_and_the_same_each_time() {

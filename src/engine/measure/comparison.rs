@@ -8,7 +8,7 @@ use super::{Reference, difference};
 use crate::{Engine, Error};
 use footlight_picture::Image;
 use footlight_transport::Quality;
-use footlight_transport::radiosity::emitter_mask;
+use footlight_transport::surfaces::emitter_mask;
 
 /// A quality against references.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -7,7 +7,7 @@ use super::quality::{Seconds, measured};
 use super::{BankError, Origin, Reference, difference};
 use crate::{Engine, Error};
 use footlight_transport::Quality;
-use footlight_transport::radiosity::emitter_mask;
+use footlight_transport::surfaces::emitter_mask;
 
 /// The error of every step of quality against the time that it takes.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,10 +6,12 @@ use footlight_show::geometry::{Vec3, vec3};
 use footlight_show::units::Rgb;
 use footlight_stage::{Material, Polygon, Scene};
 use footlight_transport::TransportError;
-use footlight_transport::radiosity::{
-    BLOCK, Block, Bounces, CellRequest, Hemicube, Hierarchy, Layout, Mesh, Rows, Setting, Surfaces,
-    Table, VertexBuffer, hash_to_unit,
-};
+use footlight_transport::hemicube::indirect::form::{BLOCK, Block, Bounces, Rows};
+use footlight_transport::hemicube::indirect::hemicube::{Hemicube, Table, hash_to_unit};
+use footlight_transport::hemicube::mesh::{CellRequest, Layout, Mesh};
+use footlight_transport::hemicube::raster::VertexBuffer;
+use footlight_transport::surfaces::hierarchy::{Hierarchy, Setting};
+use footlight_transport::surfaces::surface::Surfaces;
 
 /// Reflectances, up to where light is met a thousand times.
 pub const REFLECTANCES: [f32; 9] = [0.3, 0.5, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999];

@@ -7,10 +7,12 @@ use super::furnace::{mesh, scene};
 use footlight_host::work::Work;
 use footlight_show::geometry::{Vec3, vec3};
 use footlight_transport::TransportError;
-use footlight_transport::radiosity::{
-    Hemicube, Hierarchy, Luminaire, Precision, Receiver, Receivers, Setting, Shining, Surfaces,
-    Table, VertexBuffer, hash_to_unit, irradiance,
-};
+use footlight_transport::direct::cluster::{Receiver, Receivers};
+use footlight_transport::direct::{Luminaire, Precision, Shining, irradiance};
+use footlight_transport::hemicube::indirect::hemicube::{Hemicube, Table, hash_to_unit};
+use footlight_transport::hemicube::raster::VertexBuffer;
+use footlight_transport::surfaces::hierarchy::{Hierarchy, Setting};
+use footlight_transport::surfaces::surface::Surfaces;
 
 /// A lamp's rectangle, parallel to the floor and looking down.
 #[derive(Clone, Copy, Debug, PartialEq)]

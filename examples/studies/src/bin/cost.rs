@@ -1,4 +1,4 @@
-//! Fits the unit costs of `src/transport/radiosity/cost.rs` to measurements of every shipped scene at every
+//! Fits the unit costs of `src/transport/hemicube/cost.rs` to measurements of every shipped scene at every
 //! step, and prints prediction over measurement for each: `cargo run --release -p footlight-studies --bin cost`.
 //!
 //! `--check` only prints, `--quick` leaves out the finest step. Times are in units of cost,
@@ -19,9 +19,9 @@ mod reference;
 mod rooms;
 
 use footlight_host::work::{Silent, Work};
+use footlight_transport::hemicube::cost::{Counts, LIGHTS, PICTURE, PREPARE};
+use footlight_transport::hemicube::step::Step;
 use footlight_transport::radiosity::Radiosity;
-use footlight_transport::radiosity::cost::{self, Counts, LIGHTS, PICTURE, PREPARE};
-use footlight_transport::radiosity::step::Step;
 use footlight_transport::{Quality, Transport};
 use reference::{Case, cornell, furnace, stage, tavern};
 use rooms::{first, room};
@@ -62,7 +62,7 @@ fn main() {
     );
     for case in &cases {
         for quality in 1..=Radiosity.finest().0 - u8::from(quick) {
-            let pace = cost::cost_scale(&clock, work).unwrap();
+            let pace = Radiosity.cost_scale(&clock, work).unwrap();
             let sample = measure(case, Quality(quality), pace, &clock, work);
             let seconds = sample.took.map(|t| t * pace);
             let ratio = |a: f64, b: f64| a / b;

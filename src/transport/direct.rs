@@ -1,0 +1,273 @@
+//! Direct light: one number for each receiving point and light, at unit radiance or intensity.
+//!
+//! Receivers are sorted facet by facet into trees of small flat clusters; a chunk of one facet is
+//! the work of one thread. `panel` and `point_source` drop at every cluster the emitters and occluders that
+//! do not reach it. Where some error is allowed, a cluster is interpolated (`irradiance_patch`).
+//! Invariant: results depend on the points alone, not on threads, batches or settings. This module
+//! does not depend on colour.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "facets and pieces are named by the surfaces, receivers by their clusters"
+)]
+
+pub mod beam;
+pub mod cluster;
+mod irradiance_patch;
+pub mod lambert;
+mod near_field;
+mod panel;
+mod point_source;
+pub mod projector;
+mod quadratic_fit;
+mod shadow;
+
+use crate::TransportError;
+use crate::contract::check_memory;
+use crate::direct::beam::Beam;
+use crate::direct::cluster::Receivers;
+use crate::direct::irradiance_patch::IrradiancePatch;
+use crate::direct::near_field::Picture;
+use crate::direct::panel::Panel;
+use crate::direct::point_source::PointSourceIntegrator;
+use crate::surfaces::facet::Piece;
+use crate::surfaces::fragment::Fragments;
+use crate::surfaces::hierarchy::Setting;
+use crate::surfaces::surface::Surfaces;
+use footlight_host::work::Work;
+use footlight_show::geometry::Vec3;
+use footlight_stage::{Light, Rig, Scene};
+use rayon::prelude::*;
+
+/// A light, prepared for direct illumination.
+#[derive(Clone, Debug)]
+pub enum Luminaire {
+    /// Pieces (indices) that emit.
+    Panel(Vec<usize>),
+    /// A point source; of a projection the even light without its image.
+    Spot(Beam),
+}
+
+/// Marks that may be kept for a light: one for each of its pieces and each piece of the scene.
+const MOST_MARKS: usize = 1 << 24;
+
+/// A light with the occluders that are culled for it.
+#[derive(Clone, Debug)]
+pub struct Shining<'a> {
+    light: &'a Luminaire,
+    culled: CulledOccluders,
+}
+
+impl<'a> Shining<'a> {
+    /// Culls the occluders of a light.
+    pub fn new(surfaces: &Surfaces, light: &'a Luminaire) -> Shining<'a> {
+        let culled = light.culled_occluders(surfaces);
+        Shining { light, culled }
+    }
+}
+
+/// The occluders that need no test for a light, as they are hidden from it by the fronts of their
+/// own solids.
+#[derive(Clone, Debug)]
+pub struct CulledOccluders {
+    /// Pieces of the light, in order, that share their marks.
+    together: usize,
+    /// [`Solids::hidden`](crate::surfaces::solid::Solids::hidden) from those.
+    marks: Vec<Vec<bool>>,
+}
+
+impl CulledOccluders {
+    /// For each piece of the scene, whether it is culled for one of the light's pieces; a point
+    /// source is the first.
+    pub fn from(&self, piece: usize) -> &[bool] {
+        &self.marks[piece / self.together]
+    }
+}
+
+impl Luminaire {
+    /// Bytes of the marks of [`Shining`].
+    pub fn mark_bytes(&self, surfaces: &Surfaces) -> usize {
+        let sets = match self {
+            Luminaire::Panel(pieces) => pieces.len().div_ceil(together(pieces.len(), surfaces)),
+            Luminaire::Spot(_) => 1,
+        };
+        sets * surfaces.pieces.len()
+    }
+
+    fn culled_occluders(&self, surfaces: &Surfaces) -> CulledOccluders {
+        let marks = |corners: &[Vec3]| {
+            let touching = surfaces.touching();
+            surfaces
+                .solids()
+                .hidden(&surfaces.pieces, corners, touching)
+        };
+        match self {
+            Luminaire::Panel(pieces) => {
+                let together = together(pieces.len(), surfaces);
+                let corners = |group: &[usize]| {
+                    let vertices = group
+                        .iter()
+                        .flat_map(|&i| surfaces.pieces[i].vertices.iter());
+                    marks(&vertices.copied().collect::<Vec<Vec3>>())
+                };
+                CulledOccluders {
+                    together,
+                    marks: pieces.chunks(together).map(corners).collect(),
+                }
+            }
+            Luminaire::Spot(beam) => CulledOccluders {
+                together: 1,
+                marks: vec![marks(&[beam.position])],
+            },
+        }
+    }
+}
+
+/// How many of a light's pieces share their marks.
+fn together(pieces: usize, surfaces: &Surfaces) -> usize {
+    let sets = (MOST_MARKS / surfaces.pieces.len().max(1)).max(1);
+    pieces.div_ceil(sets).max(1)
+}
+
+/// Refuses a rig whose parts do not fit together or whose numbers are not finite.
+///
+/// # Errors
+/// [`TransportError::Scene`] that names the light or source.
+pub fn check_rig(scene: &Scene, rig: &Rig) -> Result<(), TransportError> {
+    for (i, light) in rig.lights.iter().enumerate() {
+        let known =
+            !matches!(light, Light::Panel { material, .. } if *material >= scene.materials.len());
+        if !known || !light.strength().0.iter().all(|c| c.is_finite()) {
+            return Err(TransportError::Scene(format!(
+                "light {i} has an unknown material or a strength that is not finite"
+            )));
+        }
+    }
+    for source in &rig.sources {
+        for emitter in &source.emitters {
+            if emitter.light >= rig.lights.len() || !emitter.filter.0.iter().all(|c| c.is_finite())
+            {
+                return Err(TransportError::Scene(format!(
+                    "source {} has an unknown light or a filter that is not finite",
+                    source.name
+                )));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Prepares the rig's lights.
+///
+/// # Errors
+/// [`TransportError::Scene`] for a spot whose angles or aim are impossible, and for an image, which
+/// shines on nothing ([`crate::layered`] adds it to the picture).
+pub fn luminaires(surfaces: &Surfaces, rig: &Rig) -> Result<Vec<Luminaire>, TransportError> {
+    rig.lights
+        .iter()
+        .enumerate()
+        .map(|(i, light)| match light {
+            Light::Panel { material, .. } => {
+                let lit = |p: &Piece| surfaces.facets[p.facet].material == *material;
+                let pieces = (0..surfaces.pieces.len()).filter(|&p| lit(&surfaces.pieces[p]));
+                Ok(Luminaire::Panel(pieces.collect()))
+            }
+            Light::Spot(spot) => Beam::new(spot).map(Luminaire::Spot).ok_or_else(|| {
+                TransportError::Scene(format!(
+                    "light {i}: a spot needs 0 < beam < field <= 360 degrees and an aim"
+                ))
+            }),
+            Light::Image(_) => Err(TransportError::Scene(format!(
+                "light {i} is an image: it cannot shine on the stage"
+            ))),
+            Light::Measured(measured) => Beam::measured(measured)
+                .map(Luminaire::Spot)
+                .ok_or_else(|| bad_mount(i)),
+            Light::Projection(projection) => Beam::even(projection)
+                .map(Luminaire::Spot)
+                .ok_or_else(|| bad_mount(i)),
+        })
+        .collect()
+}
+
+fn bad_mount(light: usize) -> TransportError {
+    let needs = "needs a place, another one to aim at, and an angle below 180 degrees";
+    TransportError::Scene(format!("light {light} {needs}"))
+}
+
+/// How exact direct light is to be.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Precision {
+    /// How far reflectance times irradiance may be, at the samples, from what is interpolated
+    /// through them; 0 evaluates every receiver.
+    pub allowed: f64,
+    /// How near a panel must be for its light to be averaged over a pixel instead of taken in its
+    /// middle, as a share of the distance at which these two begin to differ.
+    pub near: f64,
+}
+
+impl Precision {
+    /// Exact everywhere.
+    pub const EXACT: Precision = Precision {
+        allowed: 0.0,
+        near: 1.0,
+    };
+}
+
+/// Irradiance at every receiver (in the order they were given in) per unit radiance or peak
+/// intensity of one light. Given the fragments that the receivers are, a spot's is the mean over
+/// each fragment's outline, and a panel's where it is near ([`Precision::near`]); else that at the
+/// point.
+///
+/// # Errors
+/// On cancel; [`TransportError::Memory`] where the occluders of a panel fill half of the memory.
+pub fn irradiance(
+    setting: Setting<'_>,
+    Shining { light, culled }: &Shining<'_>,
+    receivers: &Receivers,
+    fragments: Option<&Fragments>,
+    Precision { allowed, near }: Precision,
+    work: Work<'_>,
+) -> Result<Vec<f32>, TransportError> {
+    let of_thread = work.memory / 2 / work.threads.max(1);
+    let parts: Result<Vec<Vec<f32>>, TransportError> = receivers
+        .chunks
+        .par_iter()
+        .map(|(facet, cluster)| {
+            work.check()?;
+            let own = &setting.surfaces.facets[*facet];
+            let reflectance = own.highest_reflectance();
+            let allowed = if reflectance > 0.0 {
+                allowed / reflectance
+            } else {
+                f64::INFINITY
+            };
+            let mut patch = IrradiancePatch::new(&receivers.points, cluster, own.normal, allowed);
+            match light {
+                Luminaire::Panel(pieces) => {
+                    let picture =
+                        fragments.map(|f| Picture::new(receivers, f, own.normal, cluster));
+                    let mut panel = Panel::new(setting, own.normal, *facet, (near, of_thread));
+                    let pieces = (pieces.as_slice(), culled);
+                    let fits = panel.shine(pieces, picture.as_ref(), cluster, &mut patch);
+                    let needed = if fits {
+                        0
+                    } else {
+                        work.memory.saturating_mul(2)
+                    };
+                    check_memory("what shades a light of many faces", needed, work.memory)?;
+                }
+                Luminaire::Spot(beam) => {
+                    let mut source = PointSourceIntegrator::new(setting, beam, culled, own.normal);
+                    source.shine(receivers, fragments, cluster, &mut patch);
+                }
+            }
+            Ok(patch.sums.iter().map(|s| *s as f32).collect())
+        })
+        .collect();
+    let mut out = vec![0.0; receivers.points.len()];
+    for (value, &at) in parts?.iter().flatten().zip(&receivers.origin) {
+        out[at] = *value;
+    }
+    Ok(out)
+}

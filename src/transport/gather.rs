@@ -1,0 +1,358 @@
+//! G for scenes of many polygons: final gathering by ray tracing over a radiosity cache.
+//!
+//! Its cost follows what the camera sees, not how many polygons there are: nothing is meshed. Each
+//! pixel sends rays, cosine-weighted, whose ends are cells of a cache ([`cells`]); the cells
+//! exchange light by Jacobi steps; direct light is the closed form times the visible share of
+//! sampled shadow rays ([`emitter`]), with more samples where the first ones differ, until the
+//! predicted noise is what the step allows. Cells, rays and filters depend on the geometry alone and
+//! samples of a light on that light alone, so that a picture is exactly linear, and the same in any
+//! company and on any number of threads.
+
+mod bounces;
+pub mod bvh;
+pub mod cells;
+mod direct_light;
+pub mod emitter;
+mod irradiance_filter;
+mod picture_rays;
+pub mod ray_scene;
+pub mod sampling;
+mod step;
+mod systematic;
+
+pub use step::{GatherStep, cost};
+
+use crate::contract::check_memory;
+use crate::direct::projector::{Projector, projector};
+use crate::direct::{Luminaire, check_rig, luminaires};
+use crate::gather::bounces::Bounces;
+use crate::gather::bvh::Bvh;
+use crate::gather::cells::{CellFinder, Cells};
+use crate::gather::direct_light::DirectLight;
+use crate::gather::emitter::{Emitter, Receiver, SampleSum};
+use crate::gather::irradiance_filter::filter;
+use crate::gather::picture_rays::{Gathered, PictureRays};
+use crate::gather::ray_scene::{DARK, RayScene, SurfacePoint};
+use crate::gather::sampling::{hash, point};
+use crate::memory::MemoryBudget;
+use crate::surfaces::FACET_BYTES;
+use crate::surfaces::camera::Camera;
+use crate::surfaces::camera::camera;
+use crate::surfaces::surface::Surfaces;
+use crate::threads::Threads;
+use crate::unit_lights::UnitLights;
+use crate::{Quality, Setup, TransportError};
+use footlight_host::work::{Cancelled, Work};
+use footlight_picture::Image;
+use footlight_show::geometry::frame;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// Lights that are solved at once, at most, and about how many bytes they take together: what rays show
+/// is found once for all of them.
+const BLOCK: usize = 8;
+const BLOCK_BYTES: usize = 192 << 20;
+/// Seed of the sequences of points.
+const SEED_CELL_LIGHT: u32 = 0x777;
+
+/// G for one setup and step.
+pub struct FinalGather {
+    step: GatherStep,
+    width: usize,
+    height: usize,
+    camera: Camera,
+    surfaces: Surfaces,
+    bvh: Bvh,
+    /// How far rays keep from surfaces, metres.
+    offset: f64,
+    lights: Vec<Luminaire>,
+    projectors: Vec<Option<Projector>>,
+    /// Facets of the first samples of each pixel.
+    seen: Vec<u32>,
+    gathered: Gathered,
+    cells: Cells,
+    bounces: Bounces,
+    held: usize,
+    /// For each light its picture at unit strength, three channels interleaved.
+    pictures: Vec<Option<Vec<f32>>>,
+}
+
+impl FinalGather {
+    /// Finds what the camera sees and where its light comes from.
+    ///
+    /// # Errors
+    /// [`TransportError`] for a setup that cannot be used, a budget too small, or on cancel.
+    pub fn new(
+        setup: &Setup,
+        quality: Quality,
+        work: Work<'_>,
+    ) -> Result<FinalGather, TransportError> {
+        let step = GatherStep::of(quality)?;
+        Threads::new(work)?.install(|| FinalGather::prepare(setup, step, work))
+    }
+
+    fn prepare(
+        setup: &Setup,
+        step: GatherStep,
+        work: Work<'_>,
+    ) -> Result<FinalGather, TransportError> {
+        let Setup { scene, rig, view } = setup;
+        check_rig(scene, rig)?;
+        let camera = camera(view)?;
+        let mut budget = MemoryBudget::new(work);
+        budget.take("the stage", scene.polygons.len() * FACET_BYTES)?;
+        let surfaces = Surfaces::new(scene)?;
+        let lights = luminaires(&surfaces, rig)?;
+        let pixels = view.width * view.height;
+        // At least: pixels that show several surfaces have more rays.
+        let each = 4 * (step.first + step.rays) as usize;
+        budget.check("the rays of the picture", pixels.saturating_mul(each))?;
+        let bvh = Bvh::new(&surfaces, work)?;
+        budget.take("the hierarchy of triangles", bvh.bytes())?;
+        let offset = 3.0 * surfaces.touching();
+        let picture = PictureRays {
+            scene: RayScene {
+                surfaces: &surfaces,
+                bvh: &bvh,
+                offset,
+            },
+            camera: &camera,
+            size: [view.width, view.height],
+            step,
+        };
+        let seen = picture.seen(work)?;
+        let mixed = picture.mixed_share(&seen);
+        let settings = picture.cell_settings(&seen, work)?;
+        let mut finder = CellFinder::new(picture.scene, settings);
+        let gathered = picture.gather((&seen, mixed), settings, &mut finder, &budget, work)?;
+        budget.take("the rays of the picture", gathered.bytes())?;
+        let cells = finder.find(&budget, work)?;
+        budget.take("the radiosity cache", cells.bytes())?;
+        let bounces = cells.bounces(work)?;
+        Ok(FinalGather {
+            step,
+            width: view.width,
+            height: view.height,
+            camera,
+            offset,
+            lights,
+            projectors: rig.lights.iter().map(projector).collect(),
+            seen,
+            gathered,
+            cells,
+            bounces,
+            held: budget.held,
+            pictures: rig.lights.iter().map(|_| None).collect(),
+            surfaces,
+            bvh,
+        })
+    }
+
+    fn scene(&self) -> RayScene<'_> {
+        RayScene {
+            surfaces: &self.surfaces,
+            bvh: &self.bvh,
+            offset: self.offset,
+        }
+    }
+
+    fn rays(&self) -> PictureRays<'_> {
+        PictureRays {
+            scene: self.scene(),
+            camera: &self.camera,
+            size: [self.width, self.height],
+            step: self.step,
+        }
+    }
+
+    fn emitter(&self, light: usize) -> Emitter<'_> {
+        let projector = self.projectors[light].as_ref();
+        Emitter::new(&self.surfaces, &self.lights[light], projector)
+    }
+
+    /// Reflected light of each of the lights in every pixel, as radiance.
+    fn indirect(&self, lights: &[usize], work: Work<'_>) -> Result<Vec<Vec<f32>>, Cancelled> {
+        let direct = self.direct_at_cells(lights, work)?;
+        let radiosity = self
+            .cells
+            .radiosity(&direct, lights.len(), &self.bounces, work)?;
+        drop(direct);
+        let width = 3 * lights.len();
+        let pixels = self.width * self.height;
+        let mut gathered = vec![0.0_f32; pixels * width];
+        let rows = gathered.par_chunks_mut(width * self.width).enumerate();
+        rows.try_for_each(|(y, row)| {
+            work.check()?;
+            let mut sums = vec![0.0_f32; width];
+            for (x, out) in row.chunks_exact_mut(width).enumerate() {
+                let pixel = y * self.width + x;
+                let mut cells = self.gathered.cells.get(pixel);
+                let runs = self.gathered.runs.get(pixel);
+                let rays = runs.iter().map(|run| run.rays).sum::<u32>();
+                let share = 1.0 / rays.max(1) as f32;
+                for run in runs {
+                    sums.fill(0.0);
+                    let (met, later) = cells.split_at(run.rays as usize);
+                    cells = later;
+                    for same in met.chunk_by(|a, b| a == b) {
+                        if same[0] == DARK {
+                            continue;
+                        }
+                        let light = &radiosity[same[0] as usize * width..][..width];
+                        for (sum, radiosity) in sums.iter_mut().zip(light) {
+                            *sum += same.len() as f32 * radiosity;
+                        }
+                    }
+                    let Some(facet) = self.surfaces.facets.get(run.facet as usize) else {
+                        continue;
+                    };
+                    let is_smooth = self.gathered.smooth[pixel].is_some();
+                    let scale = match self.gathered.paints.get(run.paint as usize) {
+                        None => facet.reflectance.map(|r| (r / PI) as f32 * share),
+                        // Light is evened out without the texture.
+                        Some(_) if is_smooth => [share / PI as f32; 3],
+                        Some(paint) => paint.map(|r| r * (share / PI as f32)),
+                    };
+                    for (k, sum) in sums.iter().enumerate() {
+                        out[k] += scale[k % 3] * sum;
+                    }
+                }
+            }
+            Ok(())
+        })?;
+        let smooth = &self.gathered.smooth;
+        let mut filtered = filter(smooth, [self.width, self.height], &gathered, width, work)?;
+        self.paint(&mut filtered, width);
+        let pixel = |l: usize| move |p: &[f32]| [p[3 * l], p[3 * l + 1], p[3 * l + 2]];
+        let picture = |l: usize| filtered.chunks_exact(width).flat_map(pixel(l)).collect();
+        Ok((0..lights.len()).map(picture).collect())
+    }
+
+    /// Multiplies the evened out light of pixels by their textures.
+    fn paint(&self, filtered: &mut [f32], width: usize) {
+        let Gathered {
+            runs,
+            paints,
+            smooth,
+            ..
+        } = &self.gathered;
+        for (pixel, values) in filtered.chunks_exact_mut(width).enumerate() {
+            let run = runs.get(pixel).first().filter(|_| smooth[pixel].is_some());
+            if let Some(paint) = run.and_then(|run| paints.get(run.paint as usize)) {
+                values
+                    .iter_mut()
+                    .zip(paint.iter().cycle())
+                    .for_each(|(v, r)| *v *= r);
+            }
+        }
+    }
+
+    /// Irradiance that comes to each cell from each of the lights directly.
+    fn direct_at_cells(&self, lights: &[usize], work: Work<'_>) -> Result<Vec<f32>, Cancelled> {
+        let emitters: Vec<Emitter<'_>> = lights.iter().map(|&l| self.emitter(l)).collect();
+        let mut out = vec![0.0_f32; self.cells.count() * lights.len()];
+        const RUN: usize = 256;
+        let runs = out.par_chunks_mut(RUN * lights.len()).enumerate();
+        runs.try_for_each(|(at, run)| {
+            work.check()?;
+            let mut sums = vec![SampleSum::default(); lights.len()];
+            for (i, out) in run.chunks_exact_mut(lights.len()).enumerate() {
+                let cell = at * RUN + i;
+                let points = self.cells.points(cell);
+                let seed = hash(cell as u32) ^ SEED_CELL_LIGHT;
+                sums.fill(SampleSum::default());
+                for (k, p) in points.iter().enumerate() {
+                    let SurfacePoint {
+                        facet,
+                        point: place,
+                    } = p.place(self.scene());
+                    let normal = self.surfaces.facets[facet as usize].normal;
+                    let at = Receiver {
+                        point: place,
+                        normal,
+                        facet: normal,
+                    };
+                    // About a pixel there.
+                    let footprint = || {
+                        let distance = (place - self.camera.origin).length();
+                        let side = distance * self.camera.step_x * 4.0;
+                        frame(normal).map(|way| way * side)
+                    };
+                    let random = point(k as u32, seed);
+                    for (sum, emitter) in sums.iter_mut().zip(&emitters) {
+                        let sample = emitter.sample(self.scene(), at, footprint, random);
+                        sum.add(sample, 1.0);
+                    }
+                }
+                for (out, sum) in out.iter_mut().zip(&sums) {
+                    *out = sum.irradiance() / points.len().max(1) as f32;
+                }
+            }
+            Ok(())
+        })?;
+        Ok(out)
+    }
+}
+
+impl UnitLights for FinalGather {
+    fn bytes(&self) -> usize {
+        self.held
+    }
+
+    fn pixels(&self) -> usize {
+        self.width * self.height
+    }
+
+    fn solve(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError> {
+        let is_new = |l: &usize| self.pictures[*l].is_none();
+        let new: Vec<usize> = wanted.iter().copied().filter(is_new).collect();
+        let pixels = self.pixels();
+        let each = 12 * pixels;
+        check_memory("the lights", new.len() * each, work.memory)?;
+        let light = self.cells.light_bytes() + (36 + DirectLight::PIXEL_BYTES) * pixels;
+        let most = BLOCK_BYTES.min(work.memory / 4);
+        let together = (most / light.max(1)).clamp(1, BLOCK);
+        let mut done = 0;
+        for block in new.chunks(together) {
+            check_memory("light in the cache", block.len() * light, work.memory)?;
+            work.progress.report("reflected light", done, new.len());
+            let mut found = self.indirect(block, work)?;
+            let emitters: Vec<Emitter<'_>> = block.iter().map(|&l| self.emitter(l)).collect();
+            let direct = DirectLight {
+                rays: self.rays(),
+                seen: &self.seen,
+                emitters: &emitters,
+                report: (done, new.len()),
+            };
+            direct.add_to(&mut found, work)?;
+            done += block.len();
+            for (light, picture) in block.iter().zip(found) {
+                self.pictures[*light] = Some(picture);
+                self.held += each;
+            }
+        }
+        work.progress.report("direct light", done, new.len());
+        Ok(())
+    }
+
+    fn picture(&self, strengths: &[[f64; 3]]) -> Image {
+        let lit: Vec<(&Vec<f32>, [f64; 3])> = self
+            .pictures
+            .iter()
+            .zip(strengths)
+            .filter(|(_, s)| s.iter().any(|x| *x != 0.0))
+            .filter_map(|(picture, s)| picture.as_ref().map(|p| (p, *s)))
+            .collect();
+        let mut image = Image::new(self.width, self.height);
+        let rows = image.data_mut().par_chunks_mut(3 * self.width).enumerate();
+        rows.for_each(|(y, row)| {
+            let start = 3 * y * self.width;
+            for (i, value) in row.iter_mut().enumerate() {
+                let of =
+                    |(picture, s): &(&Vec<f32>, [f64; 3])| s[i % 3] * f64::from(picture[start + i]);
+                *value = lit.iter().map(of).sum::<f64>() as f32;
+            }
+        });
+        image
+    }
+}

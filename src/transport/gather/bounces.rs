@@ -1,0 +1,133 @@
+//! Light that goes from cell to cell.
+
+use crate::gather::cells::Cells;
+use footlight_host::work::{Cancelled, Work};
+use rayon::prelude::*;
+use std::array;
+
+/// What is left in any cell, at most, of light that started everywhere alike, after the last bounce
+/// that is followed: of later ones only the sum is known, as light falls off evenly by then. A small
+/// white niche in a black hall has many bounces.
+const LEFT: f32 = 0.05;
+/// Bounces that are followed, at most, and the greatest share of light that a bounce is taken to leave.
+const MOST_BOUNCES: usize = 400;
+const MOST_KEPT: f64 = 0.9999;
+/// Cells that one task works on.
+const RUN: usize = 256;
+
+/// The bounces between cells.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounces {
+    /// How many are followed.
+    count: usize,
+    /// All later ones together, as a multiple of the last one, for each channel: light falls off
+    /// evenly by then.
+    rest: [f32; 3],
+}
+
+impl Cells {
+    /// How many cells the camera's rays end in: the first ones.
+    fn seen(&self) -> usize {
+        self.count() - self.later()
+    }
+
+    /// Follows light that starts everywhere alike until little is left.
+    ///
+    /// # Errors
+    /// On cancel.
+    pub fn bounces(&self, work: Work<'_>) -> Result<Bounces, Cancelled> {
+        let dark = vec![0.0_f32; self.later()];
+        let mut now = vec![1.0_f32; 3 * dark.len()];
+        let mut next = now.clone();
+        let sum = |level: &[f32]| -> [f64; 3] {
+            let of = |k: usize| level.iter().skip(k).step_by(3).map(|l| f64::from(*l));
+            array::from_fn(|k| of(k).sum())
+        };
+        let mut out = Bounces {
+            count: 0,
+            rest: [0.0; 3],
+        };
+        let mut left = sum(&now);
+        while out.count < MOST_BOUNCES && now.iter().any(|level| *level > LEFT) {
+            self.reflect(self.seen(), &now, &dark, 1, &mut next, work)?;
+            std::mem::swap(&mut now, &mut next);
+            let before = std::mem::replace(&mut left, sum(&now));
+            out.count += 1;
+            out.rest = array::from_fn(|k| {
+                // Nothing at all may be left.
+                let kept = (left[k] / before[k].max(f64::MIN_POSITIVE)).min(MOST_KEPT);
+                (kept / (1.0 - kept)) as f32
+            });
+        }
+        Ok(out)
+    }
+
+    /// Radiosity of each cell that the camera's rays end in under several lights at once, from the
+    /// irradiance that arrives directly at every cell (`direct`, one number for each cell and light):
+    /// Jacobi steps among the other cells. Returns three channels for each cell and light.
+    ///
+    /// # Errors
+    /// On cancel.
+    pub fn radiosity(
+        &self,
+        direct: &[f32],
+        lights: usize,
+        bounces: &Bounces,
+        work: Work<'_>,
+    ) -> Result<Vec<f32>, Cancelled> {
+        let (seen, later) = direct.split_at(self.seen() * lights);
+        let mut now = vec![0.0_f32; 3 * later.len()];
+        let mut next = now.clone();
+        for _ in 0..bounces.count {
+            self.reflect(self.seen(), &now, later, lights, &mut next, work)?;
+            std::mem::swap(&mut now, &mut next);
+        }
+        let channels = now.iter_mut().zip(&next).zip(bounces.rest.iter().cycle());
+        channels.for_each(|((now, before), rest)| *now += rest * (*now - before));
+        drop(next);
+        let mut out = vec![0.0_f32; 3 * seen.len()];
+        self.reflect(0, &now, seen, lights, &mut out, work)?;
+        Ok(out)
+    }
+
+    /// What the cells from `start` on send back of direct light and of the radiosity `now` of those that
+    /// their rays end in.
+    fn reflect(
+        &self,
+        start: usize,
+        now: &[f32],
+        direct: &[f32],
+        lights: usize,
+        out: &mut [f32],
+        work: Work<'_>,
+    ) -> Result<(), Cancelled> {
+        let width = 3 * lights;
+        let direct = direct.par_chunks(RUN * lights);
+        let runs = out.par_chunks_mut(RUN * width).zip(direct).enumerate();
+        runs.try_for_each(|(at, (run, direct))| {
+            work.check()?;
+            let cells = run.chunks_exact_mut(width).zip(direct.chunks_exact(lights));
+            for (i, (out, arrives)) in cells.enumerate() {
+                let cell = start + at * RUN + i;
+                out.fill(0.0);
+                let mut rays = 0_u32;
+                for other in self.met(cell) {
+                    rays += 1;
+                    let Some(other) = other else {
+                        continue;
+                    };
+                    for (sum, b) in out.iter_mut().zip(&now[other * width..][..width]) {
+                        *sum += b;
+                    }
+                }
+                let share = 1.0 / rays.max(1) as f32;
+                for (channels, direct) in out.chunks_exact_mut(3).zip(arrives) {
+                    for (b, r) in channels.iter_mut().zip(self.reflectances[cell]) {
+                        *b = r * (direct + share * *b);
+                    }
+                }
+            }
+            Ok(())
+        })
+    }
+}

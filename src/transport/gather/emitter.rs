@@ -1,0 +1,436 @@
+//! Direct light at one point: what would arrive, and one shadow ray.
+//!
+//! Each light is at unit radiance or intensity; colours and levels come later. This module does not
+//! depend on pictures.
+
+use crate::direct::Luminaire;
+use crate::direct::beam::Beam;
+use crate::direct::lambert::closed_form;
+use crate::direct::projector::Projector;
+use crate::gather::ray_scene::{DARK, RayScene};
+use crate::gather::sampling::cosine_direction;
+use crate::surfaces::surface::Surfaces;
+use arrayvec::ArrayVec;
+use footlight_show::geometry::Vec3;
+use std::f64::consts::PI;
+
+/// Triangles up to which a panel's light without shadows is found in closed form. A panel of more
+/// is sampled twice, by its area and by the receiver's cosine, and the two are weighted by the
+/// balance heuristic (Veach and Guibas 1995): no sample is worth more than a whole sky, however near
+/// the panel.
+const CLOSED_FORM: usize = 16;
+
+/// A light as it is sampled.
+pub enum Emitter<'a> {
+    /// A panel.
+    Area(AreaLight),
+    /// A point source and its image, if it projects one.
+    Point(&'a Beam, Option<&'a Projector>),
+}
+
+/// A panel's triangles.
+pub struct AreaLight {
+    material: usize,
+    triangles: Vec<Triangle>,
+    /// Square metres of each triangle and those before it.
+    areas: Vec<f64>,
+}
+
+struct Triangle {
+    corners: [Vec3; 3],
+    normal: Vec3,
+}
+
+/// A point of a surface that light comes to.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
+    /// Where.
+    pub point: Vec3,
+    /// Unit normal to shade by.
+    pub normal: Vec3,
+    /// Unit normal of the facet: no light comes from below its plane.
+    pub facet: Vec3,
+}
+
+/// Direct light at a point from one sample of a light.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sample {
+    /// Irradiance without shadows, in closed form; of a panel of many triangles, of which only the
+    /// light past shadows is known, that.
+    pub unoccluded: f64,
+    /// Irradiance without shadows by the sample: its mean over samples is that of `unoccluded`.
+    pub sampled: f64,
+    /// The same past what stands in the way.
+    pub visible: f64,
+}
+
+/// Sums over samples of one light at several points, in single precision, as there is one for every
+/// pixel.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SampleSum {
+    unoccluded: f32,
+    sampled: f32,
+    visible: f32,
+}
+
+impl SampleSum {
+    /// Adds one of them, weighted.
+    pub fn add(&mut self, sample: Sample, weight: f32) {
+        self.unoccluded += weight * sample.unoccluded as f32;
+        self.sampled += weight * sample.sampled as f32;
+        self.visible += weight * sample.visible as f32;
+    }
+
+    /// The sum of irradiance: the closed form times the visible share of what was sampled.
+    pub fn irradiance(&self) -> f32 {
+        if self.sampled > 0.0 {
+            self.unoccluded * (self.visible / self.sampled)
+        } else {
+            0.0
+        }
+    }
+}
+
+impl<'a> Emitter<'a> {
+    /// Of a light of the rig.
+    pub fn new(
+        surfaces: &Surfaces,
+        light: &'a Luminaire,
+        projector: Option<&'a Projector>,
+    ) -> Emitter<'a> {
+        match light {
+            Luminaire::Panel(pieces) => Emitter::Area(AreaLight::new(surfaces, pieces)),
+            Luminaire::Spot(beam) => Emitter::Point(beam, projector),
+        }
+    }
+
+    /// Is this the material of the panel that shines?
+    pub fn is_of(&self, material: usize) -> bool {
+        matches!(self, Emitter::Area(area) if area.material == material)
+    }
+
+    /// One sample of the light at a point of a surface; `footprint` returns what a projected image is
+    /// averaged over.
+    pub fn sample(
+        &self,
+        scene: RayScene<'_>,
+        at: Receiver,
+        footprint: impl FnOnce() -> [Vec3; 2],
+        random: [f64; 2],
+    ) -> Sample {
+        match self {
+            Emitter::Area(area) => area.sample(scene, at, random),
+            Emitter::Point(beam, projector) => {
+                let Receiver { point, normal, .. } = at;
+                let mut light = beam.irradiance(point, normal);
+                if light > 0.0
+                    && let Some(projector) = projector
+                {
+                    light *= projector.share(point, footprint());
+                }
+                let from = point + normal * scene.offset;
+                let is_lit = light > 0.0 && !scene.is_blocked(from, beam.position - from);
+                Sample {
+                    unoccluded: light,
+                    sampled: light,
+                    visible: if is_lit { light } else { 0.0 },
+                }
+            }
+        }
+    }
+}
+
+impl AreaLight {
+    fn new(surfaces: &Surfaces, pieces: &[usize]) -> AreaLight {
+        let material = |&p: &usize| surfaces.facets[surfaces.pieces[p].facet].material;
+        let mut out = AreaLight {
+            // A panel without pieces has no material that anything shows.
+            material: pieces.first().map_or(usize::MAX, material),
+            triangles: Vec::new(),
+            areas: Vec::new(),
+        };
+        let mut area = 0.0;
+        for piece in pieces.iter().map(|&p| &surfaces.pieces[p]) {
+            let first = piece.vertices[0];
+            for pair in piece.vertices[1..].windows(2) {
+                let corners = [first, pair[0], pair[1]];
+                area += area_of(corners);
+                out.areas.push(area);
+                out.triangles.push(Triangle {
+                    corners,
+                    normal: piece.normal,
+                });
+            }
+        }
+        out
+    }
+
+    fn sample(&self, scene: RayScene<'_>, at: Receiver, [u, v]: [f64; 2]) -> Sample {
+        let Some(&area) = self.areas.last() else {
+            return Sample::default();
+        };
+        if self.triangles.len() > CLOSED_FORM {
+            return self.by_both(scene, (at.point, at.normal), area, [u, v]);
+        }
+        let mut out = Sample::default();
+        let mut parts = ArrayVec::<(&Triangle, Part, f64), CLOSED_FORM>::new();
+        let mut area = 0.0;
+        for triangle in &self.triangles {
+            let part = triangle.part_above(at);
+            let own = part.area();
+            if own > 0.0 {
+                out.unoccluded += closed_form(part.corners(), at.normal);
+                area += own;
+                parts.push((triangle, part, own));
+            }
+        }
+        if out.unoccluded <= 0.0 {
+            return out;
+        }
+        // The part that holds this share of the area; what is left of `u` places the point.
+        let mut left = u * area;
+        for (triangle, part, own) in &parts {
+            if left > *own {
+                left -= own;
+                continue;
+            }
+            let way = part.at(left, v);
+            let square = way.dot(way);
+            let (cosine, away) = (way.dot(at.normal), -way.dot(triangle.normal));
+            if cosine > 0.0 && away > 0.0 && square > 0.0 {
+                out.sampled = area * cosine * away / (square * square);
+                let end = (at.point + way, triangle.normal);
+                if !scene.is_hidden((at.point, at.normal), end) {
+                    out.visible = out.sampled;
+                }
+            }
+            return out;
+        }
+        out
+    }
+
+    /// One sample of the area and one of the cosine.
+    fn by_both(
+        &self,
+        scene: RayScene<'_>,
+        (point, normal): (Vec3, Vec3),
+        area: f64,
+        [u, v]: [f64; 2],
+    ) -> Sample {
+        let mut sum = 0.0;
+        // Densities over the solid angle.
+        let by_area = |way: Vec3, away: f64| {
+            let square = way.dot(way);
+            square * square.sqrt() / (area * away)
+        };
+        let (triangle, end) = self.place(area, [u, v]);
+        let way = end - point;
+        let length = way.length();
+        let (cosine, away) = (way.dot(normal) / length, -way.dot(triangle.normal));
+        if cosine > 0.0 && away > 0.0 && !scene.is_hidden((point, normal), (end, triangle.normal)) {
+            sum += cosine / (by_area(way, away) + cosine / PI);
+        }
+        // The same pair turned by half the square is another even pair.
+        let turned = [(u + 0.5).fract(), (v + 0.5).fract()];
+        let way = cosine_direction(normal, turned);
+        let (place, distance) = scene.look(point + normal * scene.offset, way);
+        if place.facet != DARK {
+            let facet = &scene.surfaces.facets[place.facet as usize];
+            if facet.material == self.material {
+                let (cosine, away) = (way.dot(normal), -way.dot(facet.normal));
+                let density = by_area(way * distance, away * distance);
+                sum += cosine / (density + cosine / PI);
+            }
+        }
+        Sample {
+            unoccluded: sum,
+            sampled: sum,
+            visible: sum,
+        }
+    }
+
+    /// A point of the panel, uniform over its area.
+    fn place(&self, area: f64, [u, v]: [f64; 2]) -> (&Triangle, Vec3) {
+        // The triangle that holds this share of the area; what is left of `u` places the point.
+        let wanted = u * area;
+        let at = self.areas.partition_point(|sum| *sum <= wanted);
+        let at = at.min(self.triangles.len() - 1);
+        let before = if at == 0 { 0.0 } else { self.areas[at - 1] };
+        let own = (wanted - before) / (self.areas[at] - before);
+        let triangle = &self.triangles[at];
+        (triangle, point_of(triangle.corners, own, v))
+    }
+}
+
+impl Triangle {
+    /// What of it stands above the horizons of a point, seen from there; nothing where it faces away.
+    fn part_above(&self, at: Receiver) -> Part {
+        let mut part = Part::default();
+        let ways = self.corners.map(|c| c - at.point);
+        if ways[0].dot(self.normal) < 0.0 {
+            part.corners[..3].copy_from_slice(&ways);
+            part.count = 3;
+            part.clip(at.facet);
+            if at.normal != at.facet {
+                part.clip(at.normal);
+            }
+        }
+        part
+    }
+}
+
+/// A triangle, cut by two planes at most; its corners from a point that both planes go through.
+#[derive(Clone, Copy, Debug, Default)]
+struct Part {
+    corners: [Vec3; 5],
+    count: usize,
+}
+
+impl Part {
+    fn corners(&self) -> &[Vec3] {
+        &self.corners[..self.count]
+    }
+
+    /// Leaves what stands above the plane of this normal.
+    fn clip(&mut self, normal: Vec3) {
+        if self.corners().iter().all(|c| c.dot(normal) > 0.0) {
+            return;
+        }
+        let whole = std::mem::take(self);
+        for (i, a) in whole.corners().iter().enumerate() {
+            let b = whole.corners[(i + 1) % whole.count];
+            let (high, next) = (a.dot(normal), b.dot(normal));
+            if high > 0.0 {
+                self.add(*a);
+            }
+            if (high > 0.0) != (next > 0.0) {
+                self.add(*a + (b - *a) * (high / (high - next)));
+            }
+        }
+    }
+
+    fn add(&mut self, corner: Vec3) {
+        if let Some(free) = self.corners.get_mut(self.count) {
+            *free = corner;
+            self.count += 1;
+        }
+    }
+
+    /// The triangles of a fan.
+    fn fan(&self) -> impl Iterator<Item = [Vec3; 3]> + '_ {
+        let first = self.corners[0];
+        let pairs = self.corners().get(1..).unwrap_or_default().windows(2);
+        pairs.map(move |pair| [first, pair[0], pair[1]])
+    }
+
+    fn area(&self) -> f64 {
+        self.fan().map(area_of).sum()
+    }
+
+    /// A point of it, uniform over the area for `left` uniform between none and all of it.
+    fn at(&self, mut left: f64, v: f64) -> Vec3 {
+        let mut last = self.corners[0];
+        for corners in self.fan() {
+            let own = area_of(corners);
+            last = point_of(corners, (left / own.max(f64::MIN_POSITIVE)).min(1.0), v);
+            if left <= own {
+                break;
+            }
+            left -= own;
+        }
+        last
+    }
+}
+
+fn area_of([a, b, c]: [Vec3; 3]) -> f64 {
+    0.5 * (b - a).cross(c - a).length()
+}
+
+/// A point of a triangle, uniform over the area for uniform `u` and `v`.
+fn point_of([a, b, c]: [Vec3; 3], u: f64, v: f64) -> Vec3 {
+    let root = u.clamp(0.0, 1.0).sqrt();
+    a + (b - a) * (root * (1.0 - v)) + (c - a) * (root * v)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gather::bvh::Bvh;
+    use footlight_host::work::Work;
+    use footlight_show::geometry::vec3;
+
+    /// A unit square a metre above a floor, hidden by nothing: by closed form and by samples.
+    #[test]
+    fn samples_meet_the_closed_form() {
+        let above = vec![
+            vec3(0.0, 0.0, 1.0),
+            vec3(0.0, 1.0, 1.0),
+            vec3(1.0, 1.0, 1.0),
+            vec3(1.0, 0.0, 1.0),
+        ];
+        let surfaces = Surfaces::grey(vec![above]);
+        let bvh = Bvh::new(&surfaces, Work::silent()).unwrap();
+        let light = AreaLight::new(&surfaces, &[0]);
+        let scene = RayScene {
+            surfaces: &surfaces,
+            bvh: &bvh,
+            offset: 1e-6,
+        };
+        let up = vec3(0.0, 0.0, 1.0);
+        // Below a corner: half the sum of two rectangles' arctangents.
+        let exact = 1.0 / 2.0_f64.sqrt() * (1.0 / 2.0_f64.sqrt()).atan();
+        let at = Receiver {
+            point: Vec3::ZERO,
+            normal: up,
+            facet: up,
+        };
+        let mut sum = 0.0;
+        for i in 0..4096 {
+            let random = crate::gather::sampling::point(i, 3);
+            let sample = light.sample(scene, at, random);
+            assert!((sample.unoccluded - exact).abs() < 1e-12, "{sample:?}");
+            assert_eq!(sample.visible, sample.sampled);
+            sum += sample.sampled;
+        }
+        assert!((sum / 4096.0 / exact - 1.0).abs() < 1e-3);
+    }
+
+    /// The same for a facet that stands upright under the middle of the square, shaded by a normal
+    /// that leans back: half of the square is below its plane, and every sample is of the other half.
+    #[test]
+    fn light_below_the_facet_is_neither_counted_nor_sampled() {
+        let square = |from: f64| {
+            vec![
+                vec3(from, -0.5, 1.0),
+                vec3(from, 0.5, 1.0),
+                vec3(0.5, 0.5, 1.0),
+                vec3(0.5, -0.5, 1.0),
+            ]
+        };
+        let at = Receiver {
+            point: Vec3::ZERO,
+            normal: vec3(0.6, 0.0, 0.8),
+            facet: vec3(1.0, 0.0, 0.0),
+        };
+        let found = [-0.5, 0.0].map(|from| {
+            let surfaces = Surfaces::grey(vec![square(from)]);
+            let bvh = Bvh::new(&surfaces, Work::silent()).unwrap();
+            let light = AreaLight::new(&surfaces, &[0]);
+            let scene = RayScene {
+                surfaces: &surfaces,
+                bvh: &bvh,
+                offset: 1e-6,
+            };
+            let samples = (0..4096).map(|i| {
+                let random = crate::gather::sampling::point(i, 3);
+                light.sample(scene, at, random)
+            });
+            let samples: Vec<Sample> = samples.collect();
+            assert!(samples.iter().all(|s| s.visible > 0.0));
+            let mean = samples.iter().map(|s| s.visible).sum::<f64>() / 4096.0;
+            assert!((mean / samples[0].unoccluded - 1.0).abs() < 1e-3, "{mean}");
+            samples[0].unoccluded
+        });
+        assert!((found[0] / found[1] - 1.0).abs() < 1e-12, "{found:?}");
+    }
+}

@@ -1,0 +1,193 @@
+//! The scale of quality of final gathering: the parameters of each step, and what it costs.
+
+use crate::gather::BLOCK;
+use crate::gather::irradiance_filter::differ;
+use crate::surfaces::camera::camera;
+use crate::surfaces::raster::ItemBuffer;
+use crate::surfaces::surface::Surfaces;
+use crate::{Cost, Quality, QualityParameter, Setup, TransportError};
+use footlight_show::geometry::View;
+
+/// What a step of quality spends.
+#[derive(Clone, Copy, Debug)]
+pub struct GatherStep {
+    /// Samples of a pixel at first.
+    pub first: u32,
+    /// And at most.
+    pub most: u32,
+    /// Noise of direct light aimed at, as a share of the root mean square of a light's picture of
+    /// 57,600 pixels or fewer.
+    pub noise: f64,
+    /// Rays of a pixel that shows one smooth surface; up to eight times as many of another.
+    pub rays: u32,
+    /// Least and greatest side of a cell, as shares of the mean length of the camera's rays
+    /// after their first hit.
+    pub cells: [f64; 2],
+    /// As [`CellSettings::points`].
+    pub points: f64,
+    /// Radius of the irradiance filter, as a share of the mean distance (harmonic) of what the pixel
+    /// sees.
+    pub filter: f64,
+}
+
+/// The three steps.
+pub const STEPS: [GatherStep; 3] = [
+    GatherStep {
+        first: 4,
+        most: 64,
+        noise: 0.046,
+        rays: 16,
+        cells: [0.08, 0.16],
+        points: 0.085,
+        filter: 0.2,
+    },
+    GatherStep {
+        first: 8,
+        most: 1024,
+        noise: 0.011,
+        rays: 64,
+        cells: [0.024, 0.096],
+        points: 0.24,
+        filter: 0.12,
+    },
+    GatherStep {
+        first: 16,
+        most: 1024,
+        noise: 0.005,
+        rays: 256,
+        cells: [0.012, 0.05],
+        points: 0.34,
+        filter: 0.08,
+    },
+];
+
+/// Pixels of the picture that a step's noise is meant for, and how many times as many count.
+const PIXELS: f64 = 57_600.0;
+const MOST_PIXELS: f64 = 4.0;
+/// Where all pixels show more than one smooth surface, how many times the step's rays each has; and
+/// at most.
+const MIXED_RAYS: f64 = 16.0;
+const MOST_TIMES: f64 = 8.0;
+
+/// By how much a picture has more pixels than those that a step's noise is meant for, up to a limit:
+/// finer pixels may be noisier, as the eye sees the mean of several.
+pub fn more_pixels([width, height]: [usize; 2]) -> f64 {
+    ((width * height) as f64 / PIXELS).clamp(1.0, MOST_PIXELS)
+}
+
+impl GatherStep {
+    /// The step of a quality.
+    ///
+    /// # Errors
+    /// [`TransportError::Quality`] when there is none.
+    pub fn of(quality: Quality) -> Result<GatherStep, TransportError> {
+        let at = usize::from(quality.0).wrapping_sub(1);
+        let step = STEPS.get(at).copied();
+        step.ok_or(TransportError::Quality(quality.0, STEPS.len() as u8))
+    }
+
+    /// Rays of a pixel that shows more than one smooth surface, where a share of the picture's pixels
+    /// is `mixed`. Nothing evens out their noise: they are the more, the more of the picture such
+    /// pixels are.
+    pub fn rays_of_mixed(&self, mixed: f64, size: [usize; 2]) -> u32 {
+        let times = (MIXED_RAYS * mixed / more_pixels(size)).clamp(1.0, MOST_TIMES);
+        (f64::from(self.rays) * times) as u32
+    }
+
+    /// What the step sets on any scene.
+    pub fn quality_parameters(&self) -> Vec<QualityParameter> {
+        let of = |name, amount: f64| QualityParameter { name, amount };
+        vec![
+            of("rays", f64::from(self.rays)),
+            of("samples at first", f64::from(self.first)),
+            of("samples at most", f64::from(self.most)),
+            of("noise", self.noise),
+        ]
+    }
+}
+
+/// Units of cost (see [`crate::hemicube::cost`]) of one ray for each doubling of the polygons,
+/// filter included.
+const RAY_COST: f64 = 1.39e-7;
+/// Of the cells: of the root of rays times pixels that show several surfaces, for each point's share
+/// and over the least side of a cell, in the same way. There are the more cells the smaller they are.
+const CELL_COST: f64 = 1.34e-7;
+/// Of one sample of one light, in the same way; that of what the camera sees there is twice as much, and
+/// shared by the lights that are solved together.
+const SAMPLE_COST: f64 = 5.2e-8;
+/// Of one triangle in the hierarchy, for each doubling.
+const TRIANGLE_COST: f64 = 9.2e-7;
+/// Of one pixel of one light in a picture.
+const PIXEL_COST: f64 = 4.5e-9;
+/// Square of the spread of one light's samples in a pixel that shows several surfaces, as a share of
+/// its picture's mean square.
+const SPREAD: f64 = 0.5;
+
+/// Of a pixel with one sample, the share beside what its samples span: they do not reach to its borders,
+/// so that fewer pixels show several surfaces than have neighbours that show others.
+const MARGIN: f64 = 0.6;
+
+/// Predicted cost of a step on a scene.
+///
+/// # Errors
+/// [`TransportError`] for a setup that cannot be used or a step that there is not.
+pub fn cost(setup: &Setup, quality: Quality) -> Result<Cost, TransportError> {
+    let step = GatherStep::of(quality)?;
+    let Setup { scene, rig, view } = setup;
+    let size = [view.width, view.height];
+    let pixels = (view.width * view.height) as f64;
+    let polygons = scene.polygons.len() as f64;
+    let depth = (2.0 + polygons).log2();
+    let lights = rig.lights.len() as f64;
+    let share = lights / rig.sources.len().max(1) as f64;
+    let first = f64::from(step.first);
+    let mixed = mixed_share(&Surfaces::shapes(scene)?, view)? * (1.0 - MARGIN / first.sqrt());
+    let [smooth, several] = [step.rays, step.rays_of_mixed(mixed, size)].map(f64::from);
+    let rays = first + smooth * (1.0 - mixed) + several * mixed;
+    let cells = pixels * (rays * mixed).sqrt() * step.points / step.cells[0];
+    let noise = step.noise * more_pixels(size).sqrt();
+    // As direct light allots them: stratified samples do better than their number's root.
+    let samples = (SPREAD * mixed / (noise * noise)).powf(0.8);
+    let samples = samples.min(f64::from(step.most));
+    let samples = (first + mixed * samples) * (1.0 + 2.0 / lights.clamp(1.0, BLOCK as f64));
+    Ok(Cost {
+        prepare: depth * (TRIANGLE_COST * polygons + RAY_COST * pixels * rays + CELL_COST * cells),
+        per_source: share * SAMPLE_COST * depth * pixels * samples,
+        per_image: PIXEL_COST * pixels * lights,
+        per_lone: PIXEL_COST * pixels * share,
+    })
+}
+
+/// Which share of the view's pixels shows more than one surface, counted at one sample a pixel; of a
+/// large picture on a smaller one.
+fn mixed_share(surfaces: &Surfaces, view: &View) -> Result<f64, TransportError> {
+    let pixels = (view.width * view.height) as f64;
+    let times = (pixels / (PIXELS * MOST_PIXELS)).max(1.0).sqrt();
+    let side = |n: usize| ((n as f64 / times) as usize).max(1);
+    let small = View {
+        width: side(view.width),
+        height: side(view.height),
+        ..view.clone()
+    };
+    let camera = camera(&small)?;
+    let mut buffer = ItemBuffer::new(small.width, small.height);
+    for piece in &surfaces.pieces {
+        buffer.draw(&camera, &piece.vertices, piece.normal, piece.facet as u32);
+    }
+    let rows = buffer.items().chunks_exact(small.width);
+    let next = rows.clone().skip(1);
+    let mut across = rows
+        .clone()
+        .flat_map(|row| row.iter().zip(row.iter().skip(1)));
+    let mut down = rows.zip(next).flat_map(|(row, next)| row.iter().zip(next));
+    let share = |pairs: &mut dyn Iterator<Item = (&u32, &u32)>| {
+        let (mut all, mut different) = (0.0_f64, 0.0);
+        for (a, b) in pairs {
+            all += 1.0;
+            different += f64::from(u8::from(differ(surfaces, [*a, *b])));
+        }
+        different / all.max(1.0)
+    };
+    // A border of any direction is crossed across or down.
+    Ok((share(&mut across) + share(&mut down)).min(1.0))
+}

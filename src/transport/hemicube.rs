@@ -1,0 +1,279 @@
+//! Radiosity by hemicubes.
+//!
+//! Direct light is exact at every fragment of the picture; reflected light is the radiosity of mesh
+//! elements, gathered by hemicubes. Every light is solved once at unit strength: settings, colours
+//! and filters only scale it, so that G is linear by construction. Invariant: mesh, order of
+//! summation and length of iterations depend on setup and quality alone. This module does not know
+//! the other renderer.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "one entry for each light, element, gather point, fragment or source, made together"
+)]
+
+mod compose;
+pub mod cost;
+mod flux;
+pub mod indirect;
+pub mod interior;
+pub mod mesh;
+pub mod raster;
+mod rounding;
+mod solution;
+pub mod step;
+
+use crate::direct::cluster::{Receiver, Receivers};
+use crate::direct::projector::{Projector, projector};
+use crate::direct::{Luminaire, check_rig, luminaires};
+use crate::hemicube::compose::gather_weights;
+use crate::hemicube::indirect::form::{Bounces, Rows};
+use crate::hemicube::indirect::gather_points::{
+    GatherPoints, GatherScene, RowTally, form_factors, record_visible_points,
+};
+use crate::hemicube::indirect::hemicube::Table;
+use crate::hemicube::interior::seeds;
+use crate::hemicube::mesh::{CellRequest, Layout, Mesh};
+use crate::hemicube::raster::VertexBuffer;
+use crate::hemicube::rounding::Rounding;
+use crate::hemicube::step::Step;
+use crate::memory::MemoryBudget;
+use crate::surfaces::FACET_BYTES;
+use crate::surfaces::fragment::{Fragment, Fragments, fragments};
+use crate::surfaces::hierarchy::{Hierarchy, Setting};
+use crate::surfaces::lists::Lists;
+use crate::surfaces::surface::Surfaces;
+use crate::unit_lights::UnitLights;
+use crate::{Setup, TransportError};
+use footlight_host::work::Work;
+use footlight_picture::Image;
+use footlight_show::geometry::Vec3;
+use footlight_stage::Rig;
+use std::sync::Arc;
+
+/// Bytes that a fragment takes besides itself, about: its receiver and clusters, four gather
+/// weights.
+const FRAGMENT_BYTES: usize = 180;
+
+/// Bytes of an element with its samples, about.
+const ELEMENT_BYTES: usize = 512;
+
+/// A light at unit strength.
+struct Solution {
+    /// Irradiance at each fragment, the same in all channels.
+    direct: Vec<f32>,
+    /// Reflected irradiance at each gather point, three channels interleaved.
+    indirect: Vec<f32>,
+}
+
+/// G for one setup and step.
+pub struct Operator {
+    rig: Arc<Rig>,
+    width: usize,
+    height: usize,
+    surfaces: Surfaces,
+    vertices: VertexBuffer,
+    hierarchy: Hierarchy,
+    lights: Vec<Luminaire>,
+    /// For each light its image, if it is a projection.
+    projectors: Vec<Option<Projector>>,
+    mesh: Mesh,
+    /// Visibility seeds: points that are not inside a solid.
+    seeds: Vec<Vec3>,
+    /// Of each element.
+    reflectance: Vec<[f32; 3]>,
+    rows: Rows,
+    bounces: Bounces,
+    gather_points: GatherPoints,
+    fragments: Fragments,
+    /// Where the picture shows something round.
+    rounding: Option<Rounding>,
+    /// Of each fragment, where the scene has textures.
+    paints: Vec<[f32; 3]>,
+    /// For each fragment the gather points around it and their weights.
+    gather_weights: Lists<(u32, f32)>,
+    /// For each element its share of the picture.
+    visible_shares: Vec<f64>,
+    /// Allowed error of interpolated direct light, as a share of its level in the picture.
+    tolerance: f64,
+    /// As [`Precision::near`].
+    near: f64,
+    fragment_receivers: Receivers,
+    element_receivers: Receivers,
+    /// Bytes, about.
+    held: usize,
+    solutions: Vec<Option<Solution>>,
+}
+
+impl Operator {
+    /// Prepares it.
+    ///
+    /// # Errors
+    /// [`TransportError`] for a setup that cannot be used, a budget too small, or on cancel.
+    pub fn new(setup: &Setup, step: Step, work: Work<'_>) -> Result<Operator, TransportError> {
+        let Setup { scene, rig, view } = setup;
+        check_rig(scene, rig)?;
+        let mut budget = MemoryBudget::new(work);
+        budget.take("the stage", scene.polygons.len() * FACET_BYTES)?;
+        let surfaces = Surfaces::new(scene)?;
+        work.check()?;
+        let hierarchy = Hierarchy::new(&surfaces);
+        let vertices = VertexBuffer::new(&surfaces);
+        let setting = Setting::new(&surfaces, &hierarchy);
+        let lights = luminaires(&surfaces, rig)?;
+        // Bands of the picture are found apart and then copied together.
+        let pixels = view.width.saturating_mul(view.height);
+        let bands = pixels.saturating_mul(2 * size_of::<Fragment>());
+        budget.check("the picture", bands)?;
+        let fragments = fragments(&surfaces, view, step.sampling, work)?;
+        let each = size_of::<Fragment>() + FRAGMENT_BYTES + 4 * rig.lights.len();
+        let every = fragments.all().len() * each;
+        budget.take("direct light at every fragment", every)?;
+
+        let rounding = Rounding::new(&surfaces, &fragments);
+        budget.take(
+            "round surfaces",
+            rounding.as_ref().map_or(0, Rounding::bytes),
+        )?;
+
+        let layout = Layout::of_elements(&surfaces, step.elements);
+        budget.take("the mesh", layout.cells() * ELEMENT_BYTES)?;
+        let seeds = seeds(setting, &lights, view.from);
+        let mut requests = vec![CellRequest::WANTED; layout.cells()];
+        record_visible_points(&layout, &fragments, &mut requests);
+        let mesh = layout.mesh(setting, &seeds, &requests, work)?;
+
+        let gather_scene = GatherScene {
+            setting,
+            vertices: &vertices,
+            to: &mesh,
+        };
+        let table = Table::new(step.resolution);
+        let limited = budget.share(2, work);
+        let every: Vec<u32> = (0..mesh.elements.len() as u32).collect();
+        let tally = RowTally::new("form factors", every.len());
+        let (rows, _) = form_factors(gather_scene, &mesh, &every, &table, &tally, limited)?;
+        budget.take("form factors", rows.bytes())?;
+        let reflectance = mesh.elements.iter().map(|e| e.reflectance(&surfaces));
+        let reflectance: Vec<[f32; 3]> = reflectance.map(|of| of.map(|r| r as f32)).collect();
+        work.check()?;
+        let bounces = Bounces::new(&rows, &reflectance);
+
+        let left = budget.share(1, work);
+        let gather_points = GatherPoints::new(
+            gather_scene,
+            &seeds,
+            (&fragments, rounding.as_ref()),
+            step,
+            left,
+        )?;
+        budget.take("gather points", gather_points.bytes())?;
+        let count = gather_points.mesh.elements.len();
+        let reflected = size_of::<[f32; 3]>() * count * rig.lights.len();
+        budget.take("reflected light at every gather point", reflected)?;
+        work.check()?;
+        let gather_weights = weights(&gather_points.mesh, &fragments, rounding.as_ref());
+        work.check()?;
+        Ok(Operator {
+            rig: Arc::clone(rig),
+            width: view.width,
+            height: view.height,
+            fragment_receivers: Receivers::of_fragments(&surfaces, &fragments),
+            element_receivers: Receivers::new(&surfaces, &samples(&mesh)),
+            solutions: rig.lights.iter().map(|_| None).collect(),
+            visible_shares: visible_shares(&mesh, &fragments),
+            rounding,
+            paints: compose::paints(&surfaces, &fragments),
+            surfaces,
+            vertices,
+            hierarchy,
+            lights,
+            projectors: rig.lights.iter().map(projector).collect(),
+            mesh,
+            seeds,
+            reflectance,
+            rows,
+            bounces,
+            gather_points,
+            fragments,
+            gather_weights,
+            tolerance: step.tolerance,
+            near: step.near,
+            held: budget.held,
+        })
+    }
+}
+
+impl UnitLights for Operator {
+    fn bytes(&self) -> usize {
+        self.held
+    }
+
+    fn pixels(&self) -> usize {
+        self.width * self.height
+    }
+
+    fn solve(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError> {
+        self.solve_lights(wanted, work)
+    }
+
+    fn picture(&self, strengths: &[[f64; 3]]) -> Image {
+        self.compose(strengths)
+    }
+}
+
+/// For each fragment its gather points with their interpolation weights.
+fn weights(
+    gather_points: &Mesh,
+    fragments: &Fragments,
+    rounding: Option<&Rounding>,
+) -> Lists<(u32, f32)> {
+    let around = |facet: usize, point: Vec3, weights: &mut Vec<(u32, f32)>| {
+        let around = gather_points.stencil(facet, point).into_iter();
+        weights.extend(around.filter(|(_, w)| *w > 0.0));
+    };
+    let Some(rounding) = rounding else {
+        return gather_weights(fragments.all(), |_, f, weights| {
+            around(f.facet, f.point, weights);
+        });
+    };
+    gather_weights(fragments.all(), |number, f, weights| {
+        for (facet, point, share) in rounding.places(number, f) {
+            let first = weights.len();
+            around(facet, point, weights);
+            weights[first..].iter_mut().for_each(|(_, w)| *w *= share);
+        }
+        // A place without gather points leaves its share to the others.
+        let sum: f32 = weights.iter().map(|(_, w)| w).sum();
+        if sum > 0.0 {
+            weights.iter_mut().for_each(|(_, w)| *w /= sum);
+        }
+    })
+}
+
+/// For each element its share of the picture.
+fn visible_shares(mesh: &Mesh, fragments: &Fragments) -> Vec<f64> {
+    let mut shares = vec![0.0; mesh.elements.len()];
+    let mut all = 0.0;
+    for f in fragments.all() {
+        let pixels = f64::from(f.weight);
+        all += pixels;
+        // A facet that reflects nothing has no element.
+        if let Some(own) = shares.get_mut(mesh.at(f.facet, f.point) as usize) {
+            *own += pixels;
+        }
+    }
+    shares.iter_mut().for_each(|own| *own /= f64::max(all, 1.0));
+    shares
+}
+
+/// The samples of all elements.
+fn samples(mesh: &Mesh) -> Vec<Receiver> {
+    let mut receivers = Vec::new();
+    for e in &mesh.elements {
+        receivers.extend(e.samples.iter().map(|s| Receiver {
+            point: s.point,
+            facet: e.facet,
+        }));
+    }
+    receivers
+}

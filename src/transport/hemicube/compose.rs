@@ -1,0 +1,153 @@
+//! Composes a picture from solved lights: the sum, pixel by pixel, of each light times its strength.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "one entry for each light, gather point, fragment or pixel, made together"
+)]
+
+use crate::direct::projector::pixel as footprint;
+use crate::hemicube::{Operator, Solution};
+use crate::surfaces::fragment::{Fragment, Fragments};
+use crate::surfaces::lists::Lists;
+use crate::surfaces::surface::Surfaces;
+use footlight_picture::Image;
+use footlight_stage::Light;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+
+/// Fragments whose weights are found at once.
+const RUN: usize = 4096;
+
+/// For each fragment the gather points around it with their interpolation weights, as `around`,
+/// given its number, adds them to a list.
+pub fn gather_weights(
+    fragments: &[Fragment],
+    around: impl Fn(usize, &Fragment, &mut Vec<(u32, f32)>) + Sync,
+) -> Lists<(u32, f32)> {
+    let run = |(number, fragments): (usize, &[Fragment])| {
+        let (mut out, mut weights) = (Lists::default(), Vec::new());
+        for (f, number) in fragments.iter().zip(number * RUN..) {
+            around(number, f, &mut weights);
+            out.push(weights.drain(..));
+        }
+        out
+    };
+    Lists::concat(fragments.par_chunks(RUN).enumerate().map(run).collect())
+}
+
+/// Reflectance of each fragment, its texture averaged over what it covers; none where the scene has no
+/// textures.
+pub fn paints(surfaces: &Surfaces, fragments: &Fragments) -> Vec<[f32; 3]> {
+    if surfaces
+        .facets
+        .iter()
+        .all(|f| surfaces.texture(f.material).is_none())
+    {
+        return Vec::new();
+    }
+    let paint = |f: &Fragment| {
+        let facet = &surfaces.facets[f.facet];
+        let sides = || {
+            footprint(
+                &fragments.camera,
+                f.point,
+                facet.normal,
+                f64::from(f.weight),
+            )
+        };
+        surfaces
+            .reflectance_at(facet, f.point, sides)
+            .map(|r| r as f32)
+    };
+    fragments.all().par_iter().map(paint).collect()
+}
+
+impl Operator {
+    /// The picture of lights of given strengths, all of which are solved.
+    pub(super) fn compose(&self, strengths: &[[f64; 3]]) -> Image {
+        let lit: Vec<(&Solution, [f64; 3])> = self
+            .solutions
+            .iter()
+            .zip(strengths)
+            .filter(|(_, s)| s.iter().any(|x| *x != 0.0))
+            .filter_map(|(solution, s)| solution.as_ref().map(|x| (x, *s)))
+            .collect();
+        let mut indirect = vec![[0.0_f64; 3]; self.gather_points.mesh.elements.len()];
+        indirect
+            .par_iter_mut()
+            .with_min_len(1024)
+            .enumerate()
+            .for_each(|(i, sum)| {
+                for (solution, s) in &lit {
+                    for c in 0..3 {
+                        sum[c] += s[c] * f64::from(solution.indirect[3 * i + c]);
+                    }
+                }
+            });
+        let emission = self.emission(strengths);
+        let mut image = Image::new(self.width, self.height);
+        let rows = image.data_mut().par_chunks_mut(3 * self.width).enumerate();
+        rows.for_each(|(y, row)| {
+            for (x, pixel) in row.chunks_exact_mut(3).enumerate() {
+                let at = y * self.width + x;
+                let mut sum = [0.0; 3];
+                for f in self.fragments.pixels.range(at) {
+                    self.shade(f, &lit, &indirect, &emission, &mut sum);
+                }
+                for (p, s) in pixel.iter_mut().zip(sum) {
+                    *p = s as f32;
+                }
+            }
+        });
+        image
+    }
+
+    /// Adds a fragment's share of its pixel.
+    fn shade(
+        &self,
+        f: usize,
+        lit: &[(&Solution, [f64; 3])],
+        indirect: &[[f64; 3]],
+        emission: &[[f64; 3]],
+        sum: &mut [f64; 3],
+    ) {
+        let fragment = &self.fragments.all()[f];
+        let facet = &self.surfaces.facets[fragment.facet];
+        let mut light = [0.0; 3];
+        for (solution, s) in lit {
+            let direct = f64::from(solution.direct[f]);
+            for c in 0..3 {
+                light[c] += s[c] * direct;
+            }
+        }
+        for (gather_point, weight) in self.gather_weights.get(f) {
+            for c in 0..3 {
+                light[c] += f64::from(*weight) * indirect[*gather_point as usize][c];
+            }
+        }
+        let weight = f64::from(fragment.weight);
+        let painted = self.paints.get(f).map(|paint| paint.map(f64::from));
+        let reflectance = painted.unwrap_or(facet.reflectance);
+        for c in 0..3 {
+            let radiance = reflectance[c] / PI * light[c] + emission[facet.material][c];
+            sum[c] += weight * radiance;
+        }
+    }
+
+    /// Emitted radiance of each material.
+    fn emission(&self, strengths: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let materials = self.surfaces.facets.iter().map(|f| f.material + 1);
+        let count = materials.max().unwrap_or(0);
+        let mut out = vec![[0.0; 3]; count];
+        for (light, s) in self.rig.lights.iter().zip(strengths) {
+            if let Light::Panel { material, .. } = light
+                && let Some(sum) = out.get_mut(*material)
+            {
+                for c in 0..3 {
+                    sum[c] += s[c];
+                }
+            }
+        }
+        out
+    }
+}

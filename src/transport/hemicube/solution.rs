@@ -1,0 +1,184 @@
+//! Solves lights at unit strength: direct light at the fragments, reflected light at the gather
+//! points.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "one entry for each light, element, gather point or fragment, made together"
+)]
+
+use crate::TransportError;
+use crate::direct::projector::pixel;
+use crate::direct::{Precision, Shining, irradiance};
+use crate::hemicube::indirect::gather_points::GatherScene;
+use crate::hemicube::{Operator, Solution};
+use footlight_host::work::{Cancelled, Work};
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Direct light of one light at the fragments, and its mean on each element.
+type DirectLight = (Vec<f32>, Vec<f32>);
+
+impl Operator {
+    /// Solves those of the `wanted` lights that are not solved yet, as many at a time as a quarter
+    /// of the memory holds.
+    pub fn solve_lights(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError> {
+        let missing: Vec<usize> = wanted
+            .iter()
+            .copied()
+            .filter(|&l| self.solutions[l].is_none())
+            .collect();
+        // Five blocks of three channels over the elements, and three over the gather points.
+        let gather_points = self.gather_points.mesh.elements.len();
+        let each = 12 * (5 * self.mesh.elements.len() + 3 * gather_points);
+        let together = (work.memory / 4 / each.max(1)).max(1);
+        let begun = (work.memory / 8 / self.bytes_of_begun(&missing).max(1)).max(1);
+        let done = AtomicUsize::new(0);
+        for group in missing.chunks(together) {
+            let sharing: Vec<&[usize]> = group
+                .chunk_by(|a, b| self.shares_projection(*a, *b))
+                .collect();
+            let mut lit: Vec<DirectLight> = Vec::with_capacity(group.len());
+            for begun in sharing.chunks(begun) {
+                let parts: Result<Vec<Vec<DirectLight>>, TransportError> = begun
+                    .par_iter()
+                    .map(|lights| {
+                        let lit = self.lit(lights, work)?;
+                        let so_far = done.fetch_add(lights.len(), Ordering::Relaxed) + lights.len();
+                        work.progress.report("direct light", so_far, missing.len());
+                        Ok(lit)
+                    })
+                    .collect();
+                lit.extend(parts?.into_iter().flatten());
+            }
+            let (direct, on_elements): (Vec<_>, Vec<_>) = lit.into_iter().unzip();
+            let indirect = self.reflected(&on_elements, work)?;
+            work.check()?;
+            for ((&l, direct), indirect) in group.iter().zip(direct).zip(indirect) {
+                self.solutions[l] = Some(Solution { direct, indirect });
+            }
+        }
+        Ok(())
+    }
+
+    /// The most bytes that one of `lights` takes while its direct light is found. A thread that
+    /// waits for the others begins another light, so that many may be begun at once.
+    fn bytes_of_begun(&self, lights: &[usize]) -> usize {
+        let marks = lights
+            .iter()
+            .map(|&l| self.lights[l].mark_bytes(&self.surfaces));
+        let places = self.rounding.as_ref().map_or(0, |r| r.sorted.points.len());
+        let points =
+            self.fragment_receivers.points.len() + self.element_receivers.points.len() + places;
+        marks.max().unwrap_or(0) + 2 * size_of::<f32>() * points
+    }
+
+    /// Are both planes of one projected image? They share all but the texels.
+    fn shares_projection(&self, a: usize, b: usize) -> bool {
+        match (&self.projectors[a], &self.projectors[b]) {
+            (Some(a), Some(b)) => a.shares_projection(b),
+            _ => false,
+        }
+    }
+
+    /// The direct light of one light, or of the planes of one projected image.
+    fn lit(&self, lights: &[usize], work: Work<'_>) -> Result<Vec<DirectLight>, TransportError> {
+        let shining = Shining::new(&self.surfaces, &self.lights[lights[0]]);
+        // All planes of an image, wanted or not, so that the precision of one does not depend on which
+        // others are rendered with it.
+        let is_plane = |l: &usize| *l == lights[0] || self.shares_projection(lights[0], *l);
+        let planes: Vec<usize> = (0..self.lights.len()).filter(is_plane).collect();
+        let means = self.on_elements(&shining, &planes, work)?;
+        let level = means.iter().map(|m| self.level(m)).fold(0.0, f64::max);
+        let precision = self.precision(self.tolerance * level);
+        let receivers = &self.fragment_receivers;
+        let outlines = Some(&self.fragments);
+        let mut seen = irradiance(
+            self.setting(),
+            &shining,
+            receivers,
+            outlines,
+            precision,
+            work,
+        )?;
+        if let Some(rounding) = &self.rounding {
+            let places = &rounding.sorted;
+            let there = irradiance(self.setting(), &shining, places, None, precision, work)?;
+            rounding.mix(&mut seen, &there);
+        }
+        let wanted = planes.iter().zip(means).filter(|(l, _)| lights.contains(l));
+        Ok(wanted
+            .map(|(l, m)| (self.on_fragments(*l, &seen), m))
+            .collect())
+    }
+
+    /// Precision where interpolated direct light may be off by `allowed`.
+    pub fn precision(&self, allowed: f64) -> Precision {
+        Precision {
+            allowed,
+            near: self.near,
+        }
+    }
+
+    /// A light at the fragments, given its light without an image.
+    fn on_fragments(&self, light: usize, even: &[f32]) -> Vec<f32> {
+        let Some(projector) = &self.projectors[light] else {
+            return even.to_vec();
+        };
+        let seen = self.fragments.all().iter().map(|f| {
+            let normal = self.surfaces.facets[f.facet].normal;
+            let weight = f64::from(f.weight);
+            (
+                f.point,
+                pixel(&self.fragments.camera, f.point, normal, weight),
+            )
+        });
+        projector.project(even, seen)
+    }
+
+    /// Root mean square, over the picture, of reflectance times irradiance, estimated from the
+    /// elements that the picture shows.
+    fn level(&self, on_elements: &[f32]) -> f64 {
+        let elements = self.mesh.elements.iter().zip(&self.visible_shares);
+        let power = elements.zip(on_elements).map(|((e, share), direct)| {
+            let reflectance = self.surfaces.facets[e.facet].highest_reflectance();
+            share * (reflectance * f64::from(*direct)).powi(2)
+        });
+        power.sum::<f64>().sqrt()
+    }
+
+    /// Reflected irradiance at every gather point for each light, from its direct light on the
+    /// elements.
+    fn reflected(
+        &self,
+        on_elements: &[Vec<f32>],
+        work: Work<'_>,
+    ) -> Result<Vec<Vec<f32>>, Cancelled> {
+        let width = on_elements.len() * 3;
+        let mut first = Vec::with_capacity(self.reflectance.len() * width);
+        for (i, own) in self.reflectance.iter().enumerate() {
+            for direct in on_elements {
+                first.extend(own.map(|r| r * direct[i]));
+            }
+        }
+        let radiosity =
+            self.bounces
+                .interreflect(&self.rows, &first, &self.reflectance, width, work)?;
+        drop(first);
+        let gather_scene = GatherScene {
+            setting: self.setting(),
+            vertices: &self.vertices,
+            to: &self.mesh,
+        };
+        let gathered = self
+            .gather_points
+            .gather(gather_scene, &radiosity, width, work)?;
+        let of = |l: usize| {
+            gathered
+                .chunks_exact(width)
+                .map(move |row| &row[3 * l..3 * l + 3])
+        };
+        Ok((0..on_elements.len())
+            .map(|l| of(l).flatten().copied().collect())
+            .collect())
+    }
+}

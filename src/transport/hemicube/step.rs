@@ -1,0 +1,84 @@
+//! The scale of quality with hemicubes: the parameters of each step.
+//!
+//! This module does not depend on a scene.
+
+use crate::surfaces::fragment::{Sampling, Split};
+use crate::{Quality, TransportError};
+
+/// The three steps, each slower and more exact than the one before on the reference scenes.
+///
+/// A facet has a gather point for each 5 x 5 of its pixels; more of them gain little against more
+/// elements and finer hemicubes. The first two steps interpolate between gather points
+/// (`indirect::interpolation`); the second also splits pixels that are stretched on a surface. The
+/// finest interpolates no direct light and draws a hemicube for each gather point, so that its errors
+/// are those of the mesh and the hemicubes.
+pub const STEPS: [Step; 3] = [
+    Step {
+        elements: 2000,
+        resolution: 16,
+        gather_points: 5000,
+        gather_resolution: 20,
+        reach: 0.07,
+        tolerance: 0.015,
+        near: 0.5,
+        sampling: Sampling::new(Split::Whole, Split::Whole, Split::Halves),
+    },
+    Step {
+        elements: 6000,
+        resolution: 16,
+        gather_points: 12000,
+        gather_resolution: 40,
+        reach: 0.07,
+        tolerance: 0.003,
+        near: 1.0,
+        sampling: Sampling::new(Split::Whole, Split::Halves, Split::Halves),
+    },
+    Step {
+        elements: 8000,
+        resolution: 24,
+        gather_points: 32000,
+        gather_resolution: 40,
+        reach: 0.0,
+        tolerance: 0.0,
+        near: 1.0,
+        sampling: Sampling::new(Split::Halves, Split::Halves, Split::Quarters),
+    },
+];
+
+/// What a step of quality spends.
+#[derive(Clone, Copy, Debug)]
+pub struct Step {
+    /// Elements aimed at.
+    pub elements: usize,
+    /// Pixels along the edge of their hemicubes.
+    pub resolution: usize,
+    /// Cells of the finer grid of the final gather.
+    pub gather_points: usize,
+    /// Pixels along the edge of its hemicubes.
+    pub gather_resolution: usize,
+    /// A gather point is interpolated where it is nearer to others than this share of the distance
+    /// over which their light changes; 0 for none.
+    pub reach: f64,
+    /// How exactly direct light is interpolated between the picture's fragments, as a share of
+    /// its root mean square in the picture; 0 for none.
+    pub tolerance: f64,
+    /// How near a panel must be for its light to be averaged over a pixel, as a share of the
+    /// distance within which that changes anything.
+    pub near: f64,
+    /// Fragments of a pixel.
+    pub sampling: Sampling,
+}
+
+impl Step {
+    /// The step of a quality.
+    ///
+    /// # Errors
+    /// [`TransportError::Quality`] when there is none.
+    pub fn of(quality: Quality) -> Result<Step, TransportError> {
+        let at = usize::from(quality.0).wrapping_sub(1);
+        STEPS
+            .get(at)
+            .copied()
+            .ok_or(TransportError::Quality(quality.0, STEPS.len() as u8))
+    }
+}
