@@ -14,7 +14,7 @@ use footlight_show::diagnostic::{Diagnostics, Style};
 use footlight_show::lang::nearest;
 use footlight_show::timeline::TooManyKeys;
 use footlight_show::units::{CueNumber, Time};
-use footlight_stage::import::SceneError;
+use footlight_stage::stage_file::SceneError;
 use footlight_transport::TransportError;
 
 /// Why a call of the engine failed. Nothing has changed then, but that finished images are kept.

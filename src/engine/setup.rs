@@ -20,6 +20,7 @@ use footlight_show::units::Rgb;
 use footlight_stage::import;
 use footlight_stage::luminaire_asset::LuminaireAssets;
 use footlight_stage::rig;
+use footlight_stage::stage_file::Options;
 use footlight_stage::{Camera, Emitter, Images, Lamp, Light, Rig, Scene, Shading, still};
 use footlight_transport::Setup;
 use footlight_transport::layered::only_images;
@@ -54,7 +55,7 @@ impl Source<'_> {
 /// What a scene is made from; equal inputs make equal scenes.
 #[derive(Clone, Debug, PartialEq)]
 struct Inputs {
-    stages: Vec<(String, import::Options)>,
+    stages: Vec<(String, Options)>,
     surfaces: Vec<(String, Rgb, Vec<Solid>)>,
     shapes: Vec<(String, Shape)>,
 }
@@ -317,13 +318,13 @@ fn view_of(image: &Image) -> View {
 }
 
 /// How a stage's file is to be taken.
-fn options(stage: &show::Stage, show: &Show) -> import::Options {
+fn options(stage: &show::Stage, show: &Show) -> Options {
     let replaced = show.surfaces.iter().filter(|s| s.solids.is_empty());
     let panels = show.lights.iter().filter_map(|light| match &light.kind {
         show::LightKind::Panel { material, .. } => Some(material),
         _ => None,
     });
-    import::Options {
+    Options {
         z_up: stage.z_up,
         one_sided: stage.one_sided,
         place: stage.place,

@@ -3,7 +3,8 @@
 use super::Error;
 use footlight_host::files::Files;
 use footlight_show::units::Rgb;
-use footlight_stage::import::{self, Options, Summary};
+use footlight_stage::import;
+use footlight_stage::stage_file::{Options, Summary};
 use footlight_stage::texture::Alpha;
 use footlight_stage::{LampShape, Scene};
 

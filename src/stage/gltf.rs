@@ -13,32 +13,32 @@
 //! (meshes stand as modelled), animations.
 
 mod accessor;
+mod buffers;
 mod camera;
 mod container;
+mod description;
 mod draco;
 mod lamp;
 mod material;
 mod meshopt;
 mod node;
 mod primitive;
+mod vertices;
 
 #[cfg(test)]
 mod hostile_test;
 #[cfg(test)]
 mod tests;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
+use self::container::Document;
 pub use self::container::named_files;
-use self::container::{Document, Root};
-use super::import::{FAR, SceneError, Summary, VERTEX_LIMIT};
+use self::description::Root;
+use super::Scene;
+use super::stage_file::{Imported, SceneError};
 use super::texture::reader::TextureReader;
-use super::{Camera, Lamp, Material, Scene};
 use footlight_host::files::Files;
-use footlight_show::units::Rgb;
-
-/// Reflectance of what has no material. glTF says one, at which a closed room never gets dark.
-pub(super) const UNSTATED: f64 = 0.8;
 
 /// The most triangles a file may draw, all instances counted.
 pub const TRIANGLE_LIMIT: usize = 2_000_000;
@@ -70,12 +70,6 @@ impl Fault {
 
 // Reasons that several parts share.
 
-pub(super) const FAR_AWAY: &str = "a coordinate is not finite, or beyond 1e9 metres";
-
-pub(super) fn limit(what: &str, most: usize) -> String {
-    format!("more than {most} {what}")
-}
-
 fn missing(what: &str, index: usize, count: usize) -> String {
     format!("{what} {index} does not exist; there are {count}")
 }
@@ -94,47 +88,6 @@ fn outside(what: &str, value: f64, range: &str) -> String {
 
 fn not_gltf(error: impl std::fmt::Display) -> String {
     format!("not glTF: {error}")
-}
-
-/// What a file holds, before triangles are merged and backs added.
-#[derive(Debug, Default)]
-pub(super) struct Imported {
-    pub scene: Scene,
-    pub lamps: Vec<Lamp>,
-    pub summary: Summary,
-    pub cameras: Vec<Camera>,
-    /// For each material.
-    pub double_sided: Vec<bool>,
-    /// Materials of parts that the show names.
-    pub parts: BTreeMap<String, usize>,
-}
-
-impl Imported {
-    /// The material of what belongs to a part of the file: one of its own, made like `material`, where
-    /// the show names the part and no material is called so.
-    pub(super) fn part(&mut self, name: Option<&str>, material: usize, named: &[String]) -> usize {
-        let is_named = |name: &&str| named.iter().any(|n| n == name);
-        let Some(name) = name.filter(is_named) else {
-            return material;
-        };
-        if let Some(own) = self.parts.get(name) {
-            return *own;
-        }
-        if self.scene.materials.iter().any(|m| m.name == name) {
-            return material;
-        }
-        let own = self.scene.materials.len();
-        self.parts.insert(name.to_owned(), own);
-        let like = self.scene.materials.get(material).cloned();
-        let like = like.unwrap_or_else(|| Material::diffuse(name, Rgb([UNSTATED; 3])));
-        let double_sided = self.double_sided.get(material).copied().unwrap_or(false);
-        self.scene.materials.push(Material {
-            name: name.to_owned(),
-            ..like
-        });
-        self.double_sided.resize(own + 1, double_sided);
-        own
-    }
 }
 
 /// Reads a glTF file of which `bytes` is the content; its buffers and images come through `files`,

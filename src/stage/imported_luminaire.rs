@@ -1,6 +1,6 @@
 //! Lights of the stage's file: what the file says, and over it what the show says.
 
-use super::rig::RigError;
+use super::rig_error::RigError;
 use super::{Lamp, LampShape};
 use footlight_show::geometry::profile::Profile;
 use footlight_show::model::{ImportedLuminaire, NodeId, Output, Spot};

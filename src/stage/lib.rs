@@ -16,7 +16,9 @@ pub mod merge;
 pub mod obj;
 pub mod photometric;
 pub mod rig;
+pub mod rig_error;
 pub mod shading;
+pub mod stage_file;
 pub mod still;
 pub mod texture;
 

@@ -17,17 +17,16 @@ use std::path::Path;
 
 use self::material::{Materials, Moved};
 use self::read::{Group, Obj};
-use super::gltf::{Imported, UNSTATED, limit};
-use super::import::{Options, SceneError};
 use super::shading::{Corner, Shading};
+use super::stage_file::{
+    Imported, Options, POLYGON_LIMIT, SceneError, UNSTATED, VERTEX_LIMIT, limit,
+};
 use super::texture::reader::TextureReader;
 use super::{Material, Polygon, Scene};
 use footlight_host::files::{FileError, Files};
 use footlight_show::geometry::Vec3;
 use footlight_show::geometry::polygon::{self, ShapeError};
 use footlight_show::units::Rgb;
-
-pub use super::import::{POLYGON_LIMIT, VERTEX_LIMIT};
 
 /// The most corners of one face.
 pub const CORNER_LIMIT: usize = 256;

@@ -6,7 +6,8 @@ use footlight_engine::{Engine, Error, Host};
 use footlight_host::files::{Folder, Memory};
 use footlight_prompt::{Console, Repl};
 use footlight_show::diagnostic::Style;
-use footlight_stage::import::{Options, read};
+use footlight_stage::import::read;
+use footlight_stage::stage_file::Options;
 
 #[path = "../../examples/hall/model.rs"]
 mod model;

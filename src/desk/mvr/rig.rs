@@ -14,7 +14,8 @@ use footlight_host::work::Work;
 use footlight_show::lang::{self, quoted};
 use footlight_show::units::Rgb;
 use footlight_stage::gltf::named_files;
-use footlight_stage::import::{self, SceneError};
+use footlight_stage::import;
+use footlight_stage::stage_file::{Options, SceneError};
 
 /// Of a fixture whose type says nothing: angles of a profile, and the light of a 575 W lamp.
 const BEAM: f64 = 20.0;
@@ -228,7 +229,7 @@ fn unread(path: &str, files: &[(String, Vec<u8>)], work: Work<'_>) -> Option<Sce
             beside.with(path, bytes.as_slice())
         });
     let memory = work.memory;
-    import::read(&beside, path, &import::Options::default(), memory).err()
+    import::read(&beside, path, &Options::default(), memory).err()
 }
 
 fn lights(

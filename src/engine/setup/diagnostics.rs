@@ -7,8 +7,8 @@ use footlight_show::diagnostic::{Diagnostic, Label, Severity};
 use footlight_show::lang::{SpanMap, codes, nearest};
 use footlight_show::model::ImageFile;
 use footlight_show::model::{NodeId, Show, Stage, Surface, View};
-use footlight_stage::import::SceneError;
-use footlight_stage::rig::RigError;
+use footlight_stage::rig_error::RigError;
+use footlight_stage::stage_file::SceneError;
 use footlight_stage::still::{ImageError, Refused};
 use footlight_stage::{Camera, Scene};
 

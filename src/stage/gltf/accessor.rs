@@ -4,8 +4,10 @@ use gltf_json::Accessor;
 use gltf_json::accessor::{ComponentType, Type};
 use gltf_json::validation::Checked;
 
-use super::container::{Document, range};
-use super::{Fault, TRIANGLE_LIMIT, VERTEX_LIMIT, entry, lacks, limit, missing, place};
+use super::buffers::range;
+use super::container::Document;
+use super::{Fault, TRIANGLE_LIMIT, entry, lacks, missing, place};
+use crate::stage_file::{VERTEX_LIMIT, limit};
 
 /// Vectors of `N` numbers, as floats or integers: positions, normals, places in textures, transforms.
 pub fn vectors<const N: usize>(

@@ -1,6 +1,6 @@
 //! Cameras. One without perspective has no angle of view and is left out.
 
-use super::Root;
+use super::description::Root;
 
 use super::node::Placed;
 use super::{Fault, entry, outside, place};

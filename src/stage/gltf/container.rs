@@ -7,14 +7,13 @@ use std::path::{Path, PathBuf};
 use base64::alphabet;
 use base64::engine::{DecodePaddingMode, Engine as _, GeneralPurpose, GeneralPurposeConfig};
 
-use gltf_json::extensions::root as extensions;
-use gltf_json::{
-    Accessor, Asset, Buffer, Camera, Image, Index, Material, Mesh, Node, Texture, buffer, texture,
-};
 use serde::Deserialize;
 
-use super::{Fault, entry, lacks, limit, meshopt, not_gltf, place, short};
-use crate::import::SceneError;
+use super::buffers::Buffers;
+use super::description::Root;
+use super::{Fault, entry, lacks, meshopt, not_gltf, place, short};
+use crate::stage_file::SceneError;
+use crate::stage_file::limit;
 use footlight_host::files::Files;
 
 /// Bytes of the JSON. Its text can be sixteen times as large in memory.
@@ -60,57 +59,11 @@ const KNOWN: [&str; 23] = [
     "KHR_xmp_json_ld",
 ];
 
-/// The parts of a file that are read. Animations, skins and whatever else it has are passed over
-/// unread, so that nothing in them is a reason to refuse the file.
-#[derive(Debug, Deserialize)]
-#[serde(rename_all = "camelCase")]
-#[allow(missing_docs, reason = "the names of the format")]
-pub struct Root {
-    #[serde(default)]
-    pub accessors: Vec<Accessor>,
-    pub asset: Asset,
-    #[serde(default)]
-    pub buffers: Vec<Buffer>,
-    #[serde(default)]
-    pub buffer_views: Vec<buffer::View>,
-    #[serde(default)]
-    pub scene: Option<Index<gltf_json::Scene>>,
-    #[serde(default)]
-    pub extensions: Option<extensions::Root>,
-    #[serde(default)]
-    pub extensions_required: Vec<String>,
-    #[serde(default)]
-    pub cameras: Vec<Camera>,
-    #[serde(default)]
-    pub images: Vec<Image>,
-    #[serde(default)]
-    pub materials: Vec<Material>,
-    #[serde(default)]
-    pub meshes: Vec<Mesh>,
-    #[serde(default)]
-    pub nodes: Vec<Node>,
-    #[serde(default)]
-    pub samplers: Vec<texture::Sampler>,
-    #[serde(default)]
-    pub scenes: Vec<Scene>,
-    #[serde(default)]
-    pub textures: Vec<Texture>,
-}
-
-/// A scene; it may be empty.
-#[derive(Debug, Deserialize)]
-pub struct Scene {
-    /// Those without a parent.
-    #[serde(default)]
-    pub nodes: Vec<Index<Node>>,
-}
-
 /// A file's JSON with its buffers.
 pub struct Document<'b> {
     /// The description.
     pub root: Root,
-    /// Empty where they only stand for what is compressed, or nothing of them is read.
-    buffers: Vec<Cow<'b, [u8]>>,
+    buffers: Buffers<'b>,
     /// What was compressed, by its buffer view, with the stride.
     unpacked: BTreeMap<usize, (Vec<u8>, usize)>,
     /// Files beside it and data in it that are not buffers.
@@ -142,14 +95,14 @@ impl<'b> Document<'b> {
             fetched: BTreeMap::new(),
             left: BUFFER_LIMIT,
         };
-        let mut document = Document {
-            buffers: fetch.all(&root, binary)?,
+        let buffers = Buffers(fetch.all(&root, binary)?);
+        let unpacked = meshopt::unpack(&root, &buffers, fetch.left).map_err(fault)?;
+        Ok(Document {
             root,
-            unpacked: BTreeMap::new(),
+            buffers,
+            unpacked,
             folder: folder.to_owned(),
-        };
-        document.unpacked = meshopt::unpack(&document, fetch.left).map_err(fault)?;
-        Ok(document)
+        })
     }
 
     /// The bytes of a buffer view and its stride, if it has one.
@@ -164,21 +117,10 @@ impl<'b> Document<'b> {
         }
         let at = || place("bufferView", index, view.name.as_ref());
         let start = view.byte_offset.unwrap_or_default().0;
-        let bytes = self.part(view.buffer.value(), (start, view.byte_length.0), at)?;
+        let bytes = self
+            .buffers
+            .part(view.buffer.value(), (start, view.byte_length.0), at)?;
         Ok((bytes, view.byte_stride.map(|s| s.0)))
-    }
-
-    /// Bytes of a buffer from an offset on; fewer where the buffer ends before.
-    pub fn part(
-        &self,
-        buffer: usize,
-        (start, length): (u64, u64),
-        from: impl Fn() -> String,
-    ) -> Result<&[u8], Fault> {
-        let buffer = entry(&self.buffers, buffer, "buffer", &from)?;
-        let found = buffer.len() as u64;
-        let start = start.min(found);
-        range(buffer, start, length.min(found - start)).map_err(|e| Fault::new(from(), e))
     }
 
     /// The content of an image, and what it is called; what cannot be read is no image.
@@ -229,15 +171,6 @@ pub fn named_files(bytes: &[u8]) -> Vec<String> {
     };
     let names: BTreeSet<String> = files.filter_map(name).take(MOST_FILES).collect();
     names.into_iter().collect()
-}
-
-/// `length` bytes from `start`.
-pub fn range(bytes: &[u8], start: u64, length: u64) -> Result<&[u8], String> {
-    let end = start.saturating_add(length);
-    let range = usize::try_from(start).ok().zip(usize::try_from(end).ok());
-    range
-        .and_then(|(s, e)| bytes.get(s..e))
-        .ok_or_else(|| short(end, bytes.len() as u64))
 }
 
 /// The JSON of a file, and its binary chunk when it is a GLB.

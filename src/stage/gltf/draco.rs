@@ -9,8 +9,9 @@ use serde::Deserialize;
 
 use super::container::{BUFFER_LIMIT, Document};
 use super::material::Places;
-use super::primitive::Vertices;
-use super::{FAR_AWAY, Fault, TRIANGLE_LIMIT, VERTEX_LIMIT, lacks, not_gltf};
+use super::vertices::Vertices;
+use super::{Fault, TRIANGLE_LIMIT, lacks, not_gltf};
+use crate::stage_file::{FAR_AWAY, VERTEX_LIMIT};
 
 const NAME: &str = "KHR_draco_mesh_compression";
 

@@ -6,7 +6,8 @@ use proptest::prelude::*;
 
 use super::tests::{described, floats, glb, square};
 use super::*;
-use crate::import::{Import, Options, POLYGON_LIMIT, read};
+use crate::import::{Import, read};
+use crate::stage_file::{Options, POLYGON_LIMIT};
 use footlight_host::files::Memory;
 
 const NODE: &str = r#""nodes":[{"mesh":0}],"materials":[{"name":"wall"}]"#;

@@ -5,7 +5,7 @@
 //! angles: the peak on the axis, a half where t is 0.7071, a tenth where t is 0.3162; between and
 //! beyond ours is the smoother one.
 
-use super::Root;
+use super::description::Root;
 use gltf_json::extensions::scene::khr_lights_punctual::{Light, Spot, Type};
 use gltf_json::validation::Checked;
 

@@ -9,9 +9,11 @@ use gltf_json::texture::{Info, WrappingMode};
 use gltf_json::validation::Checked;
 
 use super::container::Document;
-use super::{Fault, LeftOut, Root, UNSTATED, outside, place};
+use super::description::Root;
+use super::{Fault, LeftOut, outside, place};
 use crate::Material;
-use crate::import::reflectance;
+use crate::stage_file::UNSTATED;
+use crate::stage_file::reflectance;
 use crate::texture::reader::{Channels, TextureReader};
 use crate::texture::{Alpha, Texture, Wrap};
 use footlight_host::files::Files;

@@ -7,11 +7,12 @@ use std::collections::BTreeMap;
 
 use gltf_json::Buffer;
 
-use super::Root;
 use serde::Deserialize;
 
-use super::container::Document;
-use super::{Fault, limit, not_gltf, place};
+use super::buffers::Buffers;
+use super::description::Root;
+use super::{Fault, not_gltf, place};
+use crate::stage_file::limit;
 
 const NAME: &str = "EXT_meshopt_compression";
 
@@ -61,12 +62,13 @@ const PACKED: &str = "what it holds is not compressed as it says";
 
 /// Unpacks every compressed view, `most` bytes in all: its bytes and its stride.
 pub fn unpack(
-    document: &Document<'_>,
+    root: &Root,
+    buffers: &Buffers<'_>,
     most: usize,
 ) -> Result<BTreeMap<usize, (Vec<u8>, usize)>, Fault> {
     let mut out = BTreeMap::new();
     let mut left = most;
-    for (index, view) in document.root.buffer_views.iter().enumerate() {
+    for (index, view) in root.buffer_views.iter().enumerate() {
         let described = view.extensions.as_ref().and_then(|e| e.others.get(NAME));
         let Some(described) = described else {
             continue;
@@ -79,7 +81,7 @@ pub fn unpack(
         left = left
             .checked_sub(size)
             .ok_or_else(|| fault(limit("bytes of buffers", most)))?;
-        let bytes = document.part(how.buffer, (how.byte_offset, how.byte_length), at)?;
+        let bytes = buffers.part(how.buffer, (how.byte_offset, how.byte_length), at)?;
         let mut unpacked = decode(bytes, &how).ok_or_else(|| fault(PACKED.to_owned()))?;
         filter(&mut unpacked, &how).ok_or_else(|| fault(PACKED.to_owned()))?;
         out.insert(index, (unpacked, how.byte_stride));

@@ -3,7 +3,9 @@
 use gltf_json::Node;
 
 use super::container::Document;
-use super::{FAR_AWAY, Fault, LeftOut, Root, TRIANGLE_LIMIT, accessor, entry, limit, place};
+use super::description::Root;
+use super::{Fault, LeftOut, TRIANGLE_LIMIT, accessor, entry, place};
+use crate::stage_file::{FAR_AWAY, limit};
 use footlight_show::geometry::{Vec3, vec3};
 
 /// Turning, stretching and moving.

@@ -9,38 +9,12 @@ use gltf_json::validation::Checked;
 use super::container::Document;
 use super::material::Places;
 use super::node::{Affine, Placed};
-use super::{
-    FAR, FAR_AWAY, Fault, Imported, LeftOut, TRIANGLE_LIMIT, VERTEX_LIMIT, accessor, draco, entry,
-    lacks, limit, missing, place,
-};
+use super::vertices::Vertices;
+use super::{Fault, LeftOut, TRIANGLE_LIMIT, accessor, draco, entry, lacks, missing, place};
 use crate::Polygon;
 use crate::shading::{Corner, Shading};
+use crate::stage_file::{FAR, FAR_AWAY, Imported, VERTEX_LIMIT, limit};
 use footlight_show::geometry::polygon;
-use footlight_show::geometry::vec3;
-
-/// Vertices with what they have.
-#[derive(Clone, Default)]
-pub struct Vertices {
-    pub points: Rc<Vec<[f64; 3]>>,
-    pub normals: Option<Rc<Vec<[f64; 3]>>>,
-    /// In the texture of the material.
-    pub places: Option<Rc<Vec<[f64; 2]>>>,
-    /// In the order in which they are drawn; without it as they stand.
-    pub indices: Option<Vec<u32>>,
-}
-
-impl Vertices {
-    fn corner(&self, index: u32) -> Corner {
-        let index = index as usize;
-        let vector = |[x, y, z]: [f64; 3]| vec3(x, y, z);
-        let of = |list: &Rc<Vec<[f64; 3]>>| list.get(index).copied().map(vector);
-        Corner {
-            point: of(&self.points).unwrap_or_default(),
-            normal: self.normals.as_ref().and_then(of),
-            place: self.places.as_ref().and_then(|p| p.get(index).copied()),
-        }
-    }
-}
 
 /// A primitive decoded.
 struct Drawn {

@@ -1,7 +1,7 @@
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
-use super::*;
-use crate::import::{Import, Options, read};
+use crate::import::{Import, read};
+use crate::stage_file::{Options, SceneError};
 use crate::{LampShape, Polygon};
 use footlight_host::files::{FileError, Memory};
 use footlight_picture::png;

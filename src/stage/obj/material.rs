@@ -3,12 +3,12 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
-use super::super::import::reflectance;
 use super::super::texture::reader::{Channels, TextureReader};
 use super::super::texture::{Alpha, Texture, Wrap};
 use super::super::{Material, gltf};
 use super::read::{colour, each_line, named, numbers, split};
 use super::{SceneError, UNSTATED};
+use crate::stage_file::reflectance;
 use footlight_host::files::Files;
 use footlight_show::units::Rgb;
 

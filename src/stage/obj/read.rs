@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::super::import::FAR;
 use super::super::shading::Corner;
 use super::{CORNER_LIMIT, POLYGON_LIMIT, SceneError, VERTEX_LIMIT, limit};
+use crate::stage_file::FAR;
 use footlight_show::geometry::{Vec3, vec3};
 use footlight_show::printable::of_bytes;
 

@@ -15,7 +15,7 @@ use crate::surfaces::solid::Solids;
 use footlight_show::geometry::{Vec3, diameter, newell};
 use footlight_show::hash::mix;
 use footlight_stage::Scene;
-use footlight_stage::import::FAR;
+use footlight_stage::stage_file::FAR;
 use footlight_stage::texture::Texture;
 use std::sync::{Arc, OnceLock};
 

@@ -1,0 +1,197 @@
+//! Shared by the readers of all formats: options, limits, errors, and what a reader hands on.
+
+use super::{Camera, Lamp, Material, Scene};
+use footlight_host::files::FileError;
+use footlight_show::geometry::{Place, Vec3};
+use footlight_show::units::Rgb;
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+/// The most polygons a stage may have, after bent ones are cut.
+pub const POLYGON_LIMIT: usize = 2_000_000;
+/// The most vertices a file may define, and the most corners its faces may have together.
+pub const VERTEX_LIMIT: usize = 8_000_000;
+/// The largest coordinate, metres: products of such lengths stay far from overflow.
+pub const FAR: f64 = 1e9;
+
+/// How far above 1 a reflectance may be and still count as 1: rounding of the program that wrote it.
+const REFLECTANCE_ROUNDING: f64 = 1e-3;
+
+/// The reflectance that a file means by `value`; `None` outside 0 to 1.
+pub(crate) fn reflectance(value: f64) -> Option<f64> {
+    let range = -REFLECTANCE_ROUNDING..=1.0 + REFLECTANCE_ROUNDING;
+    range.contains(&value).then_some(value.clamp(0.0, 1.0))
+}
+
+/// Reflectance of what has no material. glTF says one, at which a closed room never gets dark.
+pub(crate) const UNSTATED: f64 = 0.8;
+
+/// Why a vertex is refused.
+pub(crate) const FAR_AWAY: &str = "a coordinate is not finite, or beyond 1e9 metres";
+
+/// Why something is refused of which there is too much.
+pub(crate) fn limit(what: &str, most: usize) -> String {
+    format!("more than {most} {what}")
+}
+
+/// How a file is to be taken.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Options {
+    /// The file's own up axis is Z; without it Y, as glTF and most OBJ files have it.
+    pub z_up: bool,
+    /// Materials that glTF calls double-sided, or whose texture cuts them out, get a front only.
+    pub one_sided: bool,
+    /// Where it stands and how large it is.
+    pub place: Place,
+    /// Groups and objects of an OBJ file that become materials of their own, by name.
+    pub parts: Vec<String>,
+}
+
+/// Why a stage could not be imported.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// The file itself could not be read.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// A line of an OBJ or MTL file is wrong.
+    #[error("`{path}` line {line}: {reason}")]
+    Line {
+        /// The OBJ or MTL file.
+        path: String,
+        /// Counted from 1.
+        line: usize,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A part of a glTF file is wrong.
+    #[error("`{path}` {place}: {reason}")]
+    Part {
+        /// The glTF file.
+        path: String,
+        /// Which part, as `mesh 3 "Chair" primitive 0`; counted from 0, as the file does.
+        place: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// A glTF file needs an extension that is not known.
+    #[error("`{path}` JSON: it needs the extension `{name}`, which this program does not know")]
+    Extension {
+        /// The glTF file.
+        path: String,
+        /// The extension.
+        name: String,
+    },
+    /// The file has no polygon with an area.
+    #[error("`{path}` has no polygons{left_out}")]
+    Empty {
+        /// The file.
+        path: String,
+        /// What it has and is left out, in words that go on from the path's.
+        left_out: String,
+    },
+}
+
+/// What an import did to a file's polygons.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Summary {
+    /// Faces with an area, as the file has them.
+    pub faces: usize,
+    /// Faces without an area, left out.
+    pub dropped: usize,
+    /// Bent faces, cut into triangles.
+    pub bent: usize,
+    /// Coplanar triangles that lost their common edges.
+    pub merged: usize,
+    /// The polygons that they became.
+    pub merged_to: usize,
+    /// Backs added for double-sided materials and those that are cut out.
+    pub backs: usize,
+    /// What the file has and this program leaves out, a sentence each.
+    pub left_out: Vec<String>,
+}
+
+/// What a file holds, before triangles are merged and backs added.
+#[derive(Debug, Default)]
+pub(crate) struct Imported {
+    pub scene: Scene,
+    pub lamps: Vec<Lamp>,
+    pub summary: Summary,
+    pub cameras: Vec<Camera>,
+    /// For each material.
+    pub double_sided: Vec<bool>,
+    /// Materials of parts that the show names.
+    pub parts: BTreeMap<String, usize>,
+}
+
+impl Imported {
+    /// The material of what belongs to a part of the file: one of its own, made like `material`, where
+    /// the show names the part and no material is called so.
+    pub(crate) fn part(&mut self, name: Option<&str>, material: usize, named: &[String]) -> usize {
+        let is_named = |name: &&str| named.iter().any(|n| n == name);
+        let Some(name) = name.filter(is_named) else {
+            return material;
+        };
+        if let Some(own) = self.parts.get(name) {
+            return *own;
+        }
+        if self.scene.materials.iter().any(|m| m.name == name) {
+            return material;
+        }
+        let own = self.scene.materials.len();
+        self.parts.insert(name.to_owned(), own);
+        let like = self.scene.materials.get(material).cloned();
+        let like = like.unwrap_or_else(|| Material::diffuse(name, Rgb([UNSTATED; 3])));
+        let double_sided = self.double_sided.get(material).copied().unwrap_or(false);
+        self.scene.materials.push(Material {
+            name: name.to_owned(),
+            ..like
+        });
+        self.double_sided.resize(own + 1, double_sided);
+        own
+    }
+
+    /// Turns all of it.
+    pub(crate) fn turn(&mut self, by: impl Fn(Vec3) -> Vec3) {
+        for polygon in &mut self.scene.polygons {
+            let vertices = Arc::make_mut(&mut polygon.vertices);
+            vertices.iter_mut().for_each(|v| *v = by(*v));
+            if let Some(shading) = &mut polygon.shading {
+                shading.turn(&by);
+            }
+        }
+        for lamp in &mut self.lamps {
+            (lamp.position, lamp.direction) = (by(lamp.position), by(lamp.direction));
+        }
+        for camera in &mut self.cameras {
+            camera.position = by(camera.position);
+            (camera.direction, camera.up) = (by(camera.direction), by(camera.up));
+        }
+    }
+
+    /// Puts all of it where it belongs.
+    pub(crate) fn put(&mut self, place: &Place, path: &str) -> Result<(), SceneError> {
+        self.turn(|v| place.direction(v));
+        let (scale, at) = (place.scale, place.at);
+        for polygon in &mut self.scene.polygons {
+            let vertices = Arc::make_mut(&mut polygon.vertices);
+            vertices.iter_mut().for_each(|v| *v = *v * scale + at);
+            if let Some(shading) = &mut polygon.shading {
+                shading.stretch(scale, at);
+            }
+        }
+        let lamps = self.lamps.iter_mut().map(|lamp| &mut lamp.position);
+        let cameras = self.cameras.iter_mut().map(|camera| &mut camera.position);
+        lamps.chain(cameras).for_each(|p| *p = *p * scale + at);
+        let far = |v: &Vec3| !v.is_finite() || v.x.abs().max(v.y.abs()).max(v.z.abs()) > FAR;
+        let mut vertices = self.scene.polygons.iter().flat_map(|p| p.vertices.iter());
+        if vertices.any(far) {
+            Err(SceneError::Part {
+                path: path.to_owned(),
+                place: "as placed".to_owned(),
+                reason: FAR_AWAY.to_owned(),
+            })
+        } else {
+            Ok(())
+        }
+    }
+}
