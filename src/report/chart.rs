@@ -8,14 +8,18 @@
 
 mod axis;
 mod colour;
+mod curve_chart;
 mod curves;
 mod drawing;
 mod font;
+mod frame;
 mod grid;
 mod lane;
 mod marker;
+mod output;
 mod paint;
 mod panels;
+mod rows;
 mod sheet;
 mod svg;
 #[cfg(test)]
@@ -24,7 +28,8 @@ mod trace;
 
 pub use axis::{Axis, Scale};
 pub use colour::Theme;
-pub use curves::{Curves, Knot, Row, curves};
+pub use curve_chart::{CurveChart, Knot, Row};
+pub use curves::curves;
 pub use drawing::Drawing;
 pub use grid::{Grid, Stand, Tie, grid};
 pub use marker::Marker;

@@ -33,7 +33,7 @@ pub fn curves(
             ..chart::Row::default()
         })
     };
-    let curves = chart::Curves {
+    let curves = chart::CurveChart {
         title: format!("{}: light of the banks over time, % of full", show.title),
         start: timeline.start().seconds(),
         end: timeline.end().seconds(),

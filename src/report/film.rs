@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::Error;
 use super::format::header;
-use super::target::{Kind, Numbered};
+use super::numbered::{Kind, Numbered};
 use super::words::count;
 use footlight_engine::playback::key::Format;
 use footlight_engine::playback::{Playback, Player};

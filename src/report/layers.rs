@@ -2,7 +2,6 @@
 
 use super::Error;
 use super::format::header;
-use super::target::Layers;
 use super::words::{count, setting};
 use footlight_engine::playback::Playback;
 use footlight_engine::{self as engine, Engine};
@@ -14,6 +13,17 @@ use footlight_transport::contract::check_memory;
 /// What does not fit, and the way out.
 const ALL_AT_ONCE: &str = "a file of all these layers (numbered pictures, `-o frame####.exr`, are \
     written one at a time)";
+
+/// Which pictures are layers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Layers {
+    /// Every key image.
+    Keys,
+    /// Every coordinate alone at full, as previews have it.
+    Banks,
+    /// The refined pictures; where there are none the coarse ones.
+    Basis,
+}
 
 /// A layer: its name, what was lit, and the picture.
 type Layer<'i> = (String, String, &'i Image);

@@ -19,6 +19,7 @@ pub mod film;
 pub mod format;
 pub mod layers;
 pub mod manifest;
+pub mod numbered;
 pub mod page;
 pub mod plan;
 pub mod plot;

@@ -49,13 +49,13 @@ impl Comparison {
             }
         }
         let (a, b) = (&self.old.timeline, &self.new.timeline);
-        let curves = chart::Curves {
+        let curves = chart::CurveChart {
             title: format!("{}: what changed (before: dashed)", self.new.show.title),
             start: a.start().min(b.start()).seconds(),
             end: a.end().max(b.end()).seconds(),
             rows,
             cues: cues_in_time(&self.new.show, b),
-            ..chart::Curves::default()
+            ..chart::CurveChart::default()
         };
         format::drawing(&chart::curves(&curves, Theme::Dark), 1.0, path)
     }

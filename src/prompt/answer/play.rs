@@ -123,7 +123,8 @@ mod tests {
     use super::*;
     use footlight_picture::exr::Precision;
     use footlight_picture::y4m::Chroma;
-    use footlight_report::target::{Kind, Layers};
+    use footlight_report::layers::Layers;
+    use footlight_report::numbered::Kind;
 
     fn of(words: &str) -> Result<Target, Error> {
         let call = Call::parse(&format!("play {words}"))?;

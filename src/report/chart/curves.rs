@@ -1,60 +1,16 @@
 //! Levels over time, one strip a row: how desks show automation.
 
-use super::axis::{Ruler, Scale, clock};
+use super::axis::{Ruler, clock};
 use super::colour::{Colour, Palette, Theme};
-use super::drawing::{Anchor, Drawing, Frame, Label, MARGIN, Point, Stroke, crisp};
+use super::curve_chart::{CurveChart, Row};
+use super::drawing::{Anchor, Drawing, Label, MARGIN, Stroke, crisp};
+use super::frame::{Frame, Point};
+use super::rows::{NAME, SMALL, WIDTH, merged, name_column, row_name, span, time_ruler};
 use super::trace::{cut, thinned};
 use super::{font, lane};
 
-/// Levels over time, with the moments that matter.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Curves {
-    /// Over everything; empty for none.
-    pub title: String,
-    /// Seconds at the left edge.
-    pub start: f64,
-    /// Seconds at the right edge.
-    pub end: f64,
-    /// From the top down.
-    pub rows: Vec<Row>,
-    /// Seconds and name of each line across the rows.
-    pub cues: Vec<(f64, String)>,
-    /// Seconds of the present moment.
-    pub playhead: Option<f64>,
-    /// What stands in a lane of its own under the rows; none without any.
-    pub knots: Vec<Knot>,
-}
-
-/// Where the curves' pieces meet.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Knot {
-    /// Seconds.
-    pub time: f64,
-    /// It was put in between: told apart by shape and colour.
-    pub inserted: bool,
-}
-
-/// One curve.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Row {
-    /// Written on its left.
-    pub name: String,
-    /// Display-coded; the theme's own without. One too near the background is moved away from it.
-    pub colour: Option<[u8; 3]>,
-    /// Seconds and level 0 to 1, straight between them; two points at one time are a jump, the
-    /// first and last levels hold outside. Levels beyond 0 and 1 are drawn at the strip's edge.
-    pub points: Vec<(f64, f64)>,
-    /// What the curve was before a change, drawn dashed; empty for none.
-    pub before: Vec<(f64, f64)>,
-    /// Seconds of the beginning and the end of each move, drawn as bars under the curve.
-    pub moves: Vec<(f64, f64)>,
-}
-
 /// Rows beyond this are counted, not drawn.
 const MOST_ROWS: usize = 512;
-pub(super) const WIDTH: f32 = 840.0;
-pub(super) const NAME: f32 = 12.0;
-pub(super) const SMALL: f32 = 11.0;
 /// The height of one line of cue names.
 const TIER: f32 = 15.0;
 
@@ -68,7 +24,7 @@ struct Layout {
 }
 
 /// Draws the curves, 840 units wide and as high as the rows need.
-pub fn curves(data: &Curves, theme: Theme) -> Drawing {
+pub fn curves(data: &CurveChart, theme: Theme) -> Drawing {
     let palette = theme.palette();
     let count = data.rows.len().min(MOST_ROWS);
     let (layout, height) = layout(data, count);
@@ -107,43 +63,7 @@ impl Layout {
     }
 }
 
-/// The span of an axis of time, seconds; a second where it is none.
-pub(super) fn span(start: f64, end: f64) -> (f64, f64) {
-    if start.is_finite() && end.is_finite() {
-        (start, end)
-    } else {
-        (0.0, 1.0)
-    }
-}
-
-/// The axis of time along a field.
-pub(super) fn time_ruler(span: (f64, f64), field: Frame) -> Ruler {
-    Ruler::exact(Scale::Time, span, (field.x, field.right()), 9)
-}
-
-/// The width of the column of names, that of `least` or more and a fifth of the page at most, and
-/// where the field beside it begins.
-pub(super) fn name_column<'n>(names: impl Iterator<Item = &'n String>, least: f32) -> (f32, f32) {
-    let widths = names.map(|name| font::width(name, NAME));
-    let width = widths.fold(least, f32::max).min(WIDTH / 5.0).ceil();
-    let gap = if width > 0.0 { 10.0 } else { 0.0 };
-    (width, MARGIN + width + gap)
-}
-
-/// A name in its column, `middle` high, shortened to the column.
-pub(super) fn row_name(
-    drawing: &mut Drawing,
-    name: &str,
-    column: f32,
-    (x, middle): Point,
-    palette: &Palette,
-) {
-    let text = font::fit(name, NAME, column);
-    let label = Label::new(&text, (x - 10.0, middle), NAME, palette.ink);
-    drawing.text(label.anchored(Anchor::End).centred());
-}
-
-fn layout(data: &Curves, count: usize) -> (Layout, f32) {
+fn layout(data: &CurveChart, count: usize) -> (Layout, f32) {
     let rows = data.rows.iter().take(count);
     let (names, left) = name_column(rows.map(|row| &row.name), lane::name_width(data));
     // Few rows are tall enough to read levels from; many keep the page short.
@@ -286,31 +206,6 @@ fn cue_lines(
     }
 }
 
-/// The cues inside the field from left to right, those of one pixel under one name.
-pub(super) fn merged(cues: &[(f64, String)], ruler: &Ruler, field: Frame) -> Vec<(f32, String)> {
-    let mut placed: Vec<(f32, &str)> = cues
-        .iter()
-        .filter_map(|(time, name)| Some((ruler.place(*time)?, name.as_str())))
-        .filter(|(x, _)| field.spans(*x))
-        .collect();
-    placed.sort_by(|a, b| a.0.total_cmp(&b.0));
-    placed
-        .chunk_by(|a, b| a.0.floor() == b.0.floor())
-        .filter_map(|group| match group {
-            [] => None,
-            [(x, name)] => Some((*x, font::fit(name, SMALL, 90.0))),
-            [(x, one), (_, two)] => {
-                let both = [one, two].map(|name| font::fit(name, SMALL, 45.0));
-                Some((*x, both.join(", ")))
-            }
-            [(x, name), rest @ ..] => {
-                let name = font::fit(name, SMALL, 70.0);
-                Some((*x, format!("{name} +{}", rest.len())))
-            }
-        })
-        .collect()
-}
-
 /// The playhead's line and its time under the field.
 struct Playhead {
     x: f32,
@@ -368,7 +263,13 @@ fn padded(frame: Frame) -> Frame {
     Frame::new(frame.x - 8.0, frame.y, frame.width + 16.0, frame.height)
 }
 
-fn remarks(drawing: &mut Drawing, data: &Curves, layout: &Layout, count: usize, palette: &Palette) {
+fn remarks(
+    drawing: &mut Drawing,
+    data: &CurveChart,
+    layout: &Layout,
+    count: usize,
+    palette: &Palette,
+) {
     let field = layout.field;
     if count == 0 {
         let at = (field.centre().0, layout.strip(0).centre().1);

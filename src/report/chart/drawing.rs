@@ -1,71 +1,14 @@
-//! The list of marks that every chart becomes, and the three forms it leaves in.
+//! The list of marks that every chart becomes.
 
 use super::colour::{Colour, Palette};
-use super::{ChartError, font, paint, svg};
-use footlight_picture::png;
+use super::frame::{Frame, Point};
+use super::{ChartError, font};
 use footlight_show::printable::visible;
 
 /// The room around a chart.
 pub(super) const MARGIN: f32 = 16.0;
 /// The size of a chart's title.
 pub(super) const TITLE: f32 = 17.0;
-
-/// A place in pixels, y down.
-pub(super) type Point = (f32, f32);
-
-/// A rectangle, pixels, y down.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Frame {
-    pub(super) x: f32,
-    pub(super) y: f32,
-    pub(super) width: f32,
-    pub(super) height: f32,
-}
-
-impl Frame {
-    /// A rectangle by its top left corner and its size.
-    pub(super) const fn new(x: f32, y: f32, width: f32, height: f32) -> Frame {
-        Frame {
-            x,
-            y,
-            width,
-            height,
-        }
-    }
-
-    pub(super) fn right(&self) -> f32 {
-        self.x + self.width
-    }
-
-    pub(super) fn bottom(&self) -> f32 {
-        self.y + self.height
-    }
-
-    pub(super) fn centre(&self) -> Point {
-        (self.x + self.width / 2.0, self.y + self.height / 2.0)
-    }
-
-    /// Whether `x` lies between left and right, or at most half a pixel beside them.
-    pub(super) fn spans(&self, x: f32) -> bool {
-        (self.x - 0.5..=self.right() + 0.5).contains(&x)
-    }
-
-    /// Whether the insides share a point.
-    pub(super) fn overlaps(&self, other: &Frame) -> bool {
-        self.x < other.right()
-            && other.x < self.right()
-            && self.y < other.bottom()
-            && other.y < self.bottom()
-    }
-
-    /// Whether `other` lies within, edges included.
-    pub(super) fn holds(&self, other: &Frame) -> bool {
-        self.x <= other.x
-            && self.y <= other.y
-            && other.right() <= self.right()
-            && other.bottom() <= self.bottom()
-    }
-}
 
 /// One step of a path, absolute pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -220,28 +163,6 @@ impl Drawing {
             self.scale *= factor;
         }
         self
-    }
-
-    /// Pixels a row, rows, and the painted pixels: RGB8, row 0 on top.
-    ///
-    /// # Errors
-    /// [`ChartError::TooLarge`] over the module's limit.
-    pub fn rgb8(&self) -> Result<(usize, usize, Vec<u8>), ChartError> {
-        paint::rgb8(self)
-    }
-
-    /// The painted pixels as a PNG file.
-    ///
-    /// # Errors
-    /// [`ChartError::TooLarge`] over the module's limit, [`ChartError::Encode`] from the encoder.
-    pub fn png(&self) -> Result<Vec<u8>, ChartError> {
-        let (width, height, rgb) = self.rgb8()?;
-        Ok(png::encode(width, height, &rgb)?)
-    }
-
-    /// The drawing as an SVG document. Text stays text.
-    pub fn svg(&self) -> String {
-        svg::document(self)
     }
 
     pub(super) fn rectangle(&mut self, frame: Frame, fill: Colour) {

@@ -11,7 +11,7 @@
 use std::sync::LazyLock;
 use tiny_skia::{Path, PathBuilder};
 
-use super::drawing::Point;
+use super::frame::Point;
 
 /// A glyph a line: the letter's code point (hexadecimal; first `notdef`, the empty box), its advance,
 /// its outline as absolute M, L, Q and Z commands of SVG, y upward; in font units.

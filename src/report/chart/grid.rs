@@ -5,10 +5,11 @@ use std::collections::BTreeSet;
 
 use super::axis::Ruler;
 use super::colour::{Colour, Palette, Theme};
-use super::curves::{NAME, SMALL, WIDTH, merged, name_column, row_name, span, time_ruler};
-use super::drawing::{Anchor, Drawing, Frame, Label, MARGIN, Point, Step, Stroke, crisp};
+use super::drawing::{Anchor, Drawing, Label, MARGIN, Step, Stroke, crisp};
 use super::font;
+use super::frame::{Frame, Point};
 use super::lane::diamond;
+use super::rows::{NAME, SMALL, WIDTH, merged, name_column, row_name, span, time_ruler};
 
 /// Numbers by rows and columns, and when each column counts.
 #[derive(Clone, Debug, Default, PartialEq)]

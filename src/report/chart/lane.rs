@@ -3,9 +3,11 @@
 
 use super::axis::Ruler;
 use super::colour::{Colour, Palette};
-use super::curves::{Curves, Knot, SMALL, WIDTH};
-use super::drawing::{Anchor, Drawing, Frame, Label, MARGIN, Point, Stroke, crisp};
+use super::curve_chart::{CurveChart, Knot};
+use super::drawing::{Anchor, Drawing, Label, MARGIN, Stroke, crisp};
 use super::font;
+use super::frame::{Frame, Point};
+use super::rows::{SMALL, WIDTH};
 
 /// The gap under a strip that its moves' bars need.
 pub(super) const BAR: f32 = 7.0;
@@ -15,7 +17,7 @@ const GAP: f32 = 9.0;
 const NAME: &str = "knots";
 
 /// What the knots add to the field.
-pub(super) fn height(data: &Curves) -> f32 {
+pub(super) fn height(data: &CurveChart) -> f32 {
     if data.knots.is_empty() {
         0.0
     } else {
@@ -24,7 +26,7 @@ pub(super) fn height(data: &Curves) -> f32 {
 }
 
 /// What the lane's name needs.
-pub(super) fn name_width(data: &Curves) -> f32 {
+pub(super) fn name_width(data: &CurveChart) -> f32 {
     if data.knots.is_empty() {
         0.0
     } else {
@@ -33,7 +35,7 @@ pub(super) fn name_width(data: &Curves) -> f32 {
 }
 
 /// What the legend needs under the times.
-pub(super) fn legend_height(data: &Curves) -> f32 {
+pub(super) fn legend_height(data: &CurveChart) -> f32 {
     if entries(data).is_empty() { 0.0 } else { 20.0 }
 }
 
@@ -126,7 +128,7 @@ enum Sign {
 }
 
 /// The signs that the chart has, with their meaning.
-fn entries(data: &Curves) -> Vec<(Sign, &'static str)> {
+fn entries(data: &CurveChart) -> Vec<(Sign, &'static str)> {
     let knot = |inserted| data.knots.iter().any(|k| k.inserted == inserted);
     let moves = data.rows.iter().any(|row| !row.moves.is_empty());
     // The playhead explains itself; it is named where the rest is.
@@ -146,7 +148,7 @@ fn entries(data: &Curves) -> Vec<(Sign, &'static str)> {
 }
 
 /// What the signs mean, in a line under the times.
-pub(super) fn legend(drawing: &mut Drawing, data: &Curves, field: Frame, palette: &Palette) {
+pub(super) fn legend(drawing: &mut Drawing, data: &CurveChart, field: Frame, palette: &Palette) {
     let y = field.bottom() + 35.0;
     let mut x = field.x;
     for (sign_of, words) in entries(data) {

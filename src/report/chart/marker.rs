@@ -1,7 +1,8 @@
 //! The shapes on points.
 
 use super::colour::Colour;
-use super::drawing::{Drawing, Point, Step, Stroke, closed};
+use super::drawing::{Drawing, Step, Stroke, closed};
+use super::frame::Point;
 
 /// The shape on a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -5,7 +5,8 @@ use tiny_skia::{
 };
 
 use super::colour::Colour;
-use super::drawing::{Drawing, Frame, Mark, Picture, Step, Stroke};
+use super::drawing::{Drawing, Mark, Picture, Step, Stroke};
+use super::frame::Frame;
 use super::{ChartError, font};
 use footlight_picture::shrink::resampled;
 

@@ -5,8 +5,9 @@
 
 use super::axis::{Axis, Ruler, Tick};
 use super::colour::{Colour, Palette, Theme};
-use super::drawing::{Anchor, Drawing, Frame, Label, MARGIN, Point, Stroke, crisp};
+use super::drawing::{Anchor, Drawing, Label, MARGIN, Stroke, crisp};
 use super::font;
+use super::frame::{Frame, Point};
 use super::marker::Marker;
 use super::trace::thinned;
 

@@ -2,8 +2,9 @@
 
 use super::ChartError;
 use super::colour::{Palette, Theme};
-use super::drawing::{Drawing, Frame, Label, MARGIN, Picture, Point, TITLE};
+use super::drawing::{Drawing, Label, MARGIN, Picture, TITLE};
 use super::font;
+use super::frame::{Frame, Point};
 
 /// Pictures to be compared.
 #[derive(Clone, Debug, Default, PartialEq)]

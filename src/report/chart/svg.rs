@@ -8,8 +8,9 @@ use std::fmt::Write;
 use base64::prelude::{BASE64_STANDARD, Engine as _};
 
 use super::colour::Colour;
-use super::drawing::{Anchor, Drawing, Frame, Mark, Picture, Step, Stroke};
+use super::drawing::{Anchor, Drawing, Mark, Picture, Step, Stroke};
 use super::font;
+use super::frame::Frame;
 use footlight_picture::png;
 
 /// The whole document.

@@ -1,7 +1,7 @@
 //! Whole layouts: nothing overlaps, nothing is clipped, nothing breaks.
 
-use super::drawing::Frame;
 use super::drawing::Mark;
+use super::frame::Frame;
 use super::*;
 
 /// Every text lies inside the drawing, and no two texts touch.
@@ -55,7 +55,7 @@ fn assert_well_formed(svg: &str) {
     assert!(!svg.contains("NaN") && !svg.contains("inf"));
 }
 
-fn show(rows: usize, cues: usize) -> Curves {
+fn show(rows: usize, cues: usize) -> CurveChart {
     let row = |index: usize| Row {
         name: format!("bank {index} <a&b> with a name that is far too long to be written"),
         colour: (index % 3 == 1).then_some([255, 255, 255]),
@@ -71,7 +71,7 @@ fn show(rows: usize, cues: usize) -> Curves {
         let time = (index * index) as f64 * 160.0 / (cues * cues).max(1) as f64;
         (time, format!("{}.{index}", index / 2))
     };
-    Curves {
+    CurveChart {
         title: "Levels".repeat(30),
         start: 0.0,
         end: 160.0,
@@ -300,10 +300,10 @@ fn a_strip_is_filled_as_high_as_its_level() {
         points: vec![(0.0, 0.5)],
         ..Row::default()
     };
-    let data = Curves {
+    let data = CurveChart {
         end: 10.0,
         rows: vec![half],
-        ..Curves::default()
+        ..CurveChart::default()
     };
     let (width, _, rgb) = curves(&data, Theme::Light).rgb8().unwrap();
     // The strip: no title, no cues, so from y = 16 + 6 down 84 - 8.

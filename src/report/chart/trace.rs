@@ -1,6 +1,6 @@
 //! Polylines on their way to the page: cut to a span, thinned to what pixels can show.
 
-use super::drawing::Point;
+use super::frame::Point;
 
 /// A line with no more than four points in any pixel column: the first, the lowest, the highest
 /// and the last, in their order, which cover the same pixels as all of them.

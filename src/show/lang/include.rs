@@ -9,11 +9,13 @@ use std::collections::BTreeMap;
 
 use super::ast::{Declaration, Span};
 use super::build::Builder;
+use super::decode::decode;
+use super::quote::unquoted;
 use super::read::Read;
 use super::report::{Place, Report};
 use super::scan::{Scan, first_word, scan};
 use super::syntax::{self, Rule};
-use super::{codes, decode, gels, limits, unquoted};
+use super::{codes, gels, limits};
 use crate::diagnostic::{Diagnostic, Sources};
 use crate::units::Rgb;
 use footlight_host::files::Files;

@@ -5,7 +5,8 @@ use std::ops::Range;
 use crate::diagnostic::{self, Diagnostic, Severity, WARNINGS};
 
 use super::ast::Span;
-use super::{SpanMap, codes, limits};
+use super::spans::SpanMap;
+use super::{codes, limits};
 use crate::model::NodeId;
 
 /// The diagnostics of one run: errors up to a limit, the first warnings by their places, and how

@@ -1,4 +1,6 @@
 use super::*;
+use crate::diagnostic::Sources;
+use crate::model::Show;
 use crate::model::{Dimmer, EffectKind, Fade, Interpolation, LightKind, Link, Motion, Trigger};
 use crate::units::{CueNumber, Time, percent};
 

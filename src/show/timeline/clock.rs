@@ -1,7 +1,7 @@
 //! When each cue starts and when it is complete.
 
 use super::error::TimelineError;
-use super::track::Moved;
+use super::motion::Moved;
 use crate::model::{Link, Motion, NodeId, Part, Path, Show, Trigger};
 use crate::units::{CueNumber, Time};
 

@@ -11,7 +11,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::clock::CueTime;
 use super::error::Warning;
-use super::track::{Moved, Stretch, Track};
+use super::motion::Moved;
+use super::stretch::{Stretch, Track};
 use crate::model::{Cue, Motion, NodeId, Show, Trigger};
 use crate::units::Time;
 

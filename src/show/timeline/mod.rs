@@ -15,9 +15,12 @@ mod effect;
 mod error;
 mod key;
 mod lint;
+mod motion;
 mod positivity;
 mod product;
+mod segment;
 mod spline;
+mod stretch;
 mod sweep;
 mod track;
 
@@ -29,14 +32,15 @@ pub use clock::CueTime;
 pub use curve::Piece;
 pub use dimmer::{lights, settings};
 pub use error::{TimelineError, Warning};
-pub use key::{KeySequence, Segment, TooManyKeys};
+pub use key::KeySequence;
+pub use motion::{Moved, Timing};
 pub use positivity::knots as fewest_knots;
-pub use track::{Moved, Timing};
+pub use segment::{Segment, TooManyKeys};
 
 use std::collections::BTreeMap;
 
 use self::dimmer::Law;
-use self::track::Track;
+use self::stretch::Track;
 use crate::model::Show;
 use crate::units::Time;
 
@@ -45,7 +49,7 @@ use crate::units::Time;
 /// # Errors
 /// Where there are more moves than a show may have.
 pub fn cue_moves(show: &Show) -> Result<Vec<Vec<Moved<'_>>>, Vec<TimelineError>> {
-    track::motions(show)
+    motion::motions(show)
 }
 
 /// Every parameter when a cue is complete, cue by cue; paths are at their ends.
@@ -104,7 +108,7 @@ impl Timeline {
     /// # Errors
     /// Every error that only the times and the curves show.
     pub fn new(show: &Show) -> Result<Timeline, Vec<TimelineError>> {
-        let motions = track::motions(show)?;
+        let motions = motion::motions(show)?;
         let cues = clock::cue_times(show, &motions)?;
         let start = cues.first().map_or(Time::ZERO, |c| c.go);
         let end = cues.iter().map(|c| c.completion).max().unwrap_or(start);

@@ -12,7 +12,7 @@
 
 use std::collections::HashMap;
 
-use super::key::{MOST_BYTES, Segment, TooManyKeys};
+use super::segment::{MOST_BYTES, Segment, TooManyKeys};
 use super::{Piece, Timeline, positivity};
 use crate::hash::{GOLDEN, mix};
 use crate::linalg::Bernstein;

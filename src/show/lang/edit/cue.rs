@@ -6,7 +6,9 @@ use super::place::{self, Key};
 use super::sound;
 use crate::diagnostic::Diagnostic;
 use crate::lang::ast::Declaration;
-use crate::lang::{codes, format, quoted, read};
+use crate::lang::format::format;
+use crate::lang::quote::quoted;
+use crate::lang::{codes, read};
 use crate::units::{CueNumber, Time};
 
 /// A cue to be written.

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use super::Lower;
 use super::levels::Breadth;
-use super::{Lower, unquoted};
 use crate::diagnostic::Diagnostic;
 use crate::lang::ast::{self, Body, Declaration, Mark, Span, Statement, Timing, TimingKind, Word};
+use crate::lang::quote::unquoted;
 use crate::lang::report::Place;
 use crate::lang::{codes, limits};
 use crate::model::{Cue, Fade, Link, Move, NodeId, Part, Trigger};

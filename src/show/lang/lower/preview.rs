@@ -9,8 +9,8 @@ use crate::geometry::Vec3;
 use crate::lang::ast::{Clause, Declaration, Span, Statement, Word};
 use crate::lang::codes;
 use crate::lang::quantity::{self, Unit, Wanted};
+use crate::lang::quote::unquoted;
 use crate::lang::report::Place;
-use crate::lang::unquoted;
 
 use crate::model::{Stage, ToneCurve, View};
 use crate::units::{Tolerance, fraction};

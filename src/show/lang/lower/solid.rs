@@ -6,8 +6,9 @@ use super::{Lower, colour};
 use crate::geometry::Vec3;
 use crate::geometry::solid::Solid;
 use crate::lang::ast::{self, Clause, Span, Word};
+use crate::lang::codes;
 use crate::lang::quantity::Wanted;
-use crate::lang::{codes, unquoted};
+use crate::lang::quote::unquoted;
 use crate::model::Surface;
 use crate::units::Rgb;
 

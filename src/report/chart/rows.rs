@@ -1,0 +1,75 @@
+//! Rows along an axis of time: what charts of curves and grids share.
+
+use super::axis::{Ruler, Scale};
+use super::colour::Palette;
+use super::drawing::{Anchor, Drawing, Label, MARGIN};
+use super::font;
+use super::frame::{Frame, Point};
+
+/// The width of a chart.
+pub(super) const WIDTH: f32 = 840.0;
+/// The size of names.
+pub(super) const NAME: f32 = 12.0;
+/// The size of everything else.
+pub(super) const SMALL: f32 = 11.0;
+
+/// The span of an axis of time, seconds; a second where it is none.
+pub(super) fn span(start: f64, end: f64) -> (f64, f64) {
+    if start.is_finite() && end.is_finite() {
+        (start, end)
+    } else {
+        (0.0, 1.0)
+    }
+}
+
+/// The axis of time along a field.
+pub(super) fn time_ruler(span: (f64, f64), field: Frame) -> Ruler {
+    Ruler::exact(Scale::Time, span, (field.x, field.right()), 9)
+}
+
+/// The width of the column of names, that of `least` or more and a fifth of the page at most, and
+/// where the field beside it begins.
+pub(super) fn name_column<'n>(names: impl Iterator<Item = &'n String>, least: f32) -> (f32, f32) {
+    let widths = names.map(|name| font::width(name, NAME));
+    let width = widths.fold(least, f32::max).min(WIDTH / 5.0).ceil();
+    let gap = if width > 0.0 { 10.0 } else { 0.0 };
+    (width, MARGIN + width + gap)
+}
+
+/// A name in its column, `middle` high, shortened to the column.
+pub(super) fn row_name(
+    drawing: &mut Drawing,
+    name: &str,
+    column: f32,
+    (x, middle): Point,
+    palette: &Palette,
+) {
+    let text = font::fit(name, NAME, column);
+    let label = Label::new(&text, (x - 10.0, middle), NAME, palette.ink);
+    drawing.text(label.anchored(Anchor::End).centred());
+}
+
+/// The cues inside the field from left to right, those of one pixel under one name.
+pub(super) fn merged(cues: &[(f64, String)], ruler: &Ruler, field: Frame) -> Vec<(f32, String)> {
+    let mut placed: Vec<(f32, &str)> = cues
+        .iter()
+        .filter_map(|(time, name)| Some((ruler.place(*time)?, name.as_str())))
+        .filter(|(x, _)| field.spans(*x))
+        .collect();
+    placed.sort_by(|a, b| a.0.total_cmp(&b.0));
+    placed
+        .chunk_by(|a, b| a.0.floor() == b.0.floor())
+        .filter_map(|group| match group {
+            [] => None,
+            [(x, name)] => Some((*x, font::fit(name, SMALL, 90.0))),
+            [(x, one), (_, two)] => {
+                let both = [one, two].map(|name| font::fit(name, SMALL, 45.0));
+                Some((*x, both.join(", ")))
+            }
+            [(x, name), rest @ ..] => {
+                let name = font::fit(name, SMALL, 70.0);
+                Some((*x, format!("{name} +{}", rest.len())))
+            }
+        })
+        .collect()
+}

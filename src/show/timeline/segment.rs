@@ -1,0 +1,47 @@
+//! The segments of a key sequence, and the memory that they may take.
+
+/// Bytes that keys and segments may take.
+pub(super) const MOST_BYTES: usize = 256 << 20;
+
+/// The show is too large for its keys to be held.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the key settings of the show need more than {} MB", MOST_BYTES >> 20)]
+pub struct TooManyKeys;
+
+/// A stretch on which the setting is one Bezier curve.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Segment {
+    /// First instant, microseconds; whole, but for knots inserted for positivity.
+    pub(super) start: f64,
+    /// Last instant, microseconds; equal to the first only in a last look without length.
+    pub(super) end: f64,
+    /// It begins at a knot that positivity inserted.
+    pub(super) inserted: bool,
+    /// Its degree, 0 to 3.
+    pub degree: usize,
+    /// Its `degree + 1` control points, as indices of keys.
+    pub keys: Vec<usize>,
+}
+
+impl Segment {
+    /// First instant, seconds.
+    pub fn start(&self) -> f64 {
+        self.start / 1e6
+    }
+
+    /// Last instant, seconds.
+    pub fn end(&self) -> f64 {
+        self.end / 1e6
+    }
+
+    /// Whether it begins at a knot that is none of the curves', but was inserted so that no key
+    /// needs negative light.
+    pub fn is_inserted(&self) -> bool {
+        self.inserted
+    }
+
+    /// Length, seconds.
+    pub fn duration(&self) -> f64 {
+        (self.end - self.start) / 1e6
+    }
+}

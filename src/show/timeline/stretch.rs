@@ -1,0 +1,16 @@
+//! Stretches of a parameter's levels.
+
+use super::curve::Piece;
+use crate::model::NodeId;
+
+/// A stretch of levels with the move that made it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stretch {
+    pub piece: Piece,
+    pub by: Option<(NodeId, usize)>,
+    /// The move has arrived.
+    pub holds: bool,
+}
+
+/// A parameter's stretches; the last is a hold for ever.
+pub(super) type Track = Vec<Stretch>;
