@@ -276,7 +276,7 @@ fn host(path: Option<&Path>, settings: &Settings, screen: &Screen) -> Host {
         None => Arc::new(Radiosity),
         Some(call) => {
             let show = file.map(std::path::absolute);
-            Arc::new(Outside::new(outside::Call {
+            Arc::new(Outside::new(outside::RendererCall {
                 show: show.and_then(Result::ok),
                 ..call
             }))

@@ -7,7 +7,7 @@ use super::{file_limit, folder_of, print};
 use footlight_engine::{self as engine, Document, StageFile, TEXT_LIMIT, Version};
 use footlight_host::files::{Disk, Files as _, Folder, Store as _, is_same};
 use footlight_prompt::Error;
-use footlight_report::{self as report, versions::Comparison};
+use footlight_report::{self as report, versions::VersionComparison};
 
 /// Formats files in place, or looks; 1 when a file was only looked at and would change.
 pub fn format(files: &[PathBuf], look: bool) -> Result<u8, Error> {
@@ -127,7 +127,7 @@ fn compare(versions: &Versions<'_>, output: Option<&Path>) -> Result<String, Err
     }
     let old = versions.read(versions.old)?;
     let new = versions.read(versions.new)?;
-    let compared = Comparison::new(old, new);
+    let compared = VersionComparison::new(old, new);
     let mut text = compared.text();
     if let Some(path) = output.filter(|_| !text.is_empty()) {
         Disk.output(path, &compared.chart(path)?)?;

@@ -14,7 +14,7 @@ use super::screen::Screen;
 use super::{complain, print};
 use footlight_desk::patch::{Frames, Patch};
 use footlight_desk::performance::Performance;
-use footlight_desk::wire::{self, Source};
+use footlight_desk::wire::{self, Sender};
 use footlight_engine::{self as engine, Document};
 use footlight_host::files::{Disk, Store as _};
 use footlight_prompt::{Call, Error, Repl};
@@ -143,7 +143,7 @@ struct Network {
     /// The universe that the patch's first is, and where it goes if not to its group.
     sacn: Option<(u16, Option<IpAddr>)>,
     artnet: Option<IpAddr>,
-    source: Source,
+    source: Sender,
     sequence: u8,
     notes: Vec<String>,
 }
@@ -205,7 +205,7 @@ impl Network {
             patch,
             sacn: sacn.map(|first| (first, to)),
             artnet,
-            source: Source {
+            source: Sender {
                 cid: cid(),
                 name: format!("Footlight: {}", document.show().title),
                 priority: call.option("priority").map_or(Ok(100), priority)?,

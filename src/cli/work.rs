@@ -111,7 +111,7 @@ fn open(list: &TaskList, settings: &Settings, screen: &Screen) -> Result<Engine,
     let mut host = host(Some(&list.show), &settings, screen);
     if let Some(call) = settings.renderer() {
         let show = std::path::absolute(&list.show).ok();
-        let outside = Outside::new(outside::Call { show, ..call });
+        let outside = Outside::new(outside::RendererCall { show, ..call });
         host.renderer = Arc::new(outside.unmeasured());
     }
     let mut engine = Engine::open(&list.show, host)?;

@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use super::osc::{self, Argument};
 use super::patch::Patch;
 use super::performance::Performance;
-use super::wire::{self, Source};
+use super::wire::{self, Sender};
 use super::{Loss, qlc};
 use footlight_host::work::Work;
 use footlight_show::diagnostic::Sources;
@@ -39,7 +39,7 @@ fn a_loss_says_its_place_and_its_light() {
 /// Offsets and values of ANSI E1.31-2018, tables 4-1, 5-1 and 7-1.
 #[test]
 fn an_e131_packet_is_laid_out_as_the_standard_has_it() {
-    let source = Source {
+    let source = Sender {
         cid: [9; 16],
         name: "x".repeat(80),
         priority: 120,

@@ -11,7 +11,7 @@ pub const MOST_PORTS: u16 = 32_768;
 
 /// Who sends, as E1.31 says it.
 #[derive(Clone, Debug)]
-pub struct Source {
+pub struct Sender {
     /// The sender's own number.
     pub cid: [u8; 16],
     /// Its name, cut to 63 bytes.
@@ -23,7 +23,7 @@ pub struct Source {
 /// An E1.31 data packet of 638 bytes: 512 `values` for a universe. The last packets of a stream say
 /// that it is terminated.
 pub fn sacn(
-    source: &Source,
+    source: &Sender,
     universe: u16,
     sequence: u8,
     values: &[u8],

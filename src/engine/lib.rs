@@ -436,7 +436,7 @@ impl Engine {
 
     /// Warnings of the renderer about its images, as far as they are known by now, and what went
     /// wrong with stored images since this was called last.
-    pub fn warnings(&mut self) -> (Vec<renderer::Warning>, Vec<Note>) {
+    pub fn warnings(&mut self) -> (Vec<renderer::TransportWarning>, Vec<Note>) {
         (self.host.renderer.warnings(), self.images.notes())
     }
 

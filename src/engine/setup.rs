@@ -21,7 +21,7 @@ use footlight_stage::import;
 use footlight_stage::luminaire_asset::LuminaireAssets;
 use footlight_stage::rig;
 use footlight_stage::stage_file::Options;
-use footlight_stage::{Camera, Emitter, Images, Lamp, Light, Rig, Scene, Shading, still};
+use footlight_stage::{Emitter, Images, Lamp, Light, Rig, Scene, Shading, StageCamera, still};
 use footlight_transport::Setup;
 use footlight_transport::layered::only_images;
 
@@ -83,7 +83,7 @@ pub(super) struct Loaded {
     inputs: Inputs,
     images: Images,
     luminaires: LuminaireAssets,
-    cameras: Vec<Camera>,
+    cameras: Vec<StageCamera>,
     notes: Notes,
     pub setup: Setup,
 }
@@ -239,7 +239,7 @@ fn small_stage(show: &Show, scene: &Scene, view: &View, spans: &SpanMap) -> Opti
 }
 
 /// The show's view; that of a camera of the stages is looked up.
-fn view(show: &Show, cameras: &[Camera], spans: &SpanMap) -> Result<Option<View>, Diagnostic> {
+fn view(show: &Show, cameras: &[StageCamera], spans: &SpanMap) -> Result<Option<View>, Diagnostic> {
     let Some(view) = show.view() else {
         return Ok(None);
     };
@@ -250,7 +250,7 @@ fn view(show: &Show, cameras: &[Camera], spans: &SpanMap) -> Result<Option<View>
 }
 
 /// Where a view looks from; `None` where the stages have no camera of its name.
-fn camera_of(view: &show::View, cameras: &[Camera]) -> Option<View> {
+fn camera_of(view: &show::NamedView, cameras: &[StageCamera]) -> Option<View> {
     let own = &view.camera;
     match &view.imported {
         None => Some(own.clone()),
@@ -336,7 +336,7 @@ fn options(stage: &show::Stage, show: &Show) -> Options {
 struct Stages {
     scene: Arc<Scene>,
     lamps: Vec<Lamp>,
-    cameras: Vec<Camera>,
+    cameras: Vec<StageCamera>,
     notes: Notes,
 }
 

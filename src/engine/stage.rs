@@ -4,7 +4,7 @@ use super::Error;
 use footlight_host::files::Files;
 use footlight_show::units::Rgb;
 use footlight_stage::import;
-use footlight_stage::stage_file::{Options, Summary};
+use footlight_stage::stage_file::{ImportSummary, Options};
 use footlight_stage::texture::Alpha;
 use footlight_stage::{LampShape, Scene};
 
@@ -14,7 +14,7 @@ pub struct StageFile {
     /// Least and greatest coordinates of its polygons, metres, Z up.
     pub extent: [[f64; 3]; 2],
     /// What was done to its polygons.
-    pub summary: Summary,
+    pub summary: ImportSummary,
     /// Polygons that it becomes, backs included.
     pub polygons: usize,
     /// In the order of the file.

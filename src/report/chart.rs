@@ -28,7 +28,7 @@ mod trace;
 
 pub use axis::{Axis, Scale};
 pub use colour::Theme;
-pub use curve_chart::{CurveChart, Knot, Row};
+pub use curve_chart::{CurveChart, CurveRow, Knot};
 pub use curves::curves;
 pub use drawing::Drawing;
 pub use grid::{Grid, Stand, Tie, grid};

@@ -25,12 +25,12 @@ pub fn curves(
     let seconds = |(a, b): &(Time, Time)| (a.seconds(), b.seconds());
     let row = |i: &usize| {
         let coordinate = coordinates.get(*i)?;
-        Some(chart::Row {
+        Some(chart::CurveRow {
             points: points(timeline, *i),
             moves: timeline.moves(*i).iter().map(seconds).collect(),
             colour: hue(coordinate),
             name: coordinate.name.clone(),
-            ..chart::Row::default()
+            ..chart::CurveRow::default()
         })
     };
     let curves = chart::CurveChart {

@@ -320,7 +320,7 @@ pub fn views(document: &Document) -> String {
     }
     let mut sorted: Vec<_> = views.iter().collect();
     sorted.sort_unstable_by_key(|view| &view.name);
-    let line = |view: &&footlight_show::model::View| {
+    let line = |view: &&footlight_show::model::NamedView| {
         let name = &view.name;
         let mark = if document.view() == Some(name) {
             "*"

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use super::Error;
 use super::format::header;
-use super::numbered::{Kind, Numbered};
+use super::numbered::{FrameFormat, Numbered};
 use super::words::count;
 use footlight_engine::playback::key::Format;
 use footlight_engine::playback::{Playback, Player};
@@ -66,18 +66,18 @@ pub struct Outlets {
 
 /// The part of a show that is played.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Span {
+pub struct PlayedSpan {
     /// The first moment.
     pub from: Time,
     /// The last one, not before it.
     pub to: Time,
 }
 
-impl Span {
+impl PlayedSpan {
     /// All of the show.
-    pub fn whole(engine: &Engine) -> Span {
+    pub fn whole(engine: &Engine) -> PlayedSpan {
         let timeline = engine.document().timeline();
-        Span {
+        PlayedSpan {
             from: timeline.start(),
             to: timeline.end(),
         }
@@ -105,8 +105,8 @@ pub fn still(engine: &Engine, player: &Player, time: Time) -> (Shown, String) {
 }
 
 /// Plays on a canvas in real time; stopping it is no error.
-pub fn perform(engine: &Engine, player: &Player, span: Span, canvas: &dyn Canvas) -> String {
-    let Span { from, to: end } = span;
+pub fn perform(engine: &Engine, player: &Player, span: PlayedSpan, canvas: &dyn Canvas) -> String {
+    let PlayedSpan { from, to: end } = span;
     let mut frame = Shown {
         size: player.size(),
         rgb: Vec::new(),
@@ -133,7 +133,7 @@ pub fn perform(engine: &Engine, player: &Player, span: Span, canvas: &dyn Canvas
 }
 
 /// Frames of the film.
-pub fn length(engine: &Engine, span: Span) -> usize {
+pub fn length(engine: &Engine, span: PlayedSpan) -> usize {
     let rate = engine.show().preview.rate;
     // A whole number of frames must not become one more by rounding.
     (span.seconds() * rate - 1e-6).ceil().max(0.0) as usize + 1
@@ -143,7 +143,7 @@ pub fn length(engine: &Engine, span: Span) -> usize {
 /// start, the last not before the end, which holds the last look. How many there are.
 fn frames(
     engine: &Engine,
-    span: Span,
+    span: PlayedSpan,
     task: &str,
     take: &mut dyn FnMut(usize, Time) -> Result<(), Error>,
 ) -> Result<usize, Error> {
@@ -162,7 +162,7 @@ fn frames(
 /// that is well.
 pub fn video(
     engine: &Engine,
-    (player, span): (&Player, Span),
+    (player, span): (&Player, PlayedSpan),
     chroma: Chroma,
     mut file: Box<dyn AtomicWriter + '_>,
     place: &Path,
@@ -211,20 +211,20 @@ fn is_broken_pipe(error: &Error) -> bool {
 /// An image for each frame, from number 1.
 pub fn numbered(
     engine: &Engine,
-    (player, span): (&Player, Span),
+    (player, span): (&Player, PlayedSpan),
     names: &Numbered,
-    kind: Kind,
+    kind: FrameFormat,
 ) -> Result<String, Error> {
     let (width, height) = player.size();
     let (mut rgb, mut light) = (Vec::new(), Image::new(0, 0));
     let title = header("show", &engine.show().title);
     let total = frames(engine, span, "pictures", &mut |i, time| {
         let bytes = match kind {
-            Kind::Png => {
+            FrameFormat::Png => {
                 player.show(time, &mut rgb);
                 png::encode(width, height, &rgb)?
             }
-            Kind::Exr(precision) => {
+            FrameFormat::Exr(precision) => {
                 player.light(time, &mut light);
                 exr::encode(&light, precision, std::slice::from_ref(&title))?
             }

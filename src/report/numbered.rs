@@ -7,7 +7,7 @@ use footlight_picture::exr::Precision;
 
 /// What a numbered picture is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum FrameFormat {
     /// As displayed.
     Png,
     /// Linear.

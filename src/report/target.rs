@@ -6,10 +6,10 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::film::{Encoder, Outlets, Piped, Span};
+use super::film::{Encoder, Outlets, Piped, PlayedSpan};
 use super::format::{ending, unknown};
 use super::layers::Layers;
-use super::numbered::{Kind, Numbered};
+use super::numbered::{FrameFormat, Numbered};
 use super::{Error, film, layers, page};
 use footlight_engine::Engine;
 use footlight_engine::playback::{Playback, Player};
@@ -31,7 +31,7 @@ pub enum Target {
     /// A page that plays the show.
     Page(PathBuf),
     /// A picture for each frame.
-    Numbered(Numbered, Kind),
+    Numbered(Numbered, FrameFormat),
     /// One OpenEXR file with many pictures.
     Layers(PathBuf, Layers, Precision),
 }
@@ -58,8 +58,8 @@ impl Target {
         let chroma = options.chroma.unwrap_or(Chroma::Quarter);
         let numbered = Numbered::of(&place);
         Ok(match (ending(&place).as_str(), numbered) {
-            ("png", Some(numbered)) => Target::Numbered(numbered, Kind::Png),
-            ("exr", Some(numbered)) => Target::Numbered(numbered, Kind::Exr(precision)),
+            ("png", Some(numbered)) => Target::Numbered(numbered, FrameFormat::Png),
+            ("exr", Some(numbered)) => Target::Numbered(numbered, FrameFormat::Exr(precision)),
             ("y4m", _) => Target::Video(Some(place), chroma),
             ("mp4" | "webm", _) => Target::Film(place),
             ("html" | "htm", _) => Target::Page(place),
@@ -71,7 +71,10 @@ impl Target {
 
     /// Whether the file has light as it is displayed, which an exposure changes.
     pub fn is_exposed(&self) -> bool {
-        !matches!(self, Target::Layers(..) | Target::Numbered(_, Kind::Exr(_)))
+        !matches!(
+            self,
+            Target::Layers(..) | Target::Numbered(_, FrameFormat::Exr(_))
+        )
     }
 
     /// Whether it has frames, of which some may be asked for; a page and layers have keys.
@@ -83,7 +86,7 @@ impl Target {
     pub fn idle(&self, options: TargetOptions) -> Option<Idle> {
         let layers = matches!(self, Target::Layers(..));
         let video = matches!(self, Target::Video(..));
-        let float = layers || matches!(self, Target::Numbered(_, Kind::Exr(_)));
+        let float = layers || matches!(self, Target::Numbered(_, FrameFormat::Exr(_)));
         let given = [
             (
                 options.layers.is_some() && !layers,
@@ -108,7 +111,7 @@ pub struct Sequence<'e> {
     /// How light becomes bytes.
     pub tone: Tone,
     /// What of it is written.
-    pub span: Span,
+    pub span: PlayedSpan,
 }
 
 impl Sequence<'_> {
@@ -124,7 +127,7 @@ impl Sequence<'_> {
 impl Target {
     /// Refuses what could not be written once the sequence is rendered: numbered pictures that would
     /// replace files of the show, a pipe that is none, and a film that nothing encodes.
-    pub fn check(&self, engine: &Engine, span: Span, outlets: &Outlets) -> Result<(), Error> {
+    pub fn check(&self, engine: &Engine, span: PlayedSpan, outlets: &Outlets) -> Result<(), Error> {
         match self {
             Target::Numbered(names, _) => {
                 let (document, files) = (engine.document(), engine.host().files.as_ref());
@@ -176,8 +179,8 @@ impl Target {
             }
             Target::Numbered(names, kind) => {
                 let player = match kind {
-                    Kind::Png => sequence.player()?,
-                    Kind::Exr(_) => film::exact(engine, playback, *tone)?,
+                    FrameFormat::Png => sequence.player()?,
+                    FrameFormat::Exr(_) => film::exact(engine, playback, *tone)?,
                 };
                 film::numbered(engine, (&player, *span), names, *kind)?
             }

@@ -9,17 +9,17 @@ use crate::chart::{self, Theme};
 use footlight_engine::Version;
 
 /// Two versions of a show, and what changed from the first to the second.
-pub struct Comparison {
+pub struct VersionComparison {
     old: Version,
     new: Version,
     /// What changed.
     pub difference: Difference,
 }
 
-impl Comparison {
+impl VersionComparison {
     /// Compares two versions.
-    pub fn new(old: Version, new: Version) -> Comparison {
-        Comparison {
+    pub fn new(old: Version, new: Version) -> VersionComparison {
+        VersionComparison {
             difference: sheet::difference(&old, &new),
             old,
             new,
@@ -39,12 +39,12 @@ impl Comparison {
             let changed = |c: &CurveChange| c.name == coordinate.name;
             let before = old.iter().position(|c| c.name == coordinate.name);
             if let Some(k) = before.filter(|_| self.difference.curves.iter().any(changed)) {
-                rows.push(chart::Row {
+                rows.push(chart::CurveRow {
                     points: points(&self.new.timeline, i),
                     before: points(&self.old.timeline, k),
                     colour: hue(&coordinate),
                     name: coordinate.name,
-                    ..chart::Row::default()
+                    ..chart::CurveRow::default()
                 });
             }
         }
@@ -61,7 +61,7 @@ impl Comparison {
     }
 }
 
-impl std::fmt::Debug for Comparison {
+impl std::fmt::Debug for VersionComparison {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         self.difference.fmt(f)
     }

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use crate::diagnostic::{Diagnostic, WARNINGS};
 use crate::lang::{self, Place, SpanMap, codes, limits};
 use crate::model::{Interpolation, Motion, Move, NodeId, Show};
-use crate::timeline::{Timeline, TimelineError, Warning};
+use crate::timeline::{Timeline, TimelineError, TimelineWarning};
 use crate::units::{Time, percent};
 
 /// A show that was compiled and judged.
@@ -69,16 +69,16 @@ impl Words<'_> {
     }
 
     /// The first warnings, and how many there are beside them.
-    fn warnings(&self, warnings: &[Warning]) -> (Vec<Diagnostic>, usize) {
+    fn warnings(&self, warnings: &[TimelineWarning]) -> (Vec<Diagnostic>, usize) {
         let mut told = BTreeSet::new();
         let mut out = Vec::new();
         for warning in warnings {
             let key = match warning {
-                Warning::Jump { id, .. } => (*id, None),
-                Warning::Overtaken { id, by, .. }
-                | Warning::CutOff { id, by, .. }
-                | Warning::Dark { id, by, .. } => (*id, Some(*by)),
-                Warning::Still { cue } => (*cue, None),
+                TimelineWarning::Jump { id, .. } => (*id, None),
+                TimelineWarning::Overtaken { id, by, .. }
+                | TimelineWarning::CutOff { id, by, .. }
+                | TimelineWarning::Dark { id, by, .. } => (*id, Some(*by)),
+                TimelineWarning::Still { cue } => (*cue, None),
             };
             if told.insert(key) && out.len() < WARNINGS {
                 out.push(self.warning(warning));
@@ -197,9 +197,9 @@ impl Words<'_> {
             .help(help)
     }
 
-    fn warning(&self, warning: &Warning) -> Diagnostic {
+    fn warning(&self, warning: &TimelineWarning) -> Diagnostic {
         match *warning {
-            Warning::Jump {
+            TimelineWarning::Jump {
                 id,
                 parameter,
                 time,
@@ -214,7 +214,7 @@ impl Words<'_> {
                         "a path gives absolute levels: begin it with `0s {from}`, or get there before"
                     ))
             }
-            Warning::Overtaken {
+            TimelineWarning::Overtaken {
                 id,
                 by,
                 parameter,
@@ -229,7 +229,7 @@ impl Words<'_> {
                     .place_of(by, self.spans, "comes first")
                     .help("a shorter `delay` here, or a later GO there")
             }
-            Warning::CutOff {
+            TimelineWarning::CutOff {
                 id,
                 by,
                 parameter,
@@ -245,13 +245,13 @@ impl Words<'_> {
                     .place_of(by, self.spans, "takes over")
                     .help("a shorter `time` here, or a later GO there")
             }
-            Warning::Still { cue } => {
+            TimelineWarning::Still { cue } => {
                 let message = format!("{} changes nothing", self.cue(cue));
                 Diagnostic::warning(codes::NO_CHANGE, message)
                     .place_of(cue, self.spans, "every bank it names is there already")
                     .help("give it other levels; `block` says that levels are restated on purpose")
             }
-            Warning::Dark {
+            TimelineWarning::Dark {
                 id,
                 by,
                 time,

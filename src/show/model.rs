@@ -37,7 +37,7 @@ pub struct Show {
     /// Materials given or replaced in the show.
     pub surfaces: Vec<Surface>,
     /// Cameras; the first is current.
-    pub views: Vec<View>,
+    pub views: Vec<NamedView>,
     /// Luminaires.
     pub lights: Vec<Luminaire>,
     /// Banks, in order of declaration: the varying coordinates.
@@ -49,7 +49,7 @@ pub struct Show {
     /// Named sets of levels.
     pub looks: Vec<Look>,
     /// Named curves (fades and dimmers refer to them).
-    pub curves: Vec<Curve>,
+    pub curves: Vec<NamedCurve>,
     /// What can be laid on levels (parts refer to them).
     pub effects: Vec<Effect>,
     /// Lighting changes, sorted by number.
@@ -136,7 +136,7 @@ pub struct Surface {
 
 /// A named camera.
 #[derive(Clone, Debug, PartialEq)]
-pub struct View {
+pub struct NamedView {
     /// The statement.
     pub id: NodeId,
     /// Its name.
@@ -269,7 +269,7 @@ pub struct CurveKnot {
 
 /// A named curve: time fraction to completion, or level to light.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Curve {
+pub struct NamedCurve {
     /// The statement.
     pub id: NodeId,
     /// Its name.
@@ -472,7 +472,7 @@ impl Show {
     }
 
     /// The first view, which is the current one.
-    pub fn view(&self) -> Option<&View> {
+    pub fn view(&self) -> Option<&NamedView> {
         self.views.first()
     }
 

@@ -7,8 +7,8 @@
 
 use std::ops::RangeInclusive;
 
-use super::stage_file::{Imported, Options, POLYGON_LIMIT, SceneError, Summary, limit};
-use super::{Camera, Lamp, Polygon, Scene, gltf, merge, obj};
+use super::stage_file::{ImportSummary, Imported, Options, POLYGON_LIMIT, SceneError, limit};
+use super::{Lamp, Polygon, Scene, StageCamera, gltf, merge, obj};
 use footlight_host::files::Files;
 use footlight_show::geometry::{Place, diameter, vec3};
 
@@ -25,9 +25,9 @@ pub struct Import {
     /// Lights of the file, in its order. None shines until a show names it.
     pub lamps: Vec<Lamp>,
     /// Cameras of the file, in its order.
-    pub cameras: Vec<Camera>,
+    pub cameras: Vec<StageCamera>,
     /// What was done to it.
-    pub summary: Summary,
+    pub summary: ImportSummary,
 }
 
 /// Reads the stage `path` through `files`: glTF (`.gltf`, `.glb`, or anything that begins as a GLB

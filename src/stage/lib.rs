@@ -30,7 +30,7 @@ use footlight_show::geometry::{
 };
 use footlight_show::units::Rgb;
 
-pub use self::light::{Light, Measured, Projection};
+pub use self::light::{Light, MeasuredLight, Projection};
 pub use self::shading::Shading;
 pub use self::still::Images;
 use self::texture::{Alpha, Texture};
@@ -262,7 +262,7 @@ impl Scene {
 
 /// A camera of a stage's file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Camera {
+pub struct StageCamera {
     /// Its name in the file.
     pub name: String,
     /// Where it stands.
@@ -345,7 +345,7 @@ impl Rig {
     }
 }
 
-impl Camera {
+impl StageCamera {
     /// The view from it, as large as that.
     pub fn view(&self, [width, height]: [usize; 2]) -> View {
         let [right, up] = upright(self.direction);
@@ -369,7 +369,7 @@ mod tests {
     fn a_camera_becomes_a_view_with_its_axes() {
         let [right, up] = upright(vec3(0.6, 0.0, 0.8));
         let (s, c) = 0.7_f64.sin_cos();
-        let camera = Camera {
+        let camera = StageCamera {
             name: String::new(),
             position: vec3(1.0, 2.0, 3.0),
             direction: vec3(0.6, 0.0, 0.8),

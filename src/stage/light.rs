@@ -24,7 +24,7 @@ pub enum Light {
     /// What it adds to the picture at unit setting, rendered elsewhere; the stage does not matter.
     Image(Arc<Image>),
     /// A point source as it was measured.
-    Measured(Measured),
+    Measured(MeasuredLight),
     /// One plane of a thrown image.
     Projection(Projection),
 }
@@ -47,7 +47,7 @@ impl Light {
 /// A point source that shines as a photometric file says: the file's vertical angle 0 is the axis,
 /// its horizontal angle 0 the mount's right, 90 the mount's up.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Measured {
+pub struct MeasuredLight {
     /// How it hangs.
     pub mount: Mount,
     /// The file.

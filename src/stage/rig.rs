@@ -3,7 +3,7 @@
 use super::imported_luminaire;
 use super::luminaire_asset::LuminaireAssets;
 use super::rig_error::RigError;
-use super::{Emitter, Images, Light, Measured, Projection, Rig, Scene, Source};
+use super::{Emitter, Images, Light, MeasuredLight, Projection, Rig, Scene, Source};
 use footlight_show::geometry::mount::Mount;
 use footlight_show::model::{
     Coordinate, Fixed, LightKind, Luminaire, NodeId, Output, Show, Strength,
@@ -206,7 +206,7 @@ fn measured(
         Output::Flux(lumens) => lumens / distribution.flux(),
         Output::Peak(candela) => candela / distribution.peak(),
     };
-    Ok(Light::Measured(Measured {
+    Ok(Light::Measured(MeasuredLight {
         mount,
         distribution: distribution.clone(),
         factor: tint.scaled(factor),

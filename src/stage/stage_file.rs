@@ -1,6 +1,6 @@
 //! Shared by the readers of all formats: options, limits, errors, and what a reader hands on.
 
-use super::{Camera, Lamp, Material, Scene};
+use super::{Lamp, Material, Scene, StageCamera};
 use footlight_host::files::FileError;
 use footlight_show::geometry::{Place, Vec3};
 use footlight_show::units::Rgb;
@@ -93,7 +93,7 @@ pub enum SceneError {
 
 /// What an import did to a file's polygons.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Summary {
+pub struct ImportSummary {
     /// Faces with an area, as the file has them.
     pub faces: usize,
     /// Faces without an area, left out.
@@ -115,8 +115,8 @@ pub struct Summary {
 pub(crate) struct Imported {
     pub scene: Scene,
     pub lamps: Vec<Lamp>,
-    pub summary: Summary,
-    pub cameras: Vec<Camera>,
+    pub summary: ImportSummary,
+    pub cameras: Vec<StageCamera>,
     /// For each material.
     pub double_sided: Vec<bool>,
     /// Materials of parts that the show names.

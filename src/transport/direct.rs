@@ -32,7 +32,7 @@ use crate::direct::panel::Panel;
 use crate::direct::point_source::PointSourceIntegrator;
 use crate::surfaces::facet::Piece;
 use crate::surfaces::fragment::Fragments;
-use crate::surfaces::hierarchy::Setting;
+use crate::surfaces::hierarchy::SceneGeometry;
 use crate::surfaces::surface::Surfaces;
 use footlight_host::work::Work;
 use footlight_show::geometry::Vec3;
@@ -41,7 +41,7 @@ use rayon::prelude::*;
 
 /// A light, prepared for direct illumination.
 #[derive(Clone, Debug)]
-pub enum Luminaire {
+pub enum PreparedLight {
     /// Pieces (indices) that emit.
     Panel(Vec<usize>),
     /// A point source; of a projection the even light without its image.
@@ -54,13 +54,13 @@ const MOST_MARKS: usize = 1 << 24;
 /// A light with the occluders that are culled for it.
 #[derive(Clone, Debug)]
 pub struct Shining<'a> {
-    light: &'a Luminaire,
+    light: &'a PreparedLight,
     culled: CulledOccluders,
 }
 
 impl<'a> Shining<'a> {
     /// Culls the occluders of a light.
-    pub fn new(surfaces: &Surfaces, light: &'a Luminaire) -> Shining<'a> {
+    pub fn new(surfaces: &Surfaces, light: &'a PreparedLight) -> Shining<'a> {
         let culled = light.culled_occluders(surfaces);
         Shining { light, culled }
     }
@@ -84,12 +84,12 @@ impl CulledOccluders {
     }
 }
 
-impl Luminaire {
+impl PreparedLight {
     /// Bytes of the marks of [`Shining`].
     pub fn mark_bytes(&self, surfaces: &Surfaces) -> usize {
         let sets = match self {
-            Luminaire::Panel(pieces) => pieces.len().div_ceil(together(pieces.len(), surfaces)),
-            Luminaire::Spot(_) => 1,
+            PreparedLight::Panel(pieces) => pieces.len().div_ceil(together(pieces.len(), surfaces)),
+            PreparedLight::Spot(_) => 1,
         };
         sets * surfaces.pieces.len()
     }
@@ -102,7 +102,7 @@ impl Luminaire {
                 .hidden(&surfaces.pieces, corners, touching)
         };
         match self {
-            Luminaire::Panel(pieces) => {
+            PreparedLight::Panel(pieces) => {
                 let together = together(pieces.len(), surfaces);
                 let corners = |group: &[usize]| {
                     let vertices = group
@@ -115,7 +115,7 @@ impl Luminaire {
                     marks: pieces.chunks(together).map(corners).collect(),
                 }
             }
-            Luminaire::Spot(beam) => CulledOccluders {
+            PreparedLight::Spot(beam) => CulledOccluders {
                 together: 1,
                 marks: vec![marks(&[beam.position])],
             },
@@ -162,7 +162,7 @@ pub fn check_rig(scene: &Scene, rig: &Rig) -> Result<(), TransportError> {
 /// # Errors
 /// [`TransportError::Scene`] for a spot whose angles or aim are impossible, and for an image, which
 /// shines on nothing ([`crate::layered`] adds it to the picture).
-pub fn luminaires(surfaces: &Surfaces, rig: &Rig) -> Result<Vec<Luminaire>, TransportError> {
+pub fn luminaires(surfaces: &Surfaces, rig: &Rig) -> Result<Vec<PreparedLight>, TransportError> {
     rig.lights
         .iter()
         .enumerate()
@@ -170,9 +170,9 @@ pub fn luminaires(surfaces: &Surfaces, rig: &Rig) -> Result<Vec<Luminaire>, Tran
             Light::Panel { material, .. } => {
                 let lit = |p: &Piece| surfaces.facets[p.facet].material == *material;
                 let pieces = (0..surfaces.pieces.len()).filter(|&p| lit(&surfaces.pieces[p]));
-                Ok(Luminaire::Panel(pieces.collect()))
+                Ok(PreparedLight::Panel(pieces.collect()))
             }
-            Light::Spot(spot) => Beam::new(spot).map(Luminaire::Spot).ok_or_else(|| {
+            Light::Spot(spot) => Beam::new(spot).map(PreparedLight::Spot).ok_or_else(|| {
                 TransportError::Scene(format!(
                     "light {i}: a spot needs 0 < beam < field <= 360 degrees and an aim"
                 ))
@@ -181,10 +181,10 @@ pub fn luminaires(surfaces: &Surfaces, rig: &Rig) -> Result<Vec<Luminaire>, Tran
                 "light {i} is an image: it cannot shine on the stage"
             ))),
             Light::Measured(measured) => Beam::measured(measured)
-                .map(Luminaire::Spot)
+                .map(PreparedLight::Spot)
                 .ok_or_else(|| bad_mount(i)),
             Light::Projection(projection) => Beam::even(projection)
-                .map(Luminaire::Spot)
+                .map(PreparedLight::Spot)
                 .ok_or_else(|| bad_mount(i)),
         })
         .collect()
@@ -197,7 +197,7 @@ fn bad_mount(light: usize) -> TransportError {
 
 /// How exact direct light is to be.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Precision {
+pub struct IrradiancePrecision {
     /// How far reflectance times irradiance may be, at the samples, from what is interpolated
     /// through them; 0 evaluates every receiver.
     pub allowed: f64,
@@ -206,9 +206,9 @@ pub struct Precision {
     pub near: f64,
 }
 
-impl Precision {
+impl IrradiancePrecision {
     /// Exact everywhere.
-    pub const EXACT: Precision = Precision {
+    pub const EXACT: IrradiancePrecision = IrradiancePrecision {
         allowed: 0.0,
         near: 1.0,
     };
@@ -216,17 +216,17 @@ impl Precision {
 
 /// Irradiance at every receiver (in the order they were given in) per unit radiance or peak
 /// intensity of one light. Given the fragments that the receivers are, a spot's is the mean over
-/// each fragment's outline, and a panel's where it is near ([`Precision::near`]); else that at the
+/// each fragment's outline, and a panel's where it is near ([`IrradiancePrecision::near`]); else that at the
 /// point.
 ///
 /// # Errors
 /// On cancel; [`TransportError::Memory`] where the occluders of a panel fill half of the memory.
 pub fn irradiance(
-    setting: Setting<'_>,
+    setting: SceneGeometry<'_>,
     Shining { light, culled }: &Shining<'_>,
     receivers: &Receivers,
     fragments: Option<&Fragments>,
-    Precision { allowed, near }: Precision,
+    IrradiancePrecision { allowed, near }: IrradiancePrecision,
     work: Work<'_>,
 ) -> Result<Vec<f32>, TransportError> {
     let of_thread = work.memory / 2 / work.threads.max(1);
@@ -244,7 +244,7 @@ pub fn irradiance(
             };
             let mut patch = IrradiancePatch::new(&receivers.points, cluster, own.normal, allowed);
             match light {
-                Luminaire::Panel(pieces) => {
+                PreparedLight::Panel(pieces) => {
                     let picture =
                         fragments.map(|f| Picture::new(receivers, f, own.normal, cluster));
                     let mut panel = Panel::new(setting, own.normal, *facet, (near, of_thread));
@@ -257,7 +257,7 @@ pub fn irradiance(
                     };
                     check_memory("what shades a light of many faces", needed, work.memory)?;
                 }
-                Luminaire::Spot(beam) => {
+                PreparedLight::Spot(beam) => {
                     let mut source = PointSourceIntegrator::new(setting, beam, culled, own.normal);
                     source.shine(receivers, fragments, cluster, &mut patch);
                 }

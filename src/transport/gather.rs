@@ -24,7 +24,7 @@ pub use step::{GatherStep, cost};
 
 use crate::contract::check_memory;
 use crate::direct::projector::{Projector, projector};
-use crate::direct::{Luminaire, check_rig, luminaires};
+use crate::direct::{PreparedLight, check_rig, luminaires};
 use crate::gather::bounces::Bounces;
 use crate::gather::bvh::Bvh;
 use crate::gather::cells::{CellFinder, Cells};
@@ -65,7 +65,7 @@ pub struct FinalGather {
     bvh: Bvh,
     /// How far rays keep from surfaces, metres.
     offset: f64,
-    lights: Vec<Luminaire>,
+    lights: Vec<PreparedLight>,
     projectors: Vec<Option<Projector>>,
     /// Facets of the first samples of each pixel.
     seen: Vec<u32>,

@@ -24,22 +24,22 @@ pub mod step;
 
 use crate::direct::cluster::{Receiver, Receivers};
 use crate::direct::projector::{Projector, projector};
-use crate::direct::{Luminaire, check_rig, luminaires};
+use crate::direct::{PreparedLight, check_rig, luminaires};
 use crate::hemicube::compose::gather_weights;
 use crate::hemicube::indirect::form::{Bounces, Rows};
 use crate::hemicube::indirect::gather_points::{
     GatherPoints, GatherScene, RowTally, form_factors, record_visible_points,
 };
-use crate::hemicube::indirect::hemicube::Table;
+use crate::hemicube::indirect::hemicube::FormFactorTable;
 use crate::hemicube::interior::seeds;
 use crate::hemicube::mesh::{CellRequest, Layout, Mesh};
 use crate::hemicube::raster::VertexBuffer;
 use crate::hemicube::rounding::Rounding;
-use crate::hemicube::step::Step;
+use crate::hemicube::step::HemicubeStep;
 use crate::memory::MemoryBudget;
 use crate::surfaces::FACET_BYTES;
 use crate::surfaces::fragment::{Fragment, Fragments, fragments};
-use crate::surfaces::hierarchy::{Hierarchy, Setting};
+use crate::surfaces::hierarchy::{Hierarchy, SceneGeometry};
 use crate::surfaces::lists::Lists;
 use crate::surfaces::surface::Surfaces;
 use crate::unit_lights::UnitLights;
@@ -66,14 +66,14 @@ struct Solution {
 }
 
 /// G for one setup and step.
-pub struct Operator {
+pub struct HemicubeRadiosity {
     rig: Arc<Rig>,
     width: usize,
     height: usize,
     surfaces: Surfaces,
     vertices: VertexBuffer,
     hierarchy: Hierarchy,
-    lights: Vec<Luminaire>,
+    lights: Vec<PreparedLight>,
     /// For each light its image, if it is a projection.
     projectors: Vec<Option<Projector>>,
     mesh: Mesh,
@@ -95,7 +95,7 @@ pub struct Operator {
     visible_shares: Vec<f64>,
     /// Allowed error of interpolated direct light, as a share of its level in the picture.
     tolerance: f64,
-    /// As [`Precision::near`].
+    /// As [`IrradiancePrecision::near`].
     near: f64,
     fragment_receivers: Receivers,
     element_receivers: Receivers,
@@ -104,12 +104,16 @@ pub struct Operator {
     solutions: Vec<Option<Solution>>,
 }
 
-impl Operator {
+impl HemicubeRadiosity {
     /// Prepares it.
     ///
     /// # Errors
     /// [`TransportError`] for a setup that cannot be used, a budget too small, or on cancel.
-    pub fn new(setup: &Setup, step: Step, work: Work<'_>) -> Result<Operator, TransportError> {
+    pub fn new(
+        setup: &Setup,
+        step: HemicubeStep,
+        work: Work<'_>,
+    ) -> Result<HemicubeRadiosity, TransportError> {
         let Setup { scene, rig, view } = setup;
         check_rig(scene, rig)?;
         let mut budget = MemoryBudget::new(work);
@@ -118,7 +122,7 @@ impl Operator {
         work.check()?;
         let hierarchy = Hierarchy::new(&surfaces);
         let vertices = VertexBuffer::new(&surfaces);
-        let setting = Setting::new(&surfaces, &hierarchy);
+        let setting = SceneGeometry::new(&surfaces, &hierarchy);
         let lights = luminaires(&surfaces, rig)?;
         // Bands of the picture are found apart and then copied together.
         let pixels = view.width.saturating_mul(view.height);
@@ -147,7 +151,7 @@ impl Operator {
             vertices: &vertices,
             to: &mesh,
         };
-        let table = Table::new(step.resolution);
+        let table = FormFactorTable::new(step.resolution);
         let limited = budget.share(2, work);
         let every: Vec<u32> = (0..mesh.elements.len() as u32).collect();
         let tally = RowTally::new("form factors", every.len());
@@ -173,7 +177,7 @@ impl Operator {
         work.check()?;
         let gather_weights = weights(&gather_points.mesh, &fragments, rounding.as_ref());
         work.check()?;
-        Ok(Operator {
+        Ok(HemicubeRadiosity {
             rig: Arc::clone(rig),
             width: view.width,
             height: view.height,
@@ -203,7 +207,7 @@ impl Operator {
     }
 }
 
-impl UnitLights for Operator {
+impl UnitLights for HemicubeRadiosity {
     fn bytes(&self) -> usize {
         self.held
     }

@@ -13,7 +13,9 @@
 use std::sync::Arc;
 
 use crate::contract::{check_memory, check_quality, check_settings};
-use crate::{Cost, Prepared, Quality, QualityParameter, Setup, Transport, TransportError, Warning};
+use crate::{
+    Cost, Prepared, Quality, QualityParameter, Setup, Transport, TransportError, TransportWarning,
+};
 use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_picture::combine::add_coloured;
@@ -94,7 +96,7 @@ impl Transport for Layered<'_> {
         Ok(Box::new(Sum { inner, size, parts }))
     }
 
-    fn warnings(&self) -> Vec<Warning> {
+    fn warnings(&self) -> Vec<TransportWarning> {
         self.inner.map_or_else(Vec::new, Transport::warnings)
     }
 

@@ -55,7 +55,7 @@ impl Cost {
 
 /// A warning about an operator's pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Warning {
+pub enum TransportWarning {
     /// They are not linear in the light, or noisy without the operator saying so
     /// ([`Transport::samples`]): previews made of them err by as much.
     NotLinear {
@@ -76,14 +76,14 @@ pub enum Warning {
     },
 }
 
-impl std::fmt::Display for Warning {
+impl std::fmt::Display for TransportWarning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let of = |pictures: usize, one: &str, many: &str| match pictures {
             1 => format!("picture {one}"),
             n => format!("{n} pictures {many}"),
         };
         match self {
-            Warning::NotLinear { sum, double } => write!(
+            TransportWarning::NotLinear { sum, double } => write!(
                 f,
                 "the outside renderer is not linear, or noisy: the sum of two pictures is off the \
                  picture of the sum by {:.2} %, twice the light off twice the picture by {:.2} %; \
@@ -91,13 +91,13 @@ impl std::fmt::Display for Warning {
                 sum * 100.0,
                 double * 100.0
             ),
-            Warning::Black { pictures } => write!(
+            TransportWarning::Black { pictures } => write!(
                 f,
                 "the outside renderer's {} black all over: does it read the settings, and do its \
                  lights reach the view?",
                 of(*pictures, "is", "are")
             ),
-            Warning::Negative { pictures } => write!(
+            TransportWarning::Negative { pictures } => write!(
                 f,
                 "the outside renderer's {} negative light and no other: its sign is wrong, or what it \
                  takes off is more than there is",
@@ -232,7 +232,7 @@ pub trait Transport: Send + Sync {
     ) -> Result<Box<dyn Prepared>, TransportError>;
 
     /// What the user should be warned of, as far as it has been measured.
-    fn warnings(&self) -> Vec<Warning> {
+    fn warnings(&self) -> Vec<TransportWarning> {
         Vec::new()
     }
 

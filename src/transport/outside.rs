@@ -15,7 +15,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use serde_json::json;
 
 use crate::contract::{check_memory, check_quality, check_settings};
-use crate::{Cost, Prepared, Quality, Setup, Transport, TransportError, Warning, seed};
+use crate::{Cost, Prepared, Quality, Setup, Transport, TransportError, TransportWarning, seed};
 use footlight_host::files::process::{Job, ProcessError, Processes, Programs, SplitError, split};
 use footlight_host::work::Work;
 use footlight_picture::combine::{combine, dot};
@@ -117,7 +117,7 @@ pub enum OutsideError {
 
 /// How to call a renderer.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Call {
+pub struct RendererCall {
     /// The program.
     pub program: String,
     /// Its arguments, with [`SETTINGS`] and [`OUTPUT`] among them.
@@ -134,20 +134,20 @@ pub struct Call {
     pub version: Option<String>,
 }
 
-impl Call {
+impl RendererCall {
     /// A command line, split without a shell ([`split`]); ten minutes for a picture, one step of
     /// quality. Or the name of a renderer that the program knows how to call, `mitsuba` or `blender`,
     /// with arguments for its script.
     ///
     /// # Errors
     /// [`OutsideError::Command`] and [`OutsideError::Mark`].
-    pub fn parse(line: &str) -> Result<Call, OutsideError> {
+    pub fn parse(line: &str) -> Result<RendererCall, OutsideError> {
         let (program, arguments) = split(line)?;
         if let Some(known) = KNOWN.iter().find(|known| known.name == program) {
             let paths = [SCENE, SETTINGS, OUTPUT];
             let own = known.arguments.iter().chain(&paths);
             let own = own.map(|word| (*word).to_owned());
-            return Ok(Call {
+            return Ok(RendererCall {
                 program: known.program.to_owned(),
                 arguments: own.chain(arguments).collect(),
                 timeout: 600.0,
@@ -162,7 +162,7 @@ impl Call {
                 return Err(OutsideError::Mark(mark));
             }
         }
-        Ok(Call {
+        Ok(RendererCall {
             program,
             arguments,
             timeout: 600.0,
@@ -201,7 +201,7 @@ struct Measurements {
 }
 
 struct Renderer {
-    call: Call,
+    call: RendererCall,
     processes: Box<dyn Processes>,
     measured: Mutex<Measurements>,
 }
@@ -212,12 +212,12 @@ pub struct Outside(Arc<Renderer>);
 
 impl Outside {
     /// Calls the machine's own programs.
-    pub fn new(call: Call) -> Outside {
+    pub fn new(call: RendererCall) -> Outside {
         Outside::with(call, Box::new(Programs))
     }
 
     /// Calls programs by `processes`.
-    pub fn with(call: Call, processes: Box<dyn Processes>) -> Outside {
+    pub fn with(call: RendererCall, processes: Box<dyn Processes>) -> Outside {
         Outside(Arc::new(Renderer {
             call,
             processes,
@@ -249,7 +249,7 @@ impl Transport for Outside {
     }
 
     fn results_version(&self) -> Option<String> {
-        let Call { version, steps, .. } = &self.0.call;
+        let RendererCall { version, steps, .. } = &self.0.call;
         let version = version.as_ref()?;
         Some(format!("outside {version}, of {steps} steps"))
     }
@@ -307,21 +307,21 @@ impl Transport for Outside {
         is_noisy.then(|| 4_f64.powi(i32::from(quality.0) - 1))
     }
 
-    fn warnings(&self) -> Vec<Warning> {
+    fn warnings(&self) -> Vec<TransportWarning> {
         let mut out = Vec::new();
         let Linearity { sum, double } = self.linearity().unwrap_or_default();
         if sum.max(double) > TOLERATED {
-            out.push(Warning::NotLinear { sum, double });
+            out.push(TransportWarning::NotLinear { sum, double });
         }
         let measured = self.0.measured();
         // A bank may well light nothing in the view; no bank at all does not.
         if measured.lit == 0 && measured.black > 0 {
             let pictures = measured.black;
-            out.push(Warning::Black { pictures });
+            out.push(TransportWarning::Black { pictures });
         }
         if measured.negative > 0 {
             let pictures = measured.negative;
-            out.push(Warning::Negative { pictures });
+            out.push(TransportWarning::Negative { pictures });
         }
         out
     }

@@ -8,9 +8,9 @@ mod calibration;
 mod stated;
 
 use crate::gather::{self, FinalGather, GatherStep};
-use crate::hemicube::Operator;
+use crate::hemicube::HemicubeRadiosity;
 use crate::hemicube::cost::Counts;
-use crate::hemicube::step::{STEPS, Step};
+use crate::hemicube::step::{HemicubeStep, STEPS};
 use crate::surfaces::FACET_BYTES;
 use crate::threads::Threads;
 use crate::unit_lights::Composed;
@@ -48,8 +48,8 @@ impl Transport for Radiosity {
             let operator = FinalGather::new(setup, quality, work)?;
             return Ok(Box::new(Composed::new(operator, &setup.rig)));
         }
-        let step = Step::of(quality)?;
-        let operator = Threads::new(work)?.install(|| Operator::new(setup, step, work))?;
+        let step = HemicubeStep::of(quality)?;
+        let operator = Threads::new(work)?.install(|| HemicubeRadiosity::new(setup, step, work))?;
         Ok(Box::new(Composed::new(operator, &setup.rig)))
     }
 
@@ -62,7 +62,7 @@ impl Transport for Radiosity {
         if is_final_gather(setup) {
             return gather::cost(setup, quality).unwrap_or_default();
         }
-        let counts = Step::of(quality).and_then(|step| Counts::of(setup, step));
+        let counts = HemicubeStep::of(quality).and_then(|step| Counts::of(setup, step));
         counts.map_or(Cost::default(), |counts| {
             counts.cost(setup.rig.sources.len())
         })
@@ -80,7 +80,7 @@ impl Transport for Radiosity {
         if is_final_gather(setup) {
             return Ok(GatherStep::of(quality)?.quality_parameters());
         }
-        let step = Step::of(quality)?;
+        let step = HemicubeStep::of(quality)?;
         Ok(Counts::of(setup, step)?.quality_parameters(step))
     }
 

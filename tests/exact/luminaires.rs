@@ -15,7 +15,7 @@ use footlight_show::units::Rgb;
 use footlight_stage::gobo::Gobo;
 use footlight_stage::photometric::Distribution;
 use footlight_stage::{
-    Emitter, Light, Material, Measured, Polygon, Projection, Rig, Scene, Source,
+    Emitter, Light, Material, MeasuredLight, Polygon, Projection, Rig, Scene, Source,
 };
 use footlight_transport::radiosity::Radiosity;
 use footlight_transport::{Quality, Setup, Transport};
@@ -153,7 +153,7 @@ fn a_files_lumens_arrive() {
         90 80 70 60 50 40 30\n90 120 10 60 9 40 30\n90 0 70 0 50 40 30\n90 80 70 60 50 40 30\n\
         90 60 70 60 50 40 30\n";
     let distribution = Arc::new(Distribution::parse(text.as_bytes()).unwrap());
-    let light = Light::Measured(Measured {
+    let light = Light::Measured(MeasuredLight {
         mount: mount(vec3(0.5, 0.4, -0.8), 25.0),
         factor: Rgb::WHITE.scaled(800.0 / distribution.flux()),
         distribution,

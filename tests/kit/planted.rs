@@ -298,7 +298,7 @@ pub fn wild(random: &mut Random) -> Show {
     show
 }
 
-fn user_curve(random: &mut Random) -> Curve {
+fn user_curve(random: &mut Random) -> NamedCurve {
     let interpolation = random.pick(&[
         Interpolation::Linear,
         Interpolation::Monotone,
@@ -312,7 +312,7 @@ fn user_curve(random: &mut Random) -> Curve {
         handles: [value; 2],
     };
     let (a, b) = (random.between(1, 40), random.between(50, 90));
-    Curve {
+    NamedCurve {
         id: NodeId(800),
         name: "own".to_owned(),
         interpolation,

@@ -14,7 +14,7 @@ use footlight_picture::Image;
 use footlight_picture::exr::{self, Precision};
 use footlight_prompt::{Console, Repl};
 use footlight_transport::Quality;
-use footlight_transport::outside::{Call, Outside};
+use footlight_transport::outside::{Outside, RendererCall};
 
 /// What one run of the renderer paints: each coordinate lights its own column, and step of quality
 /// `q` adds an error of 0.1/q of it to the next.
@@ -73,7 +73,7 @@ fn renderer() {
     std::fs::write(output, bytes).unwrap();
 }
 
-fn call(mode: &str, steps: u8) -> Call {
+fn call(mode: &str, steps: u8) -> RendererCall {
     let program = std::env::current_exe().unwrap();
     let mode = format!("mode={mode}");
     let words = [
@@ -84,7 +84,7 @@ fn call(mode: &str, steps: u8) -> Call {
         "{settings}",
         "{output}",
     ];
-    Call {
+    RendererCall {
         program: program.to_str().unwrap().to_owned(),
         arguments: words.map(str::to_owned).to_vec(),
         timeout: 120.0,
@@ -117,7 +117,7 @@ fn host(renderer: Outside) -> Host {
     }
 }
 
-fn open(call: Call) -> Repl {
+fn open(call: RendererCall) -> Repl {
     open_within(host(Outside::new(call)))
 }
 

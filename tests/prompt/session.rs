@@ -15,7 +15,7 @@ use footlight_host::work::{Progress, Work};
 use footlight_picture::tone::Tone;
 use footlight_prompt::{self as repl, Repl};
 use footlight_report as report;
-use footlight_report::versions::Comparison;
+use footlight_report::versions::VersionComparison;
 use footlight_show::diagnostic::Style;
 use footlight_show::units::Time;
 
@@ -428,7 +428,7 @@ fn a_reload_tells_what_two_readings_would_tell() {
         let files = Memory::default();
         let [a, b] = [old.as_bytes(), new.as_bytes()];
         let read = |bytes| Version::read("s.lxq", bytes, &files);
-        let read_twice = read(a).and_then(|a| Ok(Comparison::new(a, read(b)?)));
+        let read_twice = read(a).and_then(|a| Ok(VersionComparison::new(a, read(b)?)));
         match (show.reload(&new), read_twice) {
             (Ok(reloaded), Ok(compared)) => {
                 assert_eq!(reloaded.difference, compared.difference);

@@ -19,9 +19,11 @@ use footlight_show::geometry::{Vec3, frame};
 use footlight_show::hash::{GOLDEN, mix};
 use footlight_stage::Light;
 use footlight_transport::direct::cluster::{Receiver, Receivers};
-use footlight_transport::direct::{Luminaire, Precision, Shining, irradiance, luminaires};
+use footlight_transport::direct::{
+    IrradiancePrecision, PreparedLight, Shining, irradiance, luminaires,
+};
 use footlight_transport::surfaces::camera::{Camera, camera};
-use footlight_transport::surfaces::hierarchy::{Hierarchy, Setting};
+use footlight_transport::surfaces::hierarchy::{Hierarchy, SceneGeometry};
 use footlight_transport::surfaces::surface::Surfaces;
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -55,7 +57,7 @@ struct Walker<'a> {
     case: &'a Case,
     surfaces: Surfaces,
     hierarchy: Hierarchy,
-    lights: Vec<Luminaire>,
+    lights: Vec<PreparedLight>,
     camera: Camera,
 }
 
@@ -174,7 +176,7 @@ impl Walker<'_> {
     fn light(&self, corners: &[Corner], out: &mut Halves) {
         let points: Vec<Receiver> = corners.iter().map(|c| c.at).collect();
         let receivers = Receivers::new(&self.surfaces, &points);
-        let setting = Setting {
+        let setting = SceneGeometry {
             surfaces: &self.surfaces,
             hierarchy: &self.hierarchy,
         };
@@ -184,7 +186,7 @@ impl Walker<'_> {
                 &Shining::new(&self.surfaces, light),
                 &receivers,
                 None,
-                Precision::EXACT,
+                IrradiancePrecision::EXACT,
                 Work::silent(),
             )
             .unwrap();

@@ -8,7 +8,7 @@ use footlight_show::geometry::{Vec3, vec3};
 use footlight_transport::hemicube::indirect::hemicube::hash_to_unit;
 use footlight_transport::hemicube::interior::is_interior;
 use footlight_transport::hemicube::mesh::{CellRequest, Layout};
-use footlight_transport::surfaces::hierarchy::{Hierarchy, Setting};
+use footlight_transport::surfaces::hierarchy::{Hierarchy, SceneGeometry};
 use footlight_transport::surfaces::surface::Surfaces;
 
 /// Two chambers under one roof, on one floor: the partition at y = 2.3 is `thick`, and only the
@@ -125,7 +125,7 @@ fn floor_beneath_a_crate_does_not_darken_what_is_beside_it() {
     let room = storeroom(false);
     let surfaces = Surfaces::new(&room.scene).unwrap();
     let hierarchy = Hierarchy::new(&surfaces);
-    let setting = Setting {
+    let setting = SceneGeometry {
         surfaces: &surfaces,
         hierarchy: &hierarchy,
     };

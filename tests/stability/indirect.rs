@@ -8,12 +8,14 @@ use footlight_picture::Image;
 use footlight_show::geometry::vec3;
 use footlight_transport::hemicube::cost::Counts;
 use footlight_transport::hemicube::indirect::form::Bounces;
-use footlight_transport::hemicube::indirect::hemicube::{Hemicube, Row, Table, hash_to_unit};
+use footlight_transport::hemicube::indirect::hemicube::{
+    FormFactorTable, Hemicube, Row, hash_to_unit,
+};
 use footlight_transport::hemicube::mesh::Mesh;
 use footlight_transport::hemicube::raster::VertexBuffer;
-use footlight_transport::hemicube::step::Step;
+use footlight_transport::hemicube::step::HemicubeStep;
 use footlight_transport::radiosity::Radiosity;
-use footlight_transport::surfaces::hierarchy::{Hierarchy, Setting};
+use footlight_transport::surfaces::hierarchy::{Hierarchy, SceneGeometry};
 use footlight_transport::surfaces::surface::Surfaces;
 use footlight_transport::{Quality, Transport, TransportError};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -130,8 +132,8 @@ fn symmetrising_spoils_the_sums_of_rows_that_are_kept_here() {
 fn aliasing_of_aligned_cubes_adds_up_and_that_of_turned_ones_cancels() {
     let surfaces = room().unwrap();
     let mesh = mesh(&surfaces, 60);
-    let (outline, table) = (VertexBuffer::new(&surfaces), Table::new(16));
-    let setting = Setting {
+    let (outline, table) = (VertexBuffer::new(&surfaces), FormFactorTable::new(16));
+    let setting = SceneGeometry {
         surfaces: &surfaces,
         hierarchy: &Hierarchy::new(&surfaces),
     };
@@ -179,7 +181,7 @@ fn aliasing_of_aligned_cubes_adds_up_and_that_of_turned_ones_cancels() {
 fn little_memory_changes_the_way_and_not_the_picture() {
     let mut case = stage();
     (case.view.width, case.view.height) = (160, 90);
-    let step = Step::of(Quality(1)).unwrap();
+    let step = HemicubeStep::of(Quality(1)).unwrap();
     let counts = Counts::of(&case.setup(), step).unwrap();
     assert!(counts.gather_points > counts.elements);
     let plenty = render(&case, 1, std::slice::from_ref(&case.mix), 1);

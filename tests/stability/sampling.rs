@@ -10,10 +10,10 @@ use footlight_show::model::Spot;
 use footlight_show::units::Rgb;
 use footlight_stage::Light;
 use footlight_transport::direct::beam::Beam;
-use footlight_transport::hemicube::indirect::hemicube::{Hemicube, Table, hash_to_unit};
+use footlight_transport::hemicube::indirect::hemicube::{FormFactorTable, Hemicube, hash_to_unit};
 use footlight_transport::hemicube::raster::VertexBuffer;
 use footlight_transport::surfaces::camera::camera;
-use footlight_transport::surfaces::hierarchy::{Hierarchy, Setting};
+use footlight_transport::surfaces::hierarchy::{Hierarchy, SceneGeometry};
 use footlight_transport::surfaces::surface::{Surfaces, kept_inside};
 use std::f64::consts::PI;
 
@@ -71,8 +71,8 @@ fn a_point_in_a_joint_loses_light_and_is_kept_off_it() {
     let room = cuboid(vec3(-1.0, -1.0, 0.0), vec3(1.0, 1.0, 2.0), true);
     let surfaces = Surfaces::new(&scene(&room)).unwrap();
     let mesh = mesh(&surfaces, 300);
-    let (outline, table) = (VertexBuffer::new(&surfaces), Table::new(16));
-    let setting = Setting {
+    let (outline, table) = (VertexBuffer::new(&surfaces), FormFactorTable::new(16));
+    let setting = SceneGeometry {
         surfaces: &surfaces,
         hierarchy: &Hierarchy::new(&surfaces),
     };
@@ -148,8 +148,8 @@ fn of_two_surfaces_in_one_plane_rounding_shows_either_and_we_the_smaller() {
         let polygons = [floor.clone(), order[0].clone(), order[1].clone()];
         let surfaces = Surfaces::new(&scene(&polygons)).unwrap();
         let mesh = mesh(&surfaces, 60);
-        let (outline, table) = (VertexBuffer::new(&surfaces), Table::new(64));
-        let setting = Setting {
+        let (outline, table) = (VertexBuffer::new(&surfaces), FormFactorTable::new(64));
+        let setting = SceneGeometry {
             surfaces: &surfaces,
             hierarchy: &Hierarchy::new(&surfaces),
         };

@@ -20,7 +20,7 @@ use footlight_show::units::Rgb;
 use footlight_stage::photometric::{Distribution, Parts, Symmetry};
 use footlight_stage::texture::{Alpha, Texture, Wrap};
 use footlight_stage::{
-    Emitter, Light, Material, Measured, Polygon, Projection, Rig, Scene, Shading, Source,
+    Emitter, Light, Material, MeasuredLight, Polygon, Projection, Rig, Scene, Shading, Source,
 };
 use footlight_transport::Quality;
 
@@ -294,7 +294,7 @@ fn apart(light: &Light) -> (Digest, Rgb) {
             hasher.number(*field);
             *intensity
         }
-        Light::Measured(Measured {
+        Light::Measured(MeasuredLight {
             mount,
             distribution,
             factor,

@@ -88,7 +88,7 @@ fn measured(degrees: &str, candela: &str, lumens: &str) -> Digest {
         "IESNA:LM-63-2002\nTILT=NONE\n1 {lumens} 1 2 1 1 2 0 0 0\n1 1 10\n0 {degrees}\n0\n\
          {candela}\n"
     );
-    let light = Light::Measured(Measured {
+    let light = Light::Measured(MeasuredLight {
         mount: Mount {
             position: vec3(0.0, 0.0, 4.0),
             aim: Vec3::ZERO,

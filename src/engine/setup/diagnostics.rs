@@ -6,11 +6,11 @@ use footlight_picture::PictureError;
 use footlight_show::diagnostic::{Diagnostic, Label, Severity};
 use footlight_show::lang::{SpanMap, codes, nearest};
 use footlight_show::model::ImageFile;
-use footlight_show::model::{NodeId, Show, Stage, Surface, View};
+use footlight_show::model::{NamedView, NodeId, Show, Stage, Surface};
 use footlight_stage::rig_error::RigError;
 use footlight_stage::stage_file::SceneError;
 use footlight_stage::still::{ImageError, Refused};
-use footlight_stage::{Camera, Scene};
+use footlight_stage::{Scene, StageCamera};
 
 /// What to do about a path as Windows has it.
 const NO_BACKSLASH: &str = "write `/` for `\\`; the file must be in the show's folder, or below it";
@@ -219,8 +219,8 @@ pub(super) fn of_rig(cause: &RigError, scene: &Scene, spans: &SpanMap) -> Diagno
 
 /// A view from a camera that the stage does not have.
 pub(super) fn of_camera(
-    (view, name): (&View, &str),
-    cameras: &[Camera],
+    (view, name): (&NamedView, &str),
+    cameras: &[StageCamera],
     spans: &SpanMap,
 ) -> Diagnostic {
     let known: Vec<String> = cameras.iter().map(|camera| camera.name.clone()).collect();
@@ -306,7 +306,7 @@ fn layer_help(wanted: Option<&str>, layers: &[String]) -> Vec<String> {
 }
 
 /// A view, as a diagnostic names it.
-pub(super) fn view_name(view: &View) -> String {
+pub(super) fn view_name(view: &NamedView) -> String {
     format!("the view `{}`", view.name)
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::usage;
 use crate::argument::{cue, target, time_of};
 use crate::{Call, Error, Repl, Reply};
-use footlight_report::film::{self, Span};
+use footlight_report::film::{self, PlayedSpan};
 use footlight_report::target::{Sequence, Target};
 use footlight_report::words::exposure;
 
@@ -22,7 +22,7 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let target = call.path("output").map(|path| checked(path, call));
     let target = target.transpose()?;
     let said = said_span(repl, call)?;
-    let span = said.unwrap_or(Span::whole(&repl.engine));
+    let span = said.unwrap_or(PlayedSpan::whole(&repl.engine));
     if let Some(target) = &target {
         if said.is_some() && !target.has_frames() {
             return usage("`--from`, `--to` and `--cue` are for frames: this file has the keys");
@@ -51,7 +51,7 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let (player, now) = (sequence.player()?, repl.live.time());
     // From here on, or all of it where this is the end.
     let span = said.unwrap_or(if now < span.to {
-        Span { from: now, ..span }
+        PlayedSpan { from: now, ..span }
     } else {
         span
     });
@@ -70,7 +70,7 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 
 /// The part of the show that a call asks for, if it does: from a moment, to one, or a cue from its
 /// GO until it is complete.
-fn said_span(repl: &Repl, call: &Call) -> Result<Option<Span>, Error> {
+fn said_span(repl: &Repl, call: &Call) -> Result<Option<PlayedSpan>, Error> {
     let engine = &repl.engine;
     let moment = |option: &str| {
         let words = call
@@ -81,7 +81,7 @@ fn said_span(repl: &Repl, call: &Call) -> Result<Option<Span>, Error> {
             .transpose()
     };
     let (from, to) = (moment("from")?, moment("to")?);
-    let mut span = Span::whole(engine);
+    let mut span = PlayedSpan::whole(engine);
     if let Some(text) = call.option("cue") {
         if from.is_some() || to.is_some() {
             return usage("say a cue, or from where to where");
@@ -89,7 +89,7 @@ fn said_span(repl: &Repl, call: &Call) -> Result<Option<Span>, Error> {
         let number = cue(engine, text)?;
         let place = engine.show().cues.iter().position(|c| c.number == number);
         let times = place.and_then(|at| engine.document().timeline().cues().get(at));
-        span = times.map_or(span, |cue| Span {
+        span = times.map_or(span, |cue| PlayedSpan {
             from: cue.go,
             to: cue.completion,
         });
@@ -124,7 +124,7 @@ mod tests {
     use footlight_picture::exr::Precision;
     use footlight_picture::y4m::Chroma;
     use footlight_report::layers::Layers;
-    use footlight_report::numbered::Kind;
+    use footlight_report::numbered::FrameFormat;
 
     fn of(words: &str) -> Result<Target, Error> {
         let call = Call::parse(&format!("play {words}"))?;
@@ -144,7 +144,7 @@ mod tests {
         ));
         assert!(matches!(
             of("-o a##.exr --float"),
-            Ok(Target::Numbered(_, Kind::Exr(Precision::Float)))
+            Ok(Target::Numbered(_, FrameFormat::Exr(Precision::Float)))
         ));
         assert!(matches!(
             of("-o a.exr --layers banks"),

@@ -8,7 +8,7 @@ use footlight_engine::{self as engine, ManyKeys, StageMaterial, UnlitBank, Versi
 use footlight_host::work::Cancelled;
 use footlight_report::format::{self, WIDTH};
 use footlight_report::table::Table;
-use footlight_report::versions::Comparison;
+use footlight_report::versions::VersionComparison;
 use footlight_report::words::count;
 use footlight_report::{self as report, document};
 use footlight_report::{sheet, stage};
@@ -102,7 +102,7 @@ pub fn diff(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let files = host.files.as_ref();
     let old = Version::read(name, &old, files)?;
     let new = Version::read(document.name(), document.text().as_bytes(), files)?;
-    let compared = Comparison::new(old, new);
+    let compared = VersionComparison::new(old, new);
     let text = match compared.text() {
         text if text.is_empty() => "nothing changed".to_owned(),
         text => text,

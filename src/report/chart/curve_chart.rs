@@ -10,7 +10,7 @@ pub struct CurveChart {
     /// Seconds at the right edge.
     pub end: f64,
     /// From the top down.
-    pub rows: Vec<Row>,
+    pub rows: Vec<CurveRow>,
     /// Seconds and name of each line across the rows.
     pub cues: Vec<(f64, String)>,
     /// Seconds of the present moment.
@@ -30,7 +30,7 @@ pub struct Knot {
 
 /// One curve.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Row {
+pub struct CurveRow {
     /// Written on its left.
     pub name: String,
     /// Display-coded; the theme's own without. One too near the background is moved away from it.

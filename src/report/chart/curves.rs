@@ -2,7 +2,7 @@
 
 use super::axis::{Ruler, clock};
 use super::colour::{Colour, Palette, Theme};
-use super::curve_chart::{CurveChart, Row};
+use super::curve_chart::{CurveChart, CurveRow};
 use super::drawing::{Anchor, Drawing, Label, MARGIN, Stroke, crisp};
 use super::frame::{Frame, Point};
 use super::rows::{NAME, SMALL, WIDTH, merged, name_column, row_name, span, time_ruler};
@@ -125,7 +125,7 @@ fn time_grid(drawing: &mut Drawing, ruler: &Ruler, field: Frame, palette: &Palet
 
 fn curve(
     drawing: &mut Drawing,
-    row: &Row,
+    row: &CurveRow,
     strip: Frame,
     ruler: &Ruler,
     (start, end): (f64, f64),

@@ -56,7 +56,7 @@ fn assert_well_formed(svg: &str) {
 }
 
 fn show(rows: usize, cues: usize) -> CurveChart {
-    let row = |index: usize| Row {
+    let row = |index: usize| CurveRow {
         name: format!("bank {index} <a&b> with a name that is far too long to be written"),
         colour: (index % 3 == 1).then_some([255, 255, 255]),
         points: (0..9)
@@ -294,11 +294,11 @@ fn cues_of_one_moment_share_a_name_and_those_outside_are_left_out() {
 
 #[test]
 fn a_strip_is_filled_as_high_as_its_level() {
-    let half = Row {
+    let half = CurveRow {
         name: String::new(),
         colour: Some([255, 0, 0]),
         points: vec![(0.0, 0.5)],
-        ..Row::default()
+        ..CurveRow::default()
     };
     let data = CurveChart {
         end: 10.0,

@@ -12,7 +12,7 @@ use footlight_show::lang;
 use footlight_show::linalg::{Bernstein, mass};
 use footlight_show::model::{Cue, Part, Show, Trigger};
 use footlight_show::printable::{columns, left};
-use footlight_show::timeline::{Piece, Timeline};
+use footlight_show::timeline::{CurvePiece, Timeline};
 use footlight_show::units::{Time, percent};
 
 /// One change.
@@ -472,7 +472,7 @@ fn curves(old: &Version, new: &Version) -> Vec<CurveChange> {
 
 /// Norm and largest value of the difference of two curves over some stretches, exactly: on each span
 /// between knots of either it is a polynomial. `None` when they are the same.
-fn apart(a: &[Piece], b: &[Piece], stretches: &[Stretch]) -> Option<(f64, f64, Time)> {
+fn apart(a: &[CurvePiece], b: &[CurvePiece], stretches: &[Stretch]) -> Option<(f64, f64, Time)> {
     let (mut square, mut largest, mut length) = (0.0, 0.0_f64, 0.0);
     let mut at = Time::ZERO;
     for stretch in stretches {
@@ -514,7 +514,7 @@ fn apart(a: &[Piece], b: &[Piece], stretches: &[Stretch]) -> Option<(f64, f64, T
 }
 
 /// A curve between two times with no knot between them; held before its start and after its end.
-fn over(pieces: &[Piece], start: Time, end: Time) -> Bernstein {
+fn over(pieces: &[CurvePiece], start: Time, end: Time) -> Bernstein {
     let after = pieces.partition_point(|p| p.start <= start);
     match after.checked_sub(1).and_then(|i| pieces.get(i)) {
         Some(piece) if piece.end >= end => piece.between(start, end),

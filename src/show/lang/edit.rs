@@ -11,7 +11,7 @@ mod level;
 mod place;
 mod rename;
 
-pub use change::{Action, Change, Edited, Splice, difference};
+pub use change::{Action, Change, EditedText, Splice, difference};
 pub use cue::{CueMove, CueText};
 pub use place::{locate, name};
 pub use rename::{NamePlace, names, refused_name};
@@ -81,7 +81,7 @@ pub enum Edit {
 /// # Errors
 /// Diagnostics, with places in the text of an [`Edit::Declare`] (as file 0) when that does not
 /// parse; otherwise without places. The source is then untouched.
-pub fn apply(source: &str, edit: &Edit) -> Result<Edited, Vec<Diagnostic>> {
+pub fn apply(source: &str, edit: &Edit) -> Result<EditedText, Vec<Diagnostic>> {
     match edit {
         Edit::Declare(statements) => declare(source, statements),
         Edit::SetCue(cue) => declare(source, &cue.statement()?),
@@ -94,7 +94,7 @@ pub fn apply(source: &str, edit: &Edit) -> Result<Edited, Vec<Diagnostic>> {
     }
 }
 
-fn declare(source: &str, statements: &str) -> Result<Edited, Vec<Diagnostic>> {
+fn declare(source: &str, statements: &str) -> Result<EditedText, Vec<Diagnostic>> {
     let (scan, typed, _) = read::typed(statements)?;
     if typed.statements.is_empty() {
         let message = "there is no declaration in this";
@@ -121,10 +121,10 @@ fn declare(source: &str, statements: &str) -> Result<Edited, Vec<Diagnostic>> {
         step(&mut now, splice)?;
         changes.push(key.change(action));
     }
-    Edited::whole(source, now, changes)
+    EditedText::whole(source, now, changes)
 }
 
-fn remove(source: &str, what: &str) -> Result<Edited, Vec<Diagnostic>> {
+fn remove(source: &str, what: &str) -> Result<EditedText, Vec<Diagnostic>> {
     let scan = sound(source)?;
     let (cut, key) = place::resolve(&scan.cuts, what)?;
     let splice = Splice {
@@ -132,7 +132,7 @@ fn remove(source: &str, what: &str) -> Result<Edited, Vec<Diagnostic>> {
         text: String::new(),
     };
     let changes = vec![key.change(Action::Removed)];
-    Edited::new(source, vec![splice], changes)
+    EditedText::new(source, vec![splice], changes)
 }
 
 /// The statements of a text whose braces, quotes and comments are closed.

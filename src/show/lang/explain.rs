@@ -11,7 +11,7 @@ const CHAPTER: &str = include_str!("../../../grammar/errors.md");
 
 /// What the manual says of a code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Page<'a> {
+pub struct Explanation<'a> {
     /// Such as `E012`.
     pub code: &'a str,
     /// The kind of error in a few words.
@@ -20,7 +20,7 @@ pub struct Page<'a> {
     pub text: &'a str,
 }
 
-impl Page<'_> {
+impl Explanation<'_> {
     /// The smallest sheet that makes the error, and its correction, where there are such.
     pub fn sheets(&self) -> Option<(&str, &str)> {
         let mut sheets = self.text.split("```lxq\n").skip(1);
@@ -30,13 +30,13 @@ impl Page<'_> {
 }
 
 /// All pages, in order of their codes.
-pub fn pages() -> impl Iterator<Item = Page<'static>> {
+pub fn pages() -> impl Iterator<Item = Explanation<'static>> {
     let sections = CHAPTER.split("\n## ").skip(1);
     sections.filter_map(|section| {
         let (heading, text) = section.split_once('\n')?;
         let (code, title) = heading.split_once(": ")?;
         let text = text.trim();
-        Some(Page { code, title, text })
+        Some(Explanation { code, title, text })
     })
 }
 
@@ -44,7 +44,7 @@ pub fn pages() -> impl Iterator<Item = Page<'static>> {
 ///
 /// # Errors
 /// A sentence that says there is no such code, with the nearest one.
-pub fn explain(code: &str) -> Result<Page<'static>, String> {
+pub fn explain(code: &str) -> Result<Explanation<'static>, String> {
     let wanted = code.trim().to_ascii_uppercase();
     if let Some(page) = pages().find(|p| p.code == wanted) {
         return Ok(page);

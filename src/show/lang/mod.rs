@@ -36,7 +36,7 @@ pub use ast::Span;
 pub use beginning::Beginning;
 pub use decode::decode;
 pub use edit::NamePlace;
-pub use explain::{Page, explain, pages};
+pub use explain::{Explanation, explain, pages};
 pub use format::format;
 pub use gels::gels_of_table;
 pub use levels::{SetLevel, levels};

@@ -5,7 +5,7 @@ use crate::units::Time;
 
 /// One polynomial of a curve, from knot to knot.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Piece {
+pub struct CurvePiece {
     /// First knot.
     pub start: Time,
     /// Second knot, later than the first.
@@ -18,7 +18,7 @@ pub struct Piece {
 /// rounding.
 const SAME: f64 = 2e-14;
 
-impl Piece {
+impl CurvePiece {
     /// Where `time` lies between the knots: 0 at the first, 1 at the second.
     pub fn fraction(&self, time: Time) -> f64 {
         (time - self.start).micros() as f64 / (self.end - self.start).micros() as f64
@@ -40,7 +40,7 @@ impl Piece {
 
     /// Whether the neighbour to the right goes on with the same polynomial: the longer of the two
     /// is extended over the shorter and compared.
-    fn goes_on_in(&self, next: &Piece) -> bool {
+    fn goes_on_in(&self, next: &CurvePiece) -> bool {
         let (a, b) = (&self.polynomial, &next.polynomial);
         if a.is_constant() && b.is_constant() {
             return a.first() == b.first();
@@ -63,11 +63,11 @@ impl Piece {
     }
 
     /// One piece for two that go on in one another, both ends kept.
-    fn with(&self, next: &Piece) -> Piece {
+    fn with(&self, next: &CurvePiece) -> CurvePiece {
         let own_is_longer = self.end - self.start >= next.end - next.start;
         let long = if own_is_longer { self } else { next };
         let whole = long.between(self.start, next.end);
-        Piece {
+        CurvePiece {
             start: self.start,
             end: next.end,
             polynomial: whole.with_ends(self.polynomial.first(), next.polynomial.last()),
@@ -76,9 +76,9 @@ impl Piece {
 }
 
 /// A curve that stays; nothing when it has no length.
-pub(super) fn hold(start: Time, end: Time, value: f64) -> Vec<Piece> {
+pub(super) fn hold(start: Time, end: Time, value: f64) -> Vec<CurvePiece> {
     let polynomial = Bernstein::constant(value);
-    let piece = Piece {
+    let piece = CurvePiece {
         start,
         end,
         polynomial,
@@ -88,8 +88,8 @@ pub(super) fn hold(start: Time, end: Time, value: f64) -> Vec<Piece> {
 
 /// Neighbours that are the same polynomial made one: holds at the same number, a straight line
 /// continued, a spline's knot that bends nothing (to rounding).
-pub(super) fn joined(pieces: &[Piece]) -> Vec<Piece> {
-    let mut out: Vec<Piece> = Vec::with_capacity(pieces.len());
+pub(super) fn joined(pieces: &[CurvePiece]) -> Vec<CurvePiece> {
+    let mut out: Vec<CurvePiece> = Vec::with_capacity(pieces.len());
     for piece in pieces {
         match out.last_mut() {
             Some(previous) if previous.goes_on_in(piece) => *previous = previous.with(piece),
@@ -108,8 +108,8 @@ pub(super) fn joined(pieces: &[Piece]) -> Vec<Piece> {
 mod tests {
     use super::*;
 
-    fn piece(start: i64, end: i64, coefficients: &[f64]) -> Piece {
-        Piece {
+    fn piece(start: i64, end: i64, coefficients: &[f64]) -> CurvePiece {
+        CurvePiece {
             start: Time::from_micros(start),
             end: Time::from_micros(end),
             polynomial: Bernstein::new(coefficients).unwrap(),
@@ -125,9 +125,9 @@ mod tests {
         let jump = [piece(0, 10, &[0.3]), piece(10, 40, &[0.4])];
         assert_eq!(joined(&jump).len(), 2);
         let cubic = Bernstein::cubic([0.1, 0.9, 0.3, 0.4]);
-        let parts: Vec<Piece> = [(0, 30), (30, 50), (50, 100)]
+        let parts: Vec<CurvePiece> = [(0, 30), (30, 50), (50, 100)]
             .iter()
-            .map(|(s, e)| Piece {
+            .map(|(s, e)| CurvePiece {
                 polynomial: cubic.part(*s as f64 / 100.0, *e as f64 / 100.0),
                 ..piece(*s, *e, &[0.0])
             })

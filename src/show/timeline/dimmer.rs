@@ -6,11 +6,11 @@
 //! between two knots). Elsewhere it is fitted by cubics: ends exact, values between the ends'
 //! values (so within 0 to 1), within [`TOLERANCE`] of the light at full.
 
-use super::curve::Piece;
+use super::curve::CurvePiece;
 use super::error::TimelineError;
 use super::spline::{Splined, curve_spans};
 use crate::linalg::Bernstein;
-use crate::model::{Curve, Dimmer, Interpolation, Show};
+use crate::model::{Dimmer, Interpolation, NamedCurve, Show};
 use crate::units::Time;
 
 /// How far the light may be from the true one, in settings. Where one fit follows another (a law, an
@@ -30,7 +30,7 @@ pub(super) enum Law {
 }
 
 /// The settings (0 to 1) of levels (0 to 1) by a dimmer; `curves` are the show's.
-pub fn settings(dimmer: Dimmer, curves: &[Curve], levels: &[f64]) -> Vec<f64> {
+pub fn settings(dimmer: Dimmer, curves: &[NamedCurve], levels: &[f64]) -> Vec<f64> {
     let law = Law::new(dimmer, curves);
     levels.iter().map(|level| law.value(*level)).collect()
 }
@@ -67,7 +67,7 @@ pub(super) fn check(show: &Show) -> Vec<TimelineError> {
         .collect()
 }
 
-fn leaves(curve: &Curve) -> Option<TimelineError> {
+fn leaves(curve: &NamedCurve) -> Option<TimelineError> {
     let mut worst: Option<(f64, f64, f64)> = None;
     let ends = curve.knots.iter().map(|k| (k.at, k.value));
     let inner = curve
@@ -93,7 +93,7 @@ fn leaves(curve: &Curve) -> Option<TimelineError> {
 }
 
 impl Law {
-    pub(super) fn new(dimmer: Dimmer, curves: &[Curve]) -> Law {
+    pub(super) fn new(dimmer: Dimmer, curves: &[NamedCurve]) -> Law {
         let curve = match dimmer {
             Dimmer::Linear => return Law::Linear,
             Dimmer::Square => return Law::Square,
@@ -172,7 +172,7 @@ impl Law {
 
     /// A curve of levels as settings.
     /// A fit is within half of `tolerance`.
-    pub(super) fn applied(&self, levels: &[Piece], tolerance: f64) -> Vec<Piece> {
+    pub(super) fn applied(&self, levels: &[CurvePiece], tolerance: f64) -> Vec<CurvePiece> {
         let mut out = Vec::with_capacity(levels.len());
         for piece in levels {
             match self {
@@ -184,11 +184,11 @@ impl Law {
         out
     }
 
-    fn compose(&self, piece: &Piece, tolerance: f64, out: &mut Vec<Piece>) {
+    fn compose(&self, piece: &CurvePiece, tolerance: f64, out: &mut Vec<CurvePiece>) {
         let p = &piece.polynomial;
         if p.is_constant() {
             let polynomial = Bernstein::constant(self.value(p.first()));
-            out.push(Piece {
+            out.push(CurvePiece {
                 polynomial,
                 ..*piece
             });
@@ -199,7 +199,7 @@ impl Law {
         times.push(piece.end);
         for w in times.windows(2) {
             let &[start, end] = w else { continue };
-            let level = Piece {
+            let level = CurvePiece {
                 start,
                 end,
                 polynomial: piece.between(start, end),
@@ -209,7 +209,7 @@ impl Law {
     }
 
     /// Where a piece turns or crosses one of the law's knots, to the microsecond.
-    fn splits(&self, piece: &Piece) -> Vec<Time> {
+    fn splits(&self, piece: &CurvePiece) -> Vec<Time> {
         let p = &piece.polynomial;
         let mut parts = vec![0.0];
         parts.extend(p.turns());
@@ -229,7 +229,7 @@ impl Law {
         times
     }
 
-    fn compose_monotone(&self, level: &Piece, tolerance: f64, out: &mut Vec<Piece>) {
+    fn compose_monotone(&self, level: &CurvePiece, tolerance: f64, out: &mut Vec<CurvePiece>) {
         let q = &level.polynomial;
         let law = self.around(q.value(0.5));
         let times = (level.start, level.end);
@@ -246,7 +246,7 @@ impl Law {
             _ => None,
         };
         match exact {
-            Some(polynomial) => out.push(Piece {
+            Some(polynomial) => out.push(CurvePiece {
                 polynomial: polynomial.with_ends(ends.0, ends.1),
                 ..*level
             }),
@@ -281,14 +281,14 @@ impl Local {
     }
 }
 
-fn squared(piece: &Piece) -> Piece {
+fn squared(piece: &CurvePiece) -> CurvePiece {
     let (a, b) = (piece.polynomial.first(), piece.polynomial.last());
     let polynomial = if piece.polynomial.degree() == 0 {
         Bernstein::constant(a * a)
     } else {
         Bernstein::quadratic([a * a, a * b, b * b])
     };
-    Piece {
+    CurvePiece {
         polynomial,
         ..*piece
     }
@@ -344,7 +344,7 @@ pub(super) struct Stretch {
 
 /// Cubics for what is monotone over a stretch: Hermite, slopes limited to what keeps them between the
 /// end values (Fritsch and Carlson), halved in time until within half of `tolerance`.
-pub(super) fn fit(of: &impl Fitted, stretch: Stretch, tolerance: f64, out: &mut Vec<Piece>) {
+pub(super) fn fit(of: &impl Fitted, stretch: Stretch, tolerance: f64, out: &mut Vec<CurvePiece>) {
     let Stretch {
         share: (from, to),
         times: (start, end),
@@ -366,7 +366,7 @@ pub(super) fn fit(of: &impl Fitted, stretch: Stretch, tolerance: f64, out: &mut 
         .fold(0.0f64, f64::max);
     let half = (end - start).scaled(0.5);
     if off <= 0.48 * tolerance || half == Time::ZERO || start + half == end {
-        out.push(Piece {
+        out.push(CurvePiece {
             start,
             end,
             polynomial: cubic,

@@ -5,7 +5,7 @@
 //! settings are the same.
 
 use super::clock::CueTime;
-use super::curve::{Piece, hold};
+use super::curve::{CurvePiece, hold};
 use super::error::TimelineError;
 use crate::hash::{GOLDEN, mix};
 use crate::linalg::Bernstein;
@@ -29,7 +29,7 @@ pub(super) fn factors(
     show: &Show,
     cues: &[CueTime],
     (start, end): (Time, Time),
-) -> Result<Vec<Vec<Piece>>, TimelineError> {
+) -> Result<Vec<Vec<CurvePiece>>, TimelineError> {
     let mut runs: Vec<Vec<Run<'_>>> = vec![Vec::new(); show.banks.len()];
     for (cue, time) in show.cues.iter().zip(cues) {
         for part in &cue.parts {
@@ -53,7 +53,7 @@ fn factor(
     runs: &[Run<'_>],
     (start, end): (Time, Time),
     left: &mut usize,
-) -> Result<Vec<Piece>, TimelineError> {
+) -> Result<Vec<CurvePiece>, TimelineError> {
     let Some(first) = runs.first() else {
         return Ok(Vec::new());
     };
@@ -79,12 +79,12 @@ fn factor(
                 _ => at + step,
             };
             let to = effect.map_or(1.0, |effect| share(effect, run.change.bank, n));
-            let whole = Piece {
+            let whole = CurvePiece {
                 start: at,
                 end: next,
                 polynomial: shape(effect, reached, to),
             };
-            let piece = Piece {
+            let piece = CurvePiece {
                 start: at,
                 end: next.min(until),
                 polynomial: whole.between(at, next.min(until)),

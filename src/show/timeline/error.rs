@@ -88,7 +88,7 @@ pub enum TimelineError {
 
 /// Legal but surely not meant.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Warning {
+pub enum TimelineWarning {
     /// A path does not begin at the level that the parameter has.
     Jump {
         /// The move.

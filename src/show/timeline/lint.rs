@@ -10,7 +10,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::clock::CueTime;
-use super::error::Warning;
+use super::error::TimelineWarning;
 use super::motion::Moved;
 use super::stretch::{Stretch, Track};
 use crate::model::{Cue, Motion, NodeId, Show, Trigger};
@@ -48,7 +48,7 @@ pub(super) struct Watch {
     /// By cue: something about the light is no longer as it was.
     changed: Vec<bool>,
     first: Time,
-    warnings: Vec<Warning>,
+    warnings: Vec<TimelineWarning>,
 }
 
 impl Watch {
@@ -79,7 +79,7 @@ impl Watch {
         if let Some(to) = first_level(&m.motion).filter(|to| *to != run.from)
             && run.start > self.first
         {
-            self.warnings.push(Warning::Jump {
+            self.warnings.push(TimelineWarning::Jump {
                 id: m.id,
                 parameter: m.parameter,
                 time: run.start,
@@ -94,7 +94,7 @@ impl Watch {
     /// other goes; paths and repeats are made to be left at any time.
     fn interrupted(&mut self, before: &Latest, cue: usize, m: &Moved<'_>, run: Run) {
         if before.run.start > run.start {
-            self.warnings.push(Warning::Overtaken {
+            self.warnings.push(TimelineWarning::Overtaken {
                 id: before.id,
                 by: m.id,
                 parameter: m.parameter,
@@ -105,7 +105,7 @@ impl Watch {
         let known = self.clocks[before.cue] == self.clocks[cue];
         let cut = before.fades && before.run.end > run.start && before.run.to != run.to;
         if known && cut {
-            self.warnings.push(Warning::CutOff {
+            self.warnings.push(TimelineWarning::CutOff {
                 id: before.id,
                 by: m.id,
                 parameter: m.parameter,
@@ -118,7 +118,7 @@ impl Watch {
 
     /// All that was found, with the cues that moved banks only to where they were. The first cue
     /// sets up, `block` and `assert` restate on purpose, and out is out however often it is said.
-    pub fn finish(mut self, show: &Show) -> Vec<Warning> {
+    pub fn finish(mut self, show: &Show) -> Vec<TimelineWarning> {
         let cues = show.cues.iter().zip(&self.changed).skip(1);
         let still = cues.filter(|(cue, changed)| {
             let mut moves = moves(cue);
@@ -128,7 +128,7 @@ impl Watch {
                 && cue.parts.iter().all(|part| part.effects.is_empty())
                 && moves.any(|m| !matches!(m.motion, Motion::To(to) if to == 0.0))
         });
-        let found = still.map(|(cue, _)| Warning::Still { cue: cue.id });
+        let found = still.map(|(cue, _)| TimelineWarning::Still { cue: cue.id });
         self.warnings.extend(found);
         self.warnings
     }
@@ -175,7 +175,7 @@ struct Out {
 /// The stretches between two lit moments in which every bank is out, and that is not stated. It is
 /// said by a cue that takes every bank out, as `blackout` does, and by a path that ends at 0: who
 /// draws levels over time has seen them. What `cueonly` or `assert` restores was said before.
-pub(super) fn dark(show: &Show, tracks: &[Track], start: Time, end: Time) -> Vec<Warning> {
+pub(super) fn dark(show: &Show, tracks: &[Track], start: Time, end: Time) -> Vec<TimelineWarning> {
     let banks: Vec<usize> = show
         .parameters()
         .iter()
@@ -275,18 +275,21 @@ impl<'a> Ends<'a> {
         ends
     }
 
-    fn warning(&self, a: Time, b: Time) -> Option<Warning> {
+    fn warning(&self, a: Time, b: Time) -> Option<TimelineWarning> {
         let begun = self.begun.get(&a)?;
         let last = begun.first()?.by?;
         let faded = |o: &Out| {
             let key = o.by.map(|id| (id, o.parameter));
             key.is_some_and(|k| self.fades.contains(&k))
         };
-        begun.iter().all(|o| faded(o)).then_some(Warning::Dark {
-            id: last,
-            by: *self.ended.get(&b)?,
-            time: a,
-            until: b,
-        })
+        begun
+            .iter()
+            .all(|o| faded(o))
+            .then_some(TimelineWarning::Dark {
+                id: last,
+                by: *self.ended.get(&b)?,
+                time: a,
+                until: b,
+            })
     }
 }

@@ -29,9 +29,9 @@ mod tests;
 
 pub use blend::{Blend, blend};
 pub use clock::CueTime;
-pub use curve::Piece;
+pub use curve::CurvePiece;
 pub use dimmer::{lights, settings};
-pub use error::{TimelineError, Warning};
+pub use error::{TimelineError, TimelineWarning};
 pub use key::KeySequence;
 pub use motion::{Moved, Timing};
 pub use positivity::knots as fewest_knots;
@@ -74,7 +74,7 @@ pub struct Timeline {
     start: Time,
     end: Time,
     cues: Vec<CueTime>,
-    curves: Vec<Vec<Piece>>,
+    curves: Vec<Vec<CurvePiece>>,
     moves: Vec<Vec<(Time, Time)>>,
     last: Vec<f64>,
     /// What the cues move, where that is not a setting.
@@ -82,15 +82,15 @@ pub struct Timeline {
     /// By parameter, the coordinate whose setting it is.
     own: Vec<Option<usize>>,
     /// By bank, the factor of its effects; no pieces without any.
-    factors: Vec<Vec<Piece>>,
-    warnings: Vec<Warning>,
+    factors: Vec<Vec<CurvePiece>>,
+    warnings: Vec<TimelineWarning>,
     joined: usize,
 }
 
 /// A parameter over the sequence, 0 to 1.
 #[derive(Clone, Debug, PartialEq)]
 struct Levels {
-    pieces: Vec<Piece>,
+    pieces: Vec<CurvePiece>,
     /// At the end, after whatever jumps there.
     last: f64,
 }
@@ -152,7 +152,7 @@ impl Timeline {
     }
 
     /// Adds the coordinates of a bank by the tracks of its level and, if it has one, its colour.
-    fn add_bank(&mut self, law: &Law, first: usize, tracks: &[Track], factor: &[Piece]) {
+    fn add_bank(&mut self, law: &Law, first: usize, tracks: &[Track], factor: &[CurvePiece]) {
         let Some((level, colour)) = tracks.split_first() else {
             return;
         };
@@ -193,12 +193,12 @@ impl Timeline {
     }
 
     /// Keeps a parameter that is not a setting.
-    fn keep(&mut self, parameter: usize, track: &Track, pieces: Vec<Piece>) {
+    fn keep(&mut self, parameter: usize, track: &Track, pieces: Vec<CurvePiece>) {
         let last = track::level_at(track, self.end);
         self.parameters.insert(parameter, Levels { pieces, last });
     }
 
-    fn add_coordinate(&mut self, pieces: &[Piece], last: f64, moves: Vec<(Time, Time)>) {
+    fn add_coordinate(&mut self, pieces: &[CurvePiece], last: f64, moves: Vec<(Time, Time)>) {
         let curve = curve::joined(pieces);
         self.joined += pieces.len() - curve.len();
         self.curves.push(curve);
@@ -222,7 +222,7 @@ impl Timeline {
     }
 
     /// What is legal but surely not meant.
-    pub fn warnings(&self) -> &[Warning] {
+    pub fn warnings(&self) -> &[TimelineWarning] {
         &self.warnings
     }
 
@@ -233,7 +233,7 @@ impl Timeline {
 
     /// A coordinate's pieces over the sequence, in settings; none when the sequence has no length
     /// (or there is no such coordinate).
-    pub fn curve(&self, coordinate: usize) -> &[Piece] {
+    pub fn curve(&self, coordinate: usize) -> &[CurvePiece] {
         self.curves.get(coordinate).map_or(&[], Vec::as_slice)
     }
 
@@ -278,7 +278,7 @@ impl Timeline {
         }
     }
 
-    fn value(&self, pieces: &[Piece], last: f64, time: Time) -> f64 {
+    fn value(&self, pieces: &[CurvePiece], last: f64, time: Time) -> f64 {
         if time >= self.end {
             return last;
         }

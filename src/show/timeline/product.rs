@@ -3,7 +3,7 @@
 //! Where the degrees of two pieces sum to 3 or less the product is exact; beyond, it is fitted by
 //! cubics as dimmers are (ends exact, half of `dimmer::TOLERANCE`).
 
-use super::curve::Piece;
+use super::curve::CurvePiece;
 use super::dimmer::{Fitted, Stretch, fit};
 use crate::linalg::{Bernstein, binomial};
 use crate::units::Time;
@@ -13,7 +13,7 @@ const SCANNED: usize = 32;
 
 /// The product of two curves of the same stretch of time.
 /// A fit is within half of `tolerance`.
-pub(super) fn product(a: &[Piece], b: &[Piece], tolerance: f64) -> Vec<Piece> {
+pub(super) fn product(a: &[CurvePiece], b: &[CurvePiece], tolerance: f64) -> Vec<CurvePiece> {
     let mut out = Vec::with_capacity(a.len().max(b.len()));
     let (mut rest, mut others) = (a.iter().peekable(), b.iter().peekable());
     while let (Some(x), Some(y)) = (rest.peek(), others.peek()) {
@@ -33,15 +33,15 @@ pub(super) fn product(a: &[Piece], b: &[Piece], tolerance: f64) -> Vec<Piece> {
 }
 
 fn multiply(
-    a: &Piece,
-    b: &Piece,
+    a: &CurvePiece,
+    b: &CurvePiece,
     (start, end): (Time, Time),
     tolerance: f64,
-    out: &mut Vec<Piece>,
+    out: &mut Vec<CurvePiece>,
 ) {
     let (p, q) = (a.between(start, end), b.between(start, end));
     if let Some(polynomial) = exact(&p, &q) {
-        out.push(Piece {
+        out.push(CurvePiece {
             start,
             end,
             polynomial,
@@ -149,9 +149,9 @@ mod tests {
     use crate::timeline::dimmer::TOLERANCE;
     use proptest::prelude::*;
 
-    fn curve(coefficients: Vec<Vec<f64>>, length: i64) -> Vec<Piece> {
+    fn curve(coefficients: Vec<Vec<f64>>, length: i64) -> Vec<CurvePiece> {
         let pieces = coefficients.iter().zip(0..);
-        let piece = |(c, i): (&Vec<f64>, i64)| Piece {
+        let piece = |(c, i): (&Vec<f64>, i64)| CurvePiece {
             start: Time::from_micros(i * length),
             end: Time::from_micros((i + 1) * length),
             polynomial: Bernstein::new(c).unwrap(),
@@ -159,7 +159,7 @@ mod tests {
         pieces.map(piece).collect()
     }
 
-    fn value(curve: &[Piece], time: Time) -> f64 {
+    fn value(curve: &[CurvePiece], time: Time) -> f64 {
         let piece = curve.iter().rfind(|p| p.start <= time).unwrap();
         piece.value(time)
     }
@@ -186,7 +186,7 @@ mod tests {
             }
             for piece in &found {
                 // Both ends, the later one as the limit from the left.
-                let last = |c: &[Piece]| {
+                let last = |c: &[CurvePiece]| {
                     let before = c.iter().rfind(|p| p.start < piece.end).unwrap();
                     before.value(piece.end)
                 };

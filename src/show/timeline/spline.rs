@@ -6,7 +6,7 @@
 )]
 
 use crate::linalg::Bernstein;
-use crate::model::{Curve, CurveKnot, Interpolation, Knot, Path};
+use crate::model::{CurveKnot, Interpolation, Knot, NamedCurve, Path};
 
 /// The spans between a path's knots, over seconds, in levels.
 pub(super) fn path_spans(path: &Path) -> Vec<Bernstein> {
@@ -31,7 +31,7 @@ pub(super) struct Splined {
 }
 
 impl Splined {
-    pub fn new(curve: &Curve) -> Splined {
+    pub fn new(curve: &NamedCurve) -> Splined {
         Splined {
             at: curve.knots.iter().map(|k| k.at).collect(),
             spans: curve_spans(curve),
@@ -41,7 +41,7 @@ impl Splined {
 }
 
 /// The spans between a named curve's knots, over fractions.
-pub(super) fn curve_spans(curve: &Curve) -> Vec<Bernstein> {
+pub(super) fn curve_spans(curve: &NamedCurve) -> Vec<Bernstein> {
     spans(curve.interpolation, &curve.knots)
 }
 

@@ -1,12 +1,12 @@
 //! Stretches of a parameter's levels.
 
-use super::curve::Piece;
+use super::curve::CurvePiece;
 use crate::model::NodeId;
 
 /// A stretch of levels with the move that made it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stretch {
-    pub piece: Piece,
+    pub piece: CurvePiece,
     pub by: Option<(NodeId, usize)>,
     /// The move has arrived.
     pub holds: bool,

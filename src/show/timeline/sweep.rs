@@ -13,7 +13,7 @@
 use std::collections::HashMap;
 
 use super::segment::{MOST_BYTES, Segment, TooManyKeys};
-use super::{Piece, Timeline, positivity};
+use super::{CurvePiece, Timeline, positivity};
 use crate::hash::{GOLDEN, mix};
 use crate::linalg::Bernstein;
 use crate::units::Time;
@@ -44,7 +44,7 @@ pub(super) struct Sweep<'a> {
     /// The hash's share of the coordinates that hold.
     hash: u64,
     /// Coordinates that move, with their pieces.
-    moving: Vec<(usize, &'a Piece)>,
+    moving: Vec<(usize, &'a CurvePiece)>,
     /// Where each coordinate stands among those that move.
     places: Vec<Option<usize>>,
 }
@@ -84,7 +84,7 @@ impl<'a> Sweep<'a> {
     }
 
     /// Starts the piece of a coordinate: it moves from here on, or holds.
-    fn begin_piece(&mut self, coordinate: usize, piece: &'a Piece) {
+    fn begin_piece(&mut self, coordinate: usize, piece: &'a CurvePiece) {
         let moves = piece.polynomial.degree() > 0;
         match (self.places[coordinate], moves) {
             (Some(place), true) => self.moving[place].1 = piece,
@@ -209,7 +209,7 @@ impl<'a> Sweep<'a> {
 }
 
 /// All pieces with their starts and coordinates, in time.
-fn in_time(timeline: &Timeline) -> Vec<(Time, usize, &Piece)> {
+fn in_time(timeline: &Timeline) -> Vec<(Time, usize, &CurvePiece)> {
     let of = |c: usize| timeline.curve(c).iter().map(move |p| (p.start, c, p));
     let mut pieces: Vec<_> = (0..timeline.coordinates()).flat_map(of).collect();
     pieces.sort_by_key(|(start, ..)| *start);

@@ -321,7 +321,7 @@ fn an_overtaken_move_never_happens_and_is_told() {
     let timeline = Timeline::new(&show).unwrap();
     assert!(matches!(
         timeline.warnings(),
-        [Warning::Overtaken { parameter: 0, .. }]
+        [TimelineWarning::Overtaken { parameter: 0, .. }]
     ));
     assert_eq!(timeline.evaluate(seconds(25.)), vec![0.5]);
 }
@@ -358,7 +358,7 @@ fn a_spline_that_starts_elsewhere_jumps_with_a_warning() {
     );
     show.cues.push(cue(2, go(5.), 0., vec![moving(0, spline)]));
     let timeline = Timeline::new(&show).unwrap();
-    let [Warning::Jump { from, to, time, .. }] = timeline.warnings() else {
+    let [TimelineWarning::Jump { from, to, time, .. }] = timeline.warnings() else {
         panic!("{:?}", timeline.warnings())
     };
     assert_eq!((*from, *to, time.seconds()), (0.85, 0.3, 5.0));

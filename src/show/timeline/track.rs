@@ -9,8 +9,8 @@
 use std::borrow::Cow;
 
 use super::clock::{CueTime, length};
-use super::curve::Piece;
-use super::error::{TimelineError, Warning};
+use super::curve::CurvePiece;
+use super::error::{TimelineError, TimelineWarning};
 use super::lint::{Run, Watch};
 use super::motion::{MOST_PIECES, Moved, at_first};
 use super::spline::{Splined, path_spans};
@@ -31,11 +31,11 @@ pub(super) fn tracks(
     show: &Show,
     cues: &[CueTime],
     motions: Vec<Vec<Moved<'_>>>,
-) -> Result<(Vec<Track>, Vec<Warning>), Vec<TimelineError>> {
+) -> Result<(Vec<Track>, Vec<TimelineWarning>), Vec<TimelineError>> {
     let parameters = show.parameters();
     let first = |parameter: &Coordinate| {
         vec![Stretch {
-            piece: Piece {
+            piece: CurvePiece {
                 start: -NEVER,
                 end: NEVER,
                 polynomial: Bernstein::constant(at_first(parameter)),
@@ -86,7 +86,7 @@ pub(super) fn tracks(
                 holds: false,
             }));
             track.push(Stretch {
-                piece: Piece {
+                piece: CurvePiece {
                     start: end,
                     end: NEVER,
                     polynomial: Bernstein::constant(level),
@@ -153,10 +153,10 @@ pub(super) fn level_at(track: &Track, time: Time) -> f64 {
 }
 
 /// The pieces within [start, end], cut at both.
-pub(super) fn trimmed(track: &Track, start: Time, end: Time) -> Vec<Piece> {
+pub(super) fn trimmed(track: &Track, start: Time, end: Time) -> Vec<CurvePiece> {
     let within = |s: &Stretch| {
         let (a, b) = (s.piece.start.max(start), s.piece.end.min(end));
-        (a < b).then(|| Piece {
+        (a < b).then(|| CurvePiece {
             start: a,
             end: b,
             polynomial: s.piece.between(a, b),
@@ -213,7 +213,13 @@ impl Fades {
 
     /// A move's pieces from `start` on and the level it leaves; `None` when they are more than
     /// `most`.
-    fn pieces(&self, m: &Moved, from: f64, start: Time, most: usize) -> Option<(Vec<Piece>, f64)> {
+    fn pieces(
+        &self,
+        m: &Moved,
+        from: f64,
+        start: Time,
+        most: usize,
+    ) -> Option<(Vec<CurvePiece>, f64)> {
         let to = match m.motion.as_ref() {
             // Nothing moves, but the time is taken: a repeat has no passes to tell apart.
             Motion::To(to) if *to == from => return Some((Vec::new(), from)),
@@ -258,7 +264,7 @@ fn passes(
     repeat: u32,
     start: Time,
     most: usize,
-) -> Option<Vec<Piece>> {
+) -> Option<Vec<CurvePiece>> {
     let whole = times.clone().last().unwrap_or(Time::ZERO);
     let passes = if whole == Time::ZERO { 1 } else { repeat };
     let count = spans.len().saturating_mul(passes as usize);
@@ -272,7 +278,7 @@ fn passes(
         for ((from, to), polynomial) in ends.zip(spans.clone()) {
             // Knots of a curve may fall on the same microsecond of a short fade.
             if from < to {
-                pieces.push(Piece {
+                pieces.push(CurvePiece {
                     start: begin + from,
                     end: begin + to,
                     polynomial,

@@ -4,11 +4,11 @@ use super::description::Root;
 
 use super::node::Placed;
 use super::{Fault, entry, outside, place};
-use crate::Camera;
+use crate::StageCamera;
 use footlight_show::geometry::{Vec3, vec3};
 
 /// Adds the camera of a node, if it has one.
-pub fn add(root: &Root, placed: &Placed<'_>, cameras: &mut Vec<Camera>) -> Result<(), Fault> {
+pub fn add(root: &Root, placed: &Placed<'_>, cameras: &mut Vec<StageCamera>) -> Result<(), Fault> {
     let Some(index) = placed.node.camera.map(|camera| camera.value()) else {
         return Ok(());
     };
@@ -27,7 +27,7 @@ pub fn add(root: &Root, placed: &Placed<'_>, cameras: &mut Vec<Camera>) -> Resul
     // It looks along its own -Z, +Y up.
     let way = |v: Vec3| placed.transform.direction(v).y_up_to_z_up().normalized();
     let named = placed.node.name.clone().or_else(|| camera.name.clone());
-    cameras.push(Camera {
+    cameras.push(StageCamera {
         name: named.unwrap_or_else(|| format!("camera.{}", cameras.len())),
         position: placed.transform.point(Vec3::ZERO).y_up_to_z_up(),
         direction: way(vec3(0.0, 0.0, -1.0)),

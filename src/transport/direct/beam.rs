@@ -11,7 +11,7 @@ use footlight_show::geometry::mount::Axes;
 use footlight_show::geometry::profile::Profile;
 use footlight_show::model::Spot;
 use footlight_stage::photometric::Distribution;
-use footlight_stage::{Measured, Projection};
+use footlight_stage::{MeasuredLight, Projection};
 
 /// A point source.
 #[derive(Clone, Debug)]
@@ -42,7 +42,7 @@ impl Beam {
     }
 
     /// `None` unless the mount has axes.
-    pub fn measured(light: &Measured) -> Option<Beam> {
+    pub fn measured(light: &MeasuredLight) -> Option<Beam> {
         let axes = light.mount.axes()?;
         let law = Law::Measured(Arc::clone(&light.distribution), axes);
         Beam::towards(light.mount.position, light.mount.aim, law)
@@ -189,7 +189,7 @@ mod tests {
         // Brightest at horizontal 90, where the mount's up is: upstage, for a lamp that looks down.
         let text = "TILT=NONE\n1 -1 1 3 5 1 2 0 0 0 1 1 0\n0 45 90\n0 90 180 270 360\n\
             500 100 0\n500 400 0\n500 100 0\n500 50 0\n500 100 0";
-        let light = |turn: f64| Measured {
+        let light = |turn: f64| MeasuredLight {
             mount: footlight_show::geometry::mount::Mount {
                 position: vec3(1.0, 2.0, 3.0),
                 aim: vec3(1.0, 2.0, 0.0),

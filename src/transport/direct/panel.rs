@@ -15,7 +15,7 @@ use crate::direct::cluster::{Cluster, PATCH};
 use crate::direct::irradiance_patch::{IrradiancePatch, SHADED};
 use crate::direct::lambert::{LambertIntegrator, LightPolygon};
 use crate::direct::near_field::Picture;
-use crate::surfaces::hierarchy::Setting;
+use crate::surfaces::hierarchy::SceneGeometry;
 use crate::surfaces::hierarchy::Shaft;
 use footlight_show::geometry::Vec3;
 use std::ops::Range;
@@ -50,7 +50,7 @@ struct Pair {
 
 /// Working memory to light one chunk of a facet by a panel.
 pub struct Panel<'a> {
-    setting: Setting<'a>,
+    setting: SceneGeometry<'a>,
     normal: Vec3,
     facet: usize,
     integrator: LambertIntegrator,
@@ -91,7 +91,7 @@ impl Emitter {
 impl<'a> Panel<'a> {
     /// For a facet of unit `normal`, with lists of at most `memory` bytes.
     pub fn new(
-        setting: Setting<'a>,
+        setting: SceneGeometry<'a>,
         normal: Vec3,
         facet: usize,
         (near, memory): (f64, usize),
@@ -119,7 +119,7 @@ impl<'a> Panel<'a> {
         chunk: &Cluster,
         patch: &mut IrradiancePatch<'_>,
     ) -> bool {
-        let Setting {
+        let SceneGeometry {
             surfaces,
             hierarchy,
         } = self.setting;

@@ -16,13 +16,13 @@ use crate::direct::near_field::{self, Picture, is_near};
 use crate::direct::shadow::{Lit, Meeting, Shadows, shade};
 use crate::surfaces::clipper::{PlanePoint, PolygonClipper, Rectangle, measured};
 use crate::surfaces::fragment::Fragments;
-use crate::surfaces::hierarchy::Setting;
+use crate::surfaces::hierarchy::SceneGeometry;
 use crate::surfaces::hierarchy::{Shaft, blocks};
 use footlight_show::geometry::Vec3;
 
 /// Working memory to light one chunk of a facet by a point source.
 pub struct PointSourceIntegrator<'a> {
-    setting: Setting<'a>,
+    setting: SceneGeometry<'a>,
     beam: &'a Beam,
     culled: &'a CulledOccluders,
     normal: Vec3,
@@ -33,7 +33,7 @@ pub struct PointSourceIntegrator<'a> {
 impl<'a> PointSourceIntegrator<'a> {
     /// For a facet of unit `normal`, given the occluders culled for the source.
     pub fn new(
-        setting: Setting<'a>,
+        setting: SceneGeometry<'a>,
         beam: &'a Beam,
         culled: &'a CulledOccluders,
         normal: Vec3,
@@ -63,7 +63,7 @@ impl<'a> PointSourceIntegrator<'a> {
         if height <= self.setting.surfaces.touching() || self.beam.misses(middle, radius) {
             return;
         }
-        let Setting {
+        let SceneGeometry {
             surfaces,
             hierarchy,
         } = self.setting;

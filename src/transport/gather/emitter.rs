@@ -3,7 +3,7 @@
 //! Each light is at unit radiance or intensity; colours and levels come later. This module does not
 //! depend on pictures.
 
-use crate::direct::Luminaire;
+use crate::direct::PreparedLight;
 use crate::direct::beam::Beam;
 use crate::direct::lambert::closed_form;
 use crate::direct::projector::Projector;
@@ -95,12 +95,12 @@ impl<'a> Emitter<'a> {
     /// Of a light of the rig.
     pub fn new(
         surfaces: &Surfaces,
-        light: &'a Luminaire,
+        light: &'a PreparedLight,
         projector: Option<&'a Projector>,
     ) -> Emitter<'a> {
         match light {
-            Luminaire::Panel(pieces) => Emitter::Area(AreaLight::new(surfaces, pieces)),
-            Luminaire::Spot(beam) => Emitter::Point(beam, projector),
+            PreparedLight::Panel(pieces) => Emitter::Area(AreaLight::new(surfaces, pieces)),
+            PreparedLight::Spot(beam) => Emitter::Point(beam, projector),
         }
     }
 

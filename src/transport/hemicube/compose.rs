@@ -6,7 +6,7 @@
 )]
 
 use crate::direct::projector::pixel as footprint;
-use crate::hemicube::{Operator, Solution};
+use crate::hemicube::{HemicubeRadiosity, Solution};
 use crate::surfaces::fragment::{Fragment, Fragments};
 use crate::surfaces::lists::Lists;
 use crate::surfaces::surface::Surfaces;
@@ -62,7 +62,7 @@ pub fn paints(surfaces: &Surfaces, fragments: &Fragments) -> Vec<[f32; 3]> {
     fragments.all().par_iter().map(paint).collect()
 }
 
-impl Operator {
+impl HemicubeRadiosity {
     /// The picture of lights of given strengths, all of which are solved.
     pub(super) fn compose(&self, strengths: &[[f64; 3]]) -> Image {
         let lit: Vec<(&Solution, [f64; 3])> = self

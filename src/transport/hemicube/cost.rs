@@ -13,7 +13,7 @@
 )]
 
 use crate::hemicube::mesh::Layout;
-use crate::hemicube::step::Step;
+use crate::hemicube::step::HemicubeStep;
 use crate::surfaces::camera::camera;
 use crate::surfaces::fragment::is_stretched;
 use crate::surfaces::raster::{ItemBuffer, NOTHING};
@@ -84,7 +84,7 @@ impl Counts {
     ///
     /// # Errors
     /// [`TransportError`] for a setup that cannot be used.
-    pub fn of(setup: &Setup, step: Step) -> Result<Counts, TransportError> {
+    pub fn of(setup: &Setup, step: HemicubeStep) -> Result<Counts, TransportError> {
         let Setup { scene, rig, view } = setup;
         let surfaces = Surfaces::shapes(scene)?;
         let in_view = ViewCounts::of(&surfaces, view)?;
@@ -152,7 +152,7 @@ impl Counts {
     }
 
     /// What the step sets on this scene.
-    pub fn quality_parameters(&self, step: Step) -> Vec<QualityParameter> {
+    pub fn quality_parameters(&self, step: HemicubeStep) -> Vec<QualityParameter> {
         let of = |name, amount: f64| QualityParameter { name, amount };
         vec![
             of("elements", self.elements as f64),
@@ -251,7 +251,7 @@ impl ViewCounts {
     }
 
     /// The gather points of a layout that the picture needs, and about how many of them have a
-    /// hemicube of their own at a `reach` ([`Step::reach`]): those near the rim, where joints are.
+    /// hemicube of their own at a `reach` ([`HemicubeStep::reach`]): those near the rim, where joints are.
     fn gather_points(&self, layout: &Layout, reach: f64) -> (usize, f64) {
         let mut wanted = vec![false; layout.cells()];
         for (facet, point) in &self.points {

@@ -14,10 +14,10 @@
 use crate::TransportError;
 use crate::direct::cluster::{Receiver, Receivers};
 use crate::direct::{Shining, irradiance};
-use crate::hemicube::Operator;
+use crate::hemicube::HemicubeRadiosity;
 use crate::hemicube::interior::is_interior;
 use crate::hemicube::mesh::sample::Sample;
-use crate::surfaces::hierarchy::Setting;
+use crate::surfaces::hierarchy::SceneGeometry;
 use footlight_host::work::Work;
 use rayon::prelude::*;
 
@@ -35,7 +35,7 @@ struct Part {
     light: f32,
 }
 
-impl Operator {
+impl HemicubeRadiosity {
     /// Mean direct irradiance of each element, for one light or for the planes of one projected
     /// image, which share all but the texels.
     ///
@@ -180,8 +180,8 @@ impl Operator {
     }
 
     /// The geometry with its hierarchy.
-    pub fn setting(&self) -> Setting<'_> {
-        Setting::new(&self.surfaces, &self.hierarchy)
+    pub fn setting(&self) -> SceneGeometry<'_> {
+        SceneGeometry::new(&self.surfaces, &self.hierarchy)
     }
 
     /// Mean over the parts of each element; of a projection, what its image leaves of them.

@@ -12,8 +12,8 @@
     reason = "pieces are named by the hierarchy, facets by the pieces"
 )]
 
-use crate::direct::Luminaire;
-use crate::surfaces::hierarchy::Setting;
+use crate::direct::PreparedLight;
+use crate::surfaces::hierarchy::SceneGeometry;
 use footlight_show::geometry::{Vec3, frame};
 
 /// Seeds of one light at most; a panel of many faces has one on some of them.
@@ -26,13 +26,13 @@ const TESTED: usize = 16;
 const DEPTH: usize = 2;
 
 /// The visibility seeds of a scene: the camera and points of the luminaires.
-pub fn seeds(setting: Setting<'_>, lights: &[Luminaire], eye: Vec3) -> Vec<Vec3> {
+pub fn seeds(setting: SceneGeometry<'_>, lights: &[PreparedLight], eye: Vec3) -> Vec<Vec3> {
     let surfaces = setting.surfaces;
     let lift = surfaces.size * 1e-4;
     let mut all = vec![eye];
     for light in lights {
         match light {
-            Luminaire::Panel(pieces) => {
+            PreparedLight::Panel(pieces) => {
                 let stride = pieces.len().div_ceil(SEEDS_OF_A_LIGHT).max(1);
                 all.extend(pieces.iter().step_by(stride).map(|&i| {
                     let piece = &surfaces.pieces[i];
@@ -40,7 +40,7 @@ pub fn seeds(setting: Setting<'_>, lights: &[Luminaire], eye: Vec3) -> Vec<Vec3>
                     sum / piece.vertices.len() as f64 + piece.normal * lift
                 }));
             }
-            Luminaire::Spot(beam) => all.push(beam.position),
+            PreparedLight::Spot(beam) => all.push(beam.position),
         }
     }
     all
@@ -62,11 +62,17 @@ fn nearest(seeds: &[Vec3], p: Vec3) -> impl Iterator<Item = Vec3> {
 }
 
 /// Is a point on the front of `facet` inside a solid?
-pub fn is_interior(setting: Setting<'_>, seeds: &[Vec3], facet: usize, point: Vec3) -> bool {
+pub fn is_interior(setting: SceneGeometry<'_>, seeds: &[Vec3], facet: usize, point: Vec3) -> bool {
     !is_open(setting, seeds, facet, point, DEPTH)
 }
 
-fn is_open(setting: Setting<'_>, seeds: &[Vec3], facet: usize, p: Vec3, depth: usize) -> bool {
+fn is_open(
+    setting: SceneGeometry<'_>,
+    seeds: &[Vec3],
+    facet: usize,
+    p: Vec3,
+    depth: usize,
+) -> bool {
     let surfaces = setting.surfaces;
     let normal = surfaces.facets[facet].normal;
     let sees = |b: Vec3| {
@@ -122,7 +128,7 @@ mod tests {
     fn floor_and_wall_inside_an_open_box_are_interior() {
         let surfaces = scene();
         let hierarchy = Hierarchy::new(&surfaces);
-        let setting = Setting::new(&surfaces, &hierarchy);
+        let setting = SceneGeometry::new(&surfaces, &hierarchy);
         let towards = |n: Vec3, p: Vec3| {
             let on = |f: &crate::surfaces::facet::Facet| f.normal == n && f.height(p).abs() < 1e-9;
             surfaces.facets.iter().position(on).unwrap()
@@ -154,7 +160,7 @@ mod tests {
     fn a_lamp_in_a_recess_is_its_seed() {
         let surfaces = scene();
         let hierarchy = Hierarchy::new(&surfaces);
-        let setting = Setting::new(&surfaces, &hierarchy);
+        let setting = SceneGeometry::new(&surfaces, &hierarchy);
         let lamp = |i: u8| {
             let away = vec3(f64::from(i) * 0.2 - 4.0, -6.0, 5.0);
             Spot {
@@ -165,9 +171,9 @@ mod tests {
                 intensity: Rgb::WHITE,
             }
         };
-        let lights = |from: u8| -> Vec<Luminaire> {
+        let lights = |from: u8| -> Vec<PreparedLight> {
             let beam = |i| Beam::new(&lamp(i)).unwrap();
-            (from..40).map(|i| Luminaire::Spot(beam(i))).collect()
+            (from..40).map(|i| PreparedLight::Spot(beam(i))).collect()
         };
         let floor = surfaces
             .facets

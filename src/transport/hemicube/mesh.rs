@@ -22,7 +22,7 @@ use crate::hemicube::mesh::bsp::{BspTree, CellContactEdge, Line, SplitPlane};
 use crate::hemicube::mesh::contact::Contacts;
 use crate::hemicube::mesh::element::{Element, Maker};
 use crate::hemicube::mesh::grid::Grid;
-use crate::surfaces::hierarchy::Setting;
+use crate::surfaces::hierarchy::SceneGeometry;
 use crate::surfaces::surface::Surfaces;
 use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::Vec3;
@@ -158,7 +158,7 @@ impl Layout {
 
     /// For tests: an element for each cell.
     #[cfg(test)]
-    pub fn mesh_of_all_cells(self, setting: Setting<'_>, seeds: &[Vec3]) -> Mesh {
+    pub fn mesh_of_all_cells(self, setting: SceneGeometry<'_>, seeds: &[Vec3]) -> Mesh {
         let requests = vec![CellRequest::WANTED; self.cells];
         let made = self.mesh(setting, seeds, &requests, Work::silent());
         made.unwrap()
@@ -170,7 +170,7 @@ impl Layout {
     /// Cancel.
     pub fn mesh(
         self,
-        setting: Setting<'_>,
+        setting: SceneGeometry<'_>,
         seeds: &[Vec3],
         requests: &[CellRequest],
         work: Work<'_>,

@@ -8,9 +8,9 @@
 
 use crate::TransportError;
 use crate::direct::projector::pixel;
-use crate::direct::{Precision, Shining, irradiance};
+use crate::direct::{IrradiancePrecision, Shining, irradiance};
 use crate::hemicube::indirect::gather_points::GatherScene;
-use crate::hemicube::{Operator, Solution};
+use crate::hemicube::{HemicubeRadiosity, Solution};
 use footlight_host::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 /// Direct light of one light at the fragments, and its mean on each element.
 type DirectLight = (Vec<f32>, Vec<f32>);
 
-impl Operator {
+impl HemicubeRadiosity {
     /// Solves those of the `wanted` lights that are not solved yet, as many at a time as a quarter
     /// of the memory holds.
     pub fn solve_lights(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError> {
@@ -112,8 +112,8 @@ impl Operator {
     }
 
     /// Precision where interpolated direct light may be off by `allowed`.
-    pub fn precision(&self, allowed: f64) -> Precision {
-        Precision {
+    pub fn precision(&self, allowed: f64) -> IrradiancePrecision {
+        IrradiancePrecision {
             allowed,
             near: self.near,
         }

@@ -12,8 +12,8 @@ use crate::{Quality, TransportError};
 /// (`indirect::interpolation`); the second also splits pixels that are stretched on a surface. The
 /// finest interpolates no direct light and draws a hemicube for each gather point, so that its errors
 /// are those of the mesh and the hemicubes.
-pub const STEPS: [Step; 3] = [
-    Step {
+pub const STEPS: [HemicubeStep; 3] = [
+    HemicubeStep {
         elements: 2000,
         resolution: 16,
         gather_points: 5000,
@@ -23,7 +23,7 @@ pub const STEPS: [Step; 3] = [
         near: 0.5,
         sampling: Sampling::new(Split::Whole, Split::Whole, Split::Halves),
     },
-    Step {
+    HemicubeStep {
         elements: 6000,
         resolution: 16,
         gather_points: 12000,
@@ -33,7 +33,7 @@ pub const STEPS: [Step; 3] = [
         near: 1.0,
         sampling: Sampling::new(Split::Whole, Split::Halves, Split::Halves),
     },
-    Step {
+    HemicubeStep {
         elements: 8000,
         resolution: 24,
         gather_points: 32000,
@@ -47,7 +47,7 @@ pub const STEPS: [Step; 3] = [
 
 /// What a step of quality spends.
 #[derive(Clone, Copy, Debug)]
-pub struct Step {
+pub struct HemicubeStep {
     /// Elements aimed at.
     pub elements: usize,
     /// Pixels along the edge of their hemicubes.
@@ -69,12 +69,12 @@ pub struct Step {
     pub sampling: Sampling,
 }
 
-impl Step {
+impl HemicubeStep {
     /// The step of a quality.
     ///
     /// # Errors
     /// [`TransportError::Quality`] when there is none.
-    pub fn of(quality: Quality) -> Result<Step, TransportError> {
+    pub fn of(quality: Quality) -> Result<HemicubeStep, TransportError> {
         let at = usize::from(quality.0).wrapping_sub(1);
         STEPS
             .get(at)

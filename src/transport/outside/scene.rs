@@ -12,7 +12,7 @@ use footlight_show::geometry::profile::Profile;
 use footlight_show::geometry::{Vec3, newell};
 use footlight_show::units::Rgb;
 use footlight_stage::texture::{Texture, Wrap};
-use footlight_stage::{Light, Measured, Polygon, Projection, Scene};
+use footlight_stage::{Light, MeasuredLight, Polygon, Projection, Scene};
 
 /// The form of `scene.json`.
 pub const SCHEMA: u32 = 1;
@@ -323,8 +323,8 @@ impl Binary {
     }
 
     /// A photometric file that is the same all round its axis is a table as a spot's.
-    fn measured(&mut self, measured: &Measured) -> Result<LightRow, &'static str> {
-        let Measured {
+    fn measured(&mut self, measured: &MeasuredLight) -> Result<LightRow, &'static str> {
+        let MeasuredLight {
             mount,
             distribution,
             factor,

@@ -53,8 +53,8 @@ fn done(width: usize, height: usize, value: f64) -> Result<Done, ProcessError> {
 fn outside(
     run: impl Fn(&Job<'_>) -> Result<Done, ProcessError> + Send + Sync + 'static,
 ) -> Outside {
-    let call = Call::parse("render {settings} {output}").unwrap();
-    Outside::with(Call { steps: 3, ..call }, Box::new(run))
+    let call = RendererCall::parse("render {settings} {output}").unwrap();
+    Outside::with(RendererCall { steps: 3, ..call }, Box::new(run))
 }
 
 fn prepare(outside: &Outside, names: &[&str]) -> Result<Box<dyn Prepared>, TransportError> {
@@ -109,7 +109,7 @@ fn what_is_not_linear_is_warned_about_with_the_figure() {
     let Linearity { sum, double } = found;
     assert_eq!(
         outside_bias.warnings(),
-        [Warning::NotLinear { sum, double }]
+        [TransportWarning::NotLinear { sum, double }]
     );
     let said = outside_bias.warnings()[0].to_string();
     assert!(said.contains("3.23 %") && said.contains("2.44 %"), "{said}");
@@ -131,7 +131,7 @@ fn what_is_not_linear_is_warned_about_with_the_figure() {
 #[test]
 fn noise_is_no_bias() {
     let reading = |light: fn(f64) -> f64| {
-        let call = Call::parse("render {scene} {settings} {output}").unwrap();
+        let call = RendererCall::parse("render {scene} {settings} {output}").unwrap();
         let run = move |job: &Job<'_>| {
             let settings = job.inputs.iter().find(|input| input.0 == SETTINGS).unwrap();
             let request: serde_json::Value = serde_json::from_slice(settings.2).unwrap();
@@ -148,7 +148,7 @@ fn noise_is_no_bias() {
                 seconds: 2.0,
             })
         };
-        let outside = Outside::with(Call { steps: 3, ..call }, Box::new(run));
+        let outside = Outside::with(RendererCall { steps: 3, ..call }, Box::new(run));
         let mut setup = setup(&["a", "b"]);
         (setup.view.width, setup.view.height) = (48, 27);
         outside.prepare(&setup, Quality(2), Work::silent()).unwrap();
@@ -225,17 +225,17 @@ fn a_cancelled_run_is_a_cancel() {
 
 #[test]
 fn commands_without_their_marks_are_refused() {
-    assert!(Call::parse("render '{settings}' --to={output}").is_ok());
+    assert!(RendererCall::parse("render '{settings}' --to={output}").is_ok());
     assert!(matches!(
-        Call::parse("render {output}"),
+        RendererCall::parse("render {output}"),
         Err(OutsideError::Mark(SETTINGS))
     ));
     assert!(matches!(
-        Call::parse("render {settings}"),
+        RendererCall::parse("render {settings}"),
         Err(OutsideError::Mark(OUTPUT))
     ));
     assert!(matches!(
-        Call::parse("render '{settings} {output}"),
+        RendererCall::parse("render '{settings} {output}"),
         Err(OutsideError::Command(SplitError::Open))
     ));
 }
@@ -410,7 +410,7 @@ fn a_program_that_reads_the_scene_gets_it_with_a_seed() {
         ));
         done(3, 2, 1.0)
     };
-    let call = Call::parse("render {scene} {settings} {output}").unwrap();
+    let call = RendererCall::parse("render {scene} {settings} {output}").unwrap();
     let outside = Outside::with(call, Box::new(run));
     let mut operator = outside
         .prepare(&lit_floor(), Quality(1), Work::silent())
@@ -428,14 +428,14 @@ fn a_program_that_reads_the_scene_gets_it_with_a_seed() {
 
 #[test]
 fn a_known_renderer_is_called_by_its_name() {
-    let call = Call::parse("mitsuba --samples 64").unwrap();
+    let call = RendererCall::parse("mitsuba --samples 64").unwrap();
     assert_eq!(call.program, "python3");
     assert_eq!(
         call.arguments[1..],
         [SCENE, SETTINGS, OUTPUT, "--samples", "64"]
     );
     assert!(call.steps == 4 && call.script.unwrap().contains("mi.render"));
-    let call = Call::parse("blender --denoise").unwrap();
+    let call = RendererCall::parse("blender --denoise").unwrap();
     assert_eq!(call.program, "blender");
     let own = call.arguments.iter().position(|word| word == "--").unwrap();
     assert_eq!(
@@ -452,7 +452,7 @@ fn projections_and_photometric_files_are_written_with_their_numbers() {
     use footlight_show::units::Rgb;
     use footlight_stage::gobo::Gobo;
     use footlight_stage::photometric::Distribution;
-    use footlight_stage::{Light, Measured, Projection};
+    use footlight_stage::{Light, MeasuredLight, Projection};
     let mut setup = lit_floor();
     let mount = Mount {
         position: vec3(0.0, 0.0, 2.0),
@@ -470,7 +470,7 @@ fn projections_and_photometric_files_are_written_with_their_numbers() {
             plane: 1,
             intensity: Rgb([0.0, 700.0, 0.0]),
         }),
-        Light::Measured(Measured {
+        Light::Measured(MeasuredLight {
             mount,
             distribution: Arc::clone(&distribution),
             factor: Rgb([1.0, 0.5, 0.25]),
@@ -523,10 +523,13 @@ fn pictures_without_light_are_told() {
         outside.warnings()
     };
     assert_eq!(render(1.0), []);
-    assert!(matches!(render(0.0)[..], [Warning::Black { pictures: 5 }]));
+    assert!(matches!(
+        render(0.0)[..],
+        [TransportWarning::Black { pictures: 5 }]
+    ));
     assert!(matches!(
         render(-1.0)[..],
-        [Warning::Negative { pictures: 5 }]
+        [TransportWarning::Negative { pictures: 5 }]
     ));
     assert!(render(0.0)[0].to_string().contains("5 pictures are black"));
 }

@@ -91,17 +91,17 @@ pub struct Hierarchy {
 
 /// The geometry of a scene with the hierarchy over it.
 #[derive(Clone, Copy, Debug)]
-pub struct Setting<'a> {
+pub struct SceneGeometry<'a> {
     /// The facets and pieces.
     pub surfaces: &'a Surfaces,
     /// The hierarchy over the same pieces.
     pub hierarchy: &'a Hierarchy,
 }
 
-impl<'a> Setting<'a> {
+impl<'a> SceneGeometry<'a> {
     /// Of a scene's surfaces and the hierarchy over them.
-    pub fn new(surfaces: &'a Surfaces, hierarchy: &'a Hierarchy) -> Setting<'a> {
-        Setting {
+    pub fn new(surfaces: &'a Surfaces, hierarchy: &'a Hierarchy) -> SceneGeometry<'a> {
+        SceneGeometry {
             surfaces,
             hierarchy,
         }

@@ -7,10 +7,10 @@ use footlight_show::units::Rgb;
 use footlight_stage::{Material, Polygon, Scene};
 use footlight_transport::TransportError;
 use footlight_transport::hemicube::indirect::form::{BLOCK, Block, Bounces, Rows};
-use footlight_transport::hemicube::indirect::hemicube::{Hemicube, Table, hash_to_unit};
+use footlight_transport::hemicube::indirect::hemicube::{FormFactorTable, Hemicube, hash_to_unit};
 use footlight_transport::hemicube::mesh::{CellRequest, Layout, Mesh};
 use footlight_transport::hemicube::raster::VertexBuffer;
-use footlight_transport::surfaces::hierarchy::{Hierarchy, Setting};
+use footlight_transport::surfaces::hierarchy::{Hierarchy, SceneGeometry};
 use footlight_transport::surfaces::surface::Surfaces;
 
 /// Reflectances, up to where light is met a thousand times.
@@ -88,7 +88,7 @@ pub fn room() -> Result<Surfaces, TransportError> {
 /// None: nothing cancels it.
 pub fn mesh(surfaces: &Surfaces, elements: usize, seed: Vec3) -> Result<Mesh, Cancelled> {
     let hierarchy = Hierarchy::new(surfaces);
-    let setting = Setting {
+    let setting = SceneGeometry {
         surfaces,
         hierarchy: &hierarchy,
     };
@@ -99,8 +99,11 @@ pub fn mesh(surfaces: &Surfaces, elements: usize, seed: Vec3) -> Result<Mesh, Ca
 
 /// Form factors between all elements, by hemicubes of a resolution.
 pub fn rows(surfaces: &Surfaces, mesh: &Mesh, resolution: usize) -> Rows {
-    let (outline, table) = (VertexBuffer::new(surfaces), Table::new(resolution));
-    let setting = Setting {
+    let (outline, table) = (
+        VertexBuffer::new(surfaces),
+        FormFactorTable::new(resolution),
+    );
+    let setting = SceneGeometry {
         surfaces,
         hierarchy: &Hierarchy::new(surfaces),
     };

@@ -8,10 +8,10 @@ use footlight_host::work::Work;
 use footlight_show::geometry::{Vec3, vec3};
 use footlight_transport::TransportError;
 use footlight_transport::direct::cluster::{Receiver, Receivers};
-use footlight_transport::direct::{Luminaire, Precision, Shining, irradiance};
-use footlight_transport::hemicube::indirect::hemicube::{Hemicube, Table, hash_to_unit};
+use footlight_transport::direct::{IrradiancePrecision, PreparedLight, Shining, irradiance};
+use footlight_transport::hemicube::indirect::hemicube::{FormFactorTable, Hemicube, hash_to_unit};
 use footlight_transport::hemicube::raster::VertexBuffer;
-use footlight_transport::surfaces::hierarchy::{Hierarchy, Setting};
+use footlight_transport::surfaces::hierarchy::{Hierarchy, SceneGeometry};
 use footlight_transport::surfaces::surface::Surfaces;
 
 /// A lamp's rectangle, parallel to the floor and looking down.
@@ -147,8 +147,8 @@ struct Room {
 }
 
 impl Room {
-    fn setting<'a>(&'a self, hierarchy: &'a Hierarchy) -> Setting<'a> {
-        Setting {
+    fn setting<'a>(&'a self, hierarchy: &'a Hierarchy) -> SceneGeometry<'a> {
+        SceneGeometry {
             surfaces: &self.surfaces,
             hierarchy,
         }
@@ -165,14 +165,14 @@ impl Room {
         let receivers = Receivers::new(&self.surfaces, &receivers);
         let lamp = self.surfaces.facets.get(1 - self.floor.min(1));
         let pieces = lamp.map(|f| f.pieces.clone().collect());
-        let light = Luminaire::Panel(pieces.unwrap_or_default());
+        let light = PreparedLight::Panel(pieces.unwrap_or_default());
         let light = Shining::new(&self.surfaces, &light);
         let lit = irradiance(
             setting,
             &light,
             &receivers,
             None,
-            Precision::EXACT,
+            IrradiancePrecision::EXACT,
             Work::silent(),
         )?;
         Ok(lit.into_iter().map(|e| f64::from(e) / PI).collect())
@@ -185,7 +185,10 @@ impl Room {
         turn: &dyn Fn(u64) -> f64,
     ) -> Result<Vec<f64>, TransportError> {
         let mesh = mesh(&self.surfaces, 60, self.between)?;
-        let (outline, table) = (VertexBuffer::new(&self.surfaces), Table::new(resolution));
+        let (outline, table) = (
+            VertexBuffer::new(&self.surfaces),
+            FormFactorTable::new(resolution),
+        );
         let hierarchy = Hierarchy::new(&self.surfaces);
         let mut cube = Hemicube::new(self.setting(&hierarchy), &outline, &mesh, &table);
         let mut out = Vec::new();

@@ -20,7 +20,7 @@ mod rooms;
 
 use footlight_host::work::{Silent, Work};
 use footlight_transport::hemicube::cost::{Counts, LIGHTS, PICTURE, PREPARE};
-use footlight_transport::hemicube::step::Step;
+use footlight_transport::hemicube::step::HemicubeStep;
 use footlight_transport::radiosity::Radiosity;
 use footlight_transport::{Quality, Transport};
 use reference::{Case, cornell, furnace, stage, tavern};
@@ -146,7 +146,7 @@ fn measure(
             break;
         }
     }
-    let step = Step::of(quality).unwrap();
+    let step = HemicubeStep::of(quality).unwrap();
     let counts = Counts::of(&setup, step).unwrap();
     let cost = counts.cost(n);
     let pictures = cost.per_lone * n as f64;

@@ -12,7 +12,7 @@ use crate::lang::report::slice;
 
 /// A text after an edit.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Edited {
+pub struct EditedText {
     /// The whole new text.
     pub source: String,
     /// What was done, in order.
@@ -77,15 +77,15 @@ impl fmt::Display for Change {
     }
 }
 
-impl Edited {
+impl EditedText {
     /// The old text, and what several steps made of it, as one splice.
     pub(super) fn whole(
         source: &str,
         now: String,
         changes: Vec<Change>,
-    ) -> Result<Edited, Vec<Diagnostic>> {
+    ) -> Result<EditedText, Vec<Diagnostic>> {
         let range = 0..source.len();
-        Edited::new(source, vec![Splice { range, text: now }], changes)
+        EditedText::new(source, vec![Splice { range, text: now }], changes)
     }
 
     /// The text with these splices, which are in order and do not overlap.
@@ -96,7 +96,7 @@ impl Edited {
         source: &str,
         splices: Vec<Splice>,
         changes: Vec<Change>,
-    ) -> Result<Edited, Vec<Diagnostic>> {
+    ) -> Result<EditedText, Vec<Diagnostic>> {
         let (mut out, mut at, mut differing) = (String::new(), 0, Vec::new());
         for Splice { range, text } in splices {
             let (inner, text) = difference(slice(source, range.clone())?, &text);
@@ -112,7 +112,7 @@ impl Edited {
             }
         }
         out.push_str(slice(source, at..source.len())?);
-        Ok(Edited {
+        Ok(EditedText {
             source: out,
             changes,
             splices: differing,

@@ -1,6 +1,6 @@
 //! Cues as a whole: written from values, copied.
 
-use super::change::{Action, Edited, Splice};
+use super::change::{Action, EditedText, Splice};
 use super::level;
 use super::place::{self, Key};
 use super::sound;
@@ -96,7 +96,7 @@ fn only_a_cue(text: &str) -> Result<(), Vec<Diagnostic>> {
 }
 
 /// The text of the cue `from` once more under the number `to`, without its clock time.
-pub fn copy(source: &str, from: CueNumber, to: CueNumber) -> Result<Edited, Vec<Diagnostic>> {
+pub fn copy(source: &str, from: CueNumber, to: CueNumber) -> Result<EditedText, Vec<Diagnostic>> {
     let scan = sound(source)?;
     let (cut, _) = place::resolve(&scan.cuts, &format!("cue {from}"))?;
     let key = Key::cue(to);
@@ -115,7 +115,7 @@ pub fn copy(source: &str, from: CueNumber, to: CueNumber) -> Result<Edited, Vec<
     let indent = place::indent(source, cut.span.start).unwrap_or("");
     let splice = place::added(source, &scan.cuts, &text, &key).indented(indent);
     let changes = vec![key.change(Action::Added)];
-    Edited::new(source, vec![splice], changes)
+    EditedText::new(source, vec![splice], changes)
 }
 
 /// The text of a cue without its `at`: a copy has a place of its own in the order.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use super::change::{Action, Edited, Splice, step};
+use super::change::{Action, EditedText, Splice, step};
 use super::place;
 use super::sound;
 use crate::diagnostic::Diagnostic;
@@ -42,7 +42,7 @@ pub fn update(
     number: CueNumber,
     target: &str,
     level: f64,
-) -> Result<Edited, Vec<Diagnostic>> {
+) -> Result<EditedText, Vec<Diagnostic>> {
     let (written, percent) = (movement(target, level)?, percent(level)?);
     let scan = sound(source)?;
     let (found, key) = place::resolve(&scan.cuts, &format!("cue {number}"))?;
@@ -58,7 +58,7 @@ pub fn update(
         None => added(source, cue, &written),
     };
     let changes = vec![key.change(Action::Updated)];
-    Edited::new(source, vec![splice], changes)
+    EditedText::new(source, vec![splice], changes)
 }
 
 /// The text in which the cue makes these moves, in place of what it says of the same targets.
@@ -66,7 +66,7 @@ pub fn update_moves(
     source: &str,
     number: CueNumber,
     moves: &str,
-) -> Result<Edited, Vec<Diagnostic>> {
+) -> Result<EditedText, Vec<Diagnostic>> {
     let text = format!("cue {number} {{ {moves} }}");
     let (_, typed, report) = read::typed(&text)?;
     let (typed, _) = cue_of(&typed, &report).ok_or_else(|| vec![unread(number)])?;
@@ -93,7 +93,7 @@ pub fn update_moves(
         step(&mut now, splice)?;
         change = Some(key.change(Action::Updated));
     }
-    Edited::whole(source, now, change.into_iter().collect())
+    EditedText::whole(source, now, change.into_iter().collect())
 }
 
 /// The one cue that was read, and its place.

@@ -7,7 +7,7 @@ use std::ops::Range;
 
 use pest::iterators::Pair;
 
-use super::change::{Action, Change, Edited, Splice};
+use super::change::{Action, Change, EditedText, Splice};
 use super::place::{self, Key};
 use super::sound;
 use crate::diagnostic::Diagnostic;
@@ -30,7 +30,7 @@ struct Place<'t> {
 }
 
 /// The text in which what was called `from` is called `to`.
-pub fn rename(source: &str, from: &str, to: &str) -> Result<Edited, Vec<Diagnostic>> {
+pub fn rename(source: &str, from: &str, to: &str) -> Result<EditedText, Vec<Diagnostic>> {
     let scan = sound(source)?;
     let places = places(&scan.cuts)?;
     check(to, &places)?;
@@ -51,7 +51,7 @@ pub fn rename(source: &str, from: &str, to: &str) -> Result<Edited, Vec<Diagnost
             changes.extend(change(place, to));
         }
     }
-    Edited::new(source, splices, changes)
+    EditedText::new(source, splices, changes)
 }
 
 /// What is done to the statement of the first of its places.

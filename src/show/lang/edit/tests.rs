@@ -11,7 +11,7 @@ use footlight_host::files::Memory;
 const SHOW: &str = "// top\nshow \"A\"\n\nbank a = x  // one\nbank b = y /* two\n lines */\n\n// the cues\ncue 1 { a 5 }\n  cue 3 {\n    a 6 // six\n  } // three\n";
 
 /// The edited text, once its splices are what they must be.
-fn edited(source: &str, edit: Edit) -> Edited {
+fn edited(source: &str, edit: Edit) -> EditedText {
     let edited = apply(source, &edit).unwrap();
     let (mut spliced, mut at) = (String::new(), 0);
     for splice in &edited.splices {

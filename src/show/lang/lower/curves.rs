@@ -8,7 +8,7 @@ use crate::lang::codes;
 use crate::lang::names::Kind;
 use crate::lang::quantity::Wanted;
 use crate::lang::report::Place;
-use crate::model::{Curve, CurveKnot, FADES, Fade, Interpolation, Knot};
+use crate::model::{CurveKnot, FADES, Fade, Interpolation, Knot, NamedCurve};
 use crate::units::{Time, fraction, percent};
 
 /// A knot of a path whose level may still be a colour.
@@ -40,7 +40,7 @@ impl<'a> Lower<'a, '_> {
                 knots.clear();
             }
             self.curve_order(*name, path, &knots);
-            self.show.curves.push(Curve {
+            self.show.curves.push(NamedCurve {
                 id,
                 name: name.text.to_owned(),
                 interpolation: path.interpolation,

@@ -12,7 +12,7 @@ use crate::lang::quantity::{self, Unit, Wanted};
 use crate::lang::quote::unquoted;
 use crate::lang::report::Place;
 
-use crate::model::{Stage, ToneCurve, View};
+use crate::model::{NamedView, Stage, ToneCurve};
 use crate::units::{Tolerance, fraction};
 
 /// The frame behind a `lens`: its height in metres.
@@ -255,7 +255,7 @@ impl<'a> Lower<'a, '_> {
             Some(_) => self.imported_view(name, clauses),
             None => self.own_view(span, name, clauses),
         };
-        self.show.views.push(View {
+        self.show.views.push(NamedView {
             id,
             name: name.text.to_owned(),
             camera: geometry::View {

@@ -9,15 +9,17 @@
 use crate::TransportError;
 use crate::contract::check_memory;
 use crate::hemicube::indirect::form::{BLOCK, Block, Rows, times};
-use crate::hemicube::indirect::hemicube::{Hemicube, SurfaceProximity, Table, hash_to_unit};
+use crate::hemicube::indirect::hemicube::{
+    FormFactorTable, Hemicube, SurfaceProximity, hash_to_unit,
+};
 use crate::hemicube::indirect::interpolation::Interpolation;
 use crate::hemicube::indirect::smoothing::Smoothing;
 use crate::hemicube::mesh::{CellRequest, Layout, Mesh};
 use crate::hemicube::raster::VertexBuffer;
 use crate::hemicube::rounding::Rounding;
-use crate::hemicube::step::Step;
+use crate::hemicube::step::HemicubeStep;
 use crate::surfaces::fragment::Fragments;
-use crate::surfaces::hierarchy::Setting;
+use crate::surfaces::hierarchy::SceneGeometry;
 use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::Vec3;
 use rayon::prelude::*;
@@ -31,8 +33,8 @@ const GATHER_POINT_BYTES: usize = 256;
 pub struct GatherPoints {
     /// Elements of a finer grid, which receive and do not send.
     pub mesh: Mesh,
-    table: Table,
-    /// As [`Step::reach`].
+    table: FormFactorTable,
+    /// As [`HemicubeStep::reach`].
     reach: f64,
     /// `None` where the rows together do not fit into memory: all are made again for each use.
     stored: Option<StoredRows>,
@@ -50,7 +52,7 @@ struct StoredRows {
 #[derive(Clone, Copy)]
 pub struct GatherScene<'a> {
     /// The scene.
-    pub setting: Setting<'a>,
+    pub setting: SceneGeometry<'a>,
     /// Its corners.
     pub vertices: &'a VertexBuffer,
     /// The elements that send light.
@@ -68,7 +70,7 @@ impl GatherPoints {
         gather_scene: GatherScene<'_>,
         seeds: &[Vec3],
         (fragments, rounding): (&Fragments, Option<&Rounding>),
-        step: Step,
+        step: HemicubeStep,
         work: Work<'_>,
     ) -> Result<GatherPoints, TransportError> {
         let setting = gather_scene.setting;
@@ -90,7 +92,7 @@ impl GatherPoints {
         round.for_each(|r| want(r.facet, r.point));
         record_visible_points(&layout, fragments, &mut requests);
         let mesh = layout.mesh(setting, seeds, &requests, work)?;
-        let table = Table::new(step.gather_resolution);
+        let table = FormFactorTable::new(step.gather_resolution);
         let limited = Work {
             memory: work.memory / 4,
             ..work
@@ -238,7 +240,7 @@ pub fn form_factors(
     gather_scene: GatherScene<'_>,
     from: &Mesh,
     which: &[u32],
-    table: &Table,
+    table: &FormFactorTable,
     tally: &RowTally,
     work: Work<'_>,
 ) -> Result<(Rows, Vec<SurfaceProximity>), TransportError> {
@@ -259,7 +261,7 @@ pub fn form_factors(
 fn in_blocks<R: Send, E: From<Cancelled> + Send>(
     gather_scene: GatherScene<'_>,
     which: &[u32],
-    table: &Table,
+    table: &FormFactorTable,
     tally: &RowTally,
     work: Work<'_>,
     block: impl Fn(&mut Hemicube<'_>, &[u32]) -> Result<R, E> + Sync,

@@ -16,13 +16,13 @@
 use crate::hemicube::mesh::grid::Grid;
 use crate::hemicube::mesh::{Mesh, NONE, PointAboveFacet};
 use crate::hemicube::raster::{BLACK, FaceBuffer, HemicubeRasterizer, VertexBuffer, lead};
-use crate::surfaces::hierarchy::Setting;
+use crate::surfaces::hierarchy::SceneGeometry;
 use footlight_show::geometry::{Vec3, frame};
 use footlight_show::hash::{GOLDEN, mix};
 
 /// The pixels' share of the hemisphere, one table for all faces of a resolution.
 #[derive(Clone, Debug)]
-pub struct Table {
+pub struct FormFactorTable {
     resolution: usize,
     weights: Vec<f32>,
     /// Those times the depth of a pixel's middle over its distance.
@@ -32,9 +32,9 @@ pub struct Table {
 /// Points along a pixel's side at which its share is averaged.
 const FINE: usize = 4;
 
-impl Table {
+impl FormFactorTable {
     /// For `resolution` pixels along the edge of a cube, half as many more along that of a face.
-    pub fn new(resolution: usize) -> Table {
+    pub fn new(resolution: usize) -> FormFactorTable {
         let resolution = resolution * 3 / 2;
         let n = (resolution * FINE) as f64;
         let at = |i: usize| (i as f64 + 0.5) * 3.0 / n - 2.0;
@@ -58,7 +58,7 @@ impl Table {
             (1.0 + x * x + y * y).sqrt()
         };
         let nearness = raw.iter().enumerate();
-        Table {
+        FormFactorTable {
             resolution,
             nearness: nearness
                 .map(|(k, w)| (w / total / slant(k)) as f32)
@@ -187,9 +187,9 @@ impl GridRow {
 /// Working memory for one thread.
 #[derive(Debug)]
 pub struct Hemicube<'a> {
-    setting: Setting<'a>,
+    setting: SceneGeometry<'a>,
     mesh: &'a Mesh,
-    table: &'a Table,
+    table: &'a FormFactorTable,
     rasterizer: HemicubeRasterizer<'a>,
     buffer: FaceBuffer,
     placed: Vec<PlacedGrid>,
@@ -221,10 +221,10 @@ fn corner(normal: Vec3, turn: f64) -> [Vec3; 3] {
 impl<'a> Hemicube<'a> {
     /// Hemicubes that see the elements of `mesh`; `vertices` are those of the scene.
     pub fn new(
-        setting: Setting<'a>,
+        setting: SceneGeometry<'a>,
         vertices: &'a VertexBuffer,
         mesh: &'a Mesh,
-        table: &'a Table,
+        table: &'a FormFactorTable,
     ) -> Hemicube<'a> {
         Hemicube {
             setting,
@@ -353,7 +353,7 @@ impl<'a> Hemicube<'a> {
                             let [forward, right, up] = turned.map(|k| axes[k]);
                             let ray = forward + right * f64::from(x + dx) + up * f64::from(y + dy);
                             let to = point + ray * f64::from(depths[i]);
-                            let Setting {
+                            let SceneGeometry {
                                 surfaces,
                                 hierarchy,
                             } = self.setting;

@@ -183,23 +183,23 @@ fn parents(mesh: &Mesh, grid: &Grid, at: [usize; 2], stride: usize) -> Option<Ve
 #[allow(clippy::unwrap_used, reason = "tests")]
 mod tests {
     use super::*;
-    use crate::hemicube::indirect::hemicube::{Hemicube, Table, hash_to_unit};
+    use crate::hemicube::indirect::hemicube::{FormFactorTable, Hemicube, hash_to_unit};
     use crate::hemicube::mesh::Layout;
     use crate::hemicube::raster::VertexBuffer;
     use crate::surfaces::hierarchy::Hierarchy;
-    use crate::surfaces::hierarchy::Setting;
+    use crate::surfaces::hierarchy::SceneGeometry;
     use crate::surfaces::surface::Surfaces;
     use footlight_show::geometry::{Vec3, block, vec3};
     use std::convert::Infallible;
 
     /// Elements and gather points of a room of 6 x 6 x 4 m with a table of half a metre in it.
-    fn with_room<T>(task: impl Fn(Setting<'_>, &Mesh, &Mesh) -> T) -> T {
+    fn with_room<T>(task: impl Fn(SceneGeometry<'_>, &Mesh, &Mesh) -> T) -> T {
         let mut polygons = block([Vec3::ZERO, vec3(6.0, 6.0, 4.0)], true).to_vec();
         let table = [vec3(2.0, 3.0, 0.0), vec3(2.6, 3.6, 0.5)];
         polygons.extend_from_slice(&block(table, false)[..5]);
         let surfaces = Surfaces::grey(polygons);
         let hierarchy = Hierarchy::new(&surfaces);
-        let setting = Setting::new(&surfaces, &hierarchy);
+        let setting = SceneGeometry::new(&surfaces, &hierarchy);
         let eye = [vec3(3.0, 1.0, 2.0)];
         let elements = Layout::of_elements(&surfaces, 300).mesh_of_all_cells(setting, &eye);
         let layout = Layout::of_gather_points(&surfaces, 8000, &[0.0; 11]);
@@ -210,13 +210,13 @@ mod tests {
     /// How many hemicubes are drawn at a `reach`, and the share of the ceiling at every gather
     /// point.
     fn seen(
-        setting: Setting<'_>,
+        setting: SceneGeometry<'_>,
         elements: &Mesh,
         gather_points: &Mesh,
         reach: f64,
     ) -> (usize, Vec<f32>) {
         let surfaces = setting.surfaces;
-        let (vertices, table) = (VertexBuffer::new(surfaces), Table::new(64));
+        let (vertices, table) = (VertexBuffer::new(surfaces), FormFactorTable::new(64));
         let mut cube = Hemicube::new(setting, &vertices, elements, &table);
         let mut values = vec![0.0; gather_points.elements.len()];
         let mut drawn = 0;

@@ -86,12 +86,12 @@ impl Smoothing {
 mod tests {
     use super::*;
     use crate::direct::lambert::{LambertIntegrator, LightPolygon};
-    use crate::hemicube::indirect::hemicube::{Hemicube, Table, hash_to_unit};
+    use crate::hemicube::indirect::hemicube::{FormFactorTable, Hemicube, hash_to_unit};
     use crate::hemicube::mesh::Layout;
     use crate::hemicube::mesh::element::Element;
     use crate::hemicube::raster::VertexBuffer;
     use crate::surfaces::hierarchy::Hierarchy;
-    use crate::surfaces::hierarchy::Setting;
+    use crate::surfaces::hierarchy::SceneGeometry;
     use crate::surfaces::surface::Surfaces;
     use footlight_show::geometry::{Vec3, block, vec3};
     use std::f64::consts::PI;
@@ -111,12 +111,12 @@ mod tests {
     fn a_small_bright_place_makes_no_blotches() {
         let (surfaces, spot) = room();
         let hierarchy = Hierarchy::new(&surfaces);
-        let setting = Setting::new(&surfaces, &hierarchy);
+        let setting = SceneGeometry::new(&surfaces, &hierarchy);
         let eye = [vec3(3.0, 3.0, 2.0)];
         let elements = Layout::of_elements(&surfaces, 200).mesh_of_all_cells(setting, &eye);
         let layout = Layout::of_gather_points(&surfaces, 20_000, &[0.0; 7]);
         let gather_points = layout.mesh_of_all_cells(setting, &eye);
-        let (vertices, table) = (VertexBuffer::new(&surfaces), Table::new(16));
+        let (vertices, table) = (VertexBuffer::new(&surfaces), FormFactorTable::new(16));
         let mut cube = Hemicube::new(setting, &vertices, &elements, &table);
         let bright = surfaces.facets.len() - 1;
         let (mut proximity, mut naive) = (Vec::new(), Vec::new());
@@ -163,7 +163,7 @@ mod tests {
     fn slopes_stay_and_corners_are_left_alone() {
         let (surfaces, _) = room();
         let hierarchy = Hierarchy::new(&surfaces);
-        let setting = Setting::new(&surfaces, &hierarchy);
+        let setting = SceneGeometry::new(&surfaces, &hierarchy);
         let layout = Layout::of_gather_points(&surfaces, 2000, &[0.0; 7]);
         let gather_points = layout.mesh_of_all_cells(setting, &[vec3(3.0, 3.0, 2.0)]);
         let count = gather_points.elements.len();

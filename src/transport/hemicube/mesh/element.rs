@@ -11,7 +11,7 @@ use crate::hemicube::interior::is_interior;
 use crate::hemicube::mesh::bsp::{BspTree, Line, height};
 use crate::hemicube::mesh::grid::Grid;
 use crate::hemicube::mesh::sample::Sample;
-use crate::surfaces::hierarchy::Setting;
+use crate::surfaces::hierarchy::SceneGeometry;
 use crate::surfaces::surface::{Surfaces, kept_inside};
 use footlight_show::geometry::{Vec3, frame};
 
@@ -50,7 +50,7 @@ impl Element {
 /// Makes the elements of one cell.
 pub struct Maker<'a> {
     /// The scene.
-    pub setting: Setting<'a>,
+    pub setting: SceneGeometry<'a>,
     /// Visibility seeds.
     pub seeds: &'a [Vec3],
     /// The cell's facet.

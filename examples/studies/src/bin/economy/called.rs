@@ -21,7 +21,7 @@ use footlight_picture::Image;
 use footlight_picture::combine::{combine, dot};
 use footlight_report::chart::{self, Axis, Marker, Panel, Scale, Series, Theme};
 use footlight_show::linalg::Matrix;
-use footlight_transport::outside::{Call, Outside};
+use footlight_transport::outside::{Outside, RendererCall};
 use footlight_transport::radiosity::Radiosity;
 use footlight_transport::{Quality, Transport};
 
@@ -143,7 +143,12 @@ fn tavern(refined: u8, renderer: Arc<dyn Transport>) -> Result<Engine, Failure> 
 }
 
 /// The same by the renderer that is called, of which nothing is there yet.
-fn open(call: &Call, folder: &Path, refined: u8, salt: u64) -> Result<(Engine, Kept), Failure> {
+fn open(
+    call: &RendererCall,
+    folder: &Path,
+    refined: u8,
+    salt: u64,
+) -> Result<(Engine, Kept), Failure> {
     let kept = Kept {
         folder: folder.to_owned(),
         salt,
@@ -162,7 +167,7 @@ struct Truth {
 }
 
 impl Truth {
-    fn new(call: &Call, folder: &Path) -> Result<Truth, Failure> {
+    fn new(call: &RendererCall, folder: &Path) -> Result<Truth, Failure> {
         let mut engine = tavern(STEPS, Arc::new(Radiosity))?;
         let ours = alone(&mut engine, OUR_TRUTH)?;
         let halves = SALTS.map(|salt| alone(&mut open(call, folder, STEPS, salt)?.0, TRUTH));
@@ -237,7 +242,12 @@ fn shown(engine: &Engine) -> Result<Vec<Image>, Failure> {
 }
 
 /// The paper's: coarse pictures, and mixtures at a step to the end of the plan, each a point.
-fn mixtures(call: &Call, folder: &Path, step: u8, truth: &Truth) -> Result<Vec<Point>, Failure> {
+fn mixtures(
+    call: &RendererCall,
+    folder: &Path,
+    step: u8,
+    truth: &Truth,
+) -> Result<Vec<Point>, Failure> {
     let (mut engine, kept) = open(call, folder, step, 0)?;
     let by_mixtures = |count| Refinement::from(Goal::count(count)).by(Way::Paper);
     engine.coarse_for(by_mixtures(0))?;
@@ -250,7 +260,7 @@ fn mixtures(call: &Call, folder: &Path, step: u8, truth: &Truth) -> Result<Vec<P
 }
 
 /// A picture of each bank, from nothing at each step but the first.
-fn one_for_each(call: &Call, folder: &Path, truth: &Truth) -> Result<Vec<Point>, Failure> {
+fn one_for_each(call: &RendererCall, folder: &Path, truth: &Truth) -> Result<Vec<Point>, Failure> {
     let mut points = Vec::new();
     for step in 2..=STEPS {
         let (mut engine, kept) = open(call, folder, step, 0)?;
@@ -262,7 +272,12 @@ fn one_for_each(call: &Call, folder: &Path, truth: &Truth) -> Result<Vec<Point>,
 }
 
 /// The way that the program takes from nothing to each error that is asked for.
-fn ours(call: &Call, folder: &Path, coarse: f64, truth: &Truth) -> Result<Vec<Point>, Failure> {
+fn ours(
+    call: &RendererCall,
+    folder: &Path,
+    coarse: f64,
+    truth: &Truth,
+) -> Result<Vec<Point>, Failure> {
     let mut points = Vec::new();
     for share in WANTED {
         let (mut engine, kept) = open(call, folder, STEPS, 0)?;
@@ -301,10 +316,10 @@ fn seconds_to(error: f64, points: &[Point]) -> f64 {
 #[allow(clippy::print_stdout, reason = "an example shows what it found")]
 pub fn run(line: &str, folder: &Path, picture: Option<&str>) -> Result<(), Failure> {
     std::fs::create_dir_all(folder)?;
-    let call = Call {
+    let call = RendererCall {
         steps: STEPS,
         timeout: 3600.0,
-        ..Call::parse(line)?
+        ..RendererCall::parse(line)?
     };
     let truth = Truth::new(&call, folder)?;
     let coarse = truth.error(&alone(&mut open(&call, folder, STEPS, 0)?.0, Quality(1))?);

@@ -36,10 +36,13 @@ fn with_cube<T>(
     task: impl Fn(&mut Hemicube<'_>, &Mesh) -> T,
 ) -> T {
     let hierarchy = Hierarchy::new(surfaces);
-    let setting = Setting::new(surfaces, &hierarchy);
+    let setting = SceneGeometry::new(surfaces, &hierarchy);
     let layout = Layout::of_elements(surfaces, 60);
     let mesh = layout.mesh_of_all_cells(setting, &[vec3(0.0, 0.0, 0.5)]);
-    let (vertices, table) = (VertexBuffer::new(surfaces), Table::new(resolution));
+    let (vertices, table) = (
+        VertexBuffer::new(surfaces),
+        FormFactorTable::new(resolution),
+    );
     task(&mut Hemicube::new(setting, &vertices, &mesh, &table), &mesh)
 }
 
