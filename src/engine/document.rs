@@ -12,11 +12,11 @@ use super::compile::{self, Compiled};
 use super::setup::{Loaded, Source};
 use footlight_host::files::{self, FileError, Files, Store};
 use footlight_picture::Image;
-use footlight_picture::tone::{self, Curve, Tone};
+use footlight_picture::tone::{self, Tone};
 use footlight_show::diagnostic::{Diagnostics, Label};
 use footlight_show::lang;
 use footlight_show::lang::edit::{self, Change, Edit, Splice};
-use footlight_show::model::{Coordinate, NodeId, Show, ToneCurve};
+use footlight_show::model::{Coordinate, NodeId, Show};
 use footlight_show::timeline::{KeySequence, Timeline};
 use footlight_show::units::Time;
 use footlight_transport::Setup;
@@ -292,10 +292,7 @@ impl Document {
         let preview = &self.show().preview;
         Tone {
             exposure,
-            curve: match preview.tone {
-                ToneCurve::Filmic => Curve::Filmic,
-                ToneCurve::Plain => Curve::Plain,
-            },
+            curve: preview.tone,
         }
     }
 

@@ -11,25 +11,8 @@ mod table;
 pub use self::table::{BLOCK, ByteTable};
 
 use super::Image;
-use footlight_show::units::{srgb_decode, srgb_encode};
+use footlight_show::units::{ToneCurve, srgb_decode, srgb_encode};
 
-/// How light becomes a displayed brightness. Both map 0 to 0 and mean "white" by exposed light 1.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Curve {
-    /// A shoulder, each channel by itself, so that bright coloured light pales as it does on film:
-    /// y (1 + y / w^2) / (1 + y) with y = 2 x and w = 5 (Reinhard, Stark, Shirley and Ferwerda,
-    /// "Photographic Tone Reproduction for Digital Images", 2002, equation 4). Darks are up to
-    /// twice as bright as in truth, light 1 shows at 0.72, light 2.5 and more as full white.
-    #[default]
-    Filmic,
-    /// As it is, cut at white.
-    Plain,
-}
-
-/// y for x in [`Curve::Filmic`].
-const GAIN: f64 = 2.0;
-/// The y that shows as full white.
-const WHITE: f64 = 5.0;
 /// Where [`auto_exposure`] puts bright light: just below white.
 const BRIGHT: f64 = 0.9;
 /// The part of a picture's pixels that are not brighter than what counts as its bright light.
@@ -43,51 +26,13 @@ const MOST_STOPS: f64 = 100.0;
 /// A pixel is lit from this part of the bright light on.
 const LIT: f32 = 0.003;
 
-impl Curve {
-    /// The displayed brightness, 0 to 1, of exposed light.
-    pub fn apply(self, light: f64) -> f64 {
-        let x = light.max(0.0);
-        match self {
-            // A quotient of infinities otherwise.
-            Curve::Filmic if GAIN * x >= WHITE => 1.0,
-            Curve::Filmic => {
-                let y = GAIN * x;
-                y * (1.0 + y / (WHITE * WHITE)) / (1.0 + y)
-            }
-            Curve::Plain => x.min(1.0),
-        }
-    }
-
-    /// Brightness per light at black.
-    pub fn slope(self) -> f64 {
-        match self {
-            Curve::Filmic => GAIN,
-            Curve::Plain => 1.0,
-        }
-    }
-
-    /// The exposed light that shows as `brightness`, 0 to 1: the positive root of
-    /// y^2 / w^2 + (1 - b) y - b = 0.
-    pub fn invert(self, brightness: f64) -> f64 {
-        let b = brightness.clamp(0.0, 1.0);
-        match self {
-            Curve::Filmic => {
-                let root = (1.0 - b).hypot(2.0 * b.sqrt() / WHITE);
-                // Rationalised: the plain form cancels for small b.
-                2.0 * b / (root + (1.0 - b)) / GAIN
-            }
-            Curve::Plain => b,
-        }
-    }
-}
-
 /// An exposure and a curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tone {
     /// In stops: light is multiplied by 2^exposure. Beyond 100 either way it counts as 100.
     pub exposure: f64,
     /// The curve after it.
-    pub curve: Curve,
+    pub curve: ToneCurve,
 }
 
 impl Tone {
@@ -200,7 +145,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    const CURVES: [Curve; 2] = [Curve::Filmic, Curve::Plain];
+    const CURVES: [ToneCurve; 2] = [ToneCurve::Filmic, ToneCurve::Plain];
 
     fn grey(level: f32) -> Image {
         Image::from_data(1, 1, vec![level; 3]).unwrap()
@@ -233,7 +178,7 @@ mod tests {
     fn bytes_are_srgb() {
         let plain = Tone {
             exposure: 1.0,
-            curve: Curve::Plain,
+            curve: ToneCurve::Plain,
         };
         // 18 % grey after one stop; sRGB's own value for 0.18 is 118.
         assert_eq!(plain.encode(&grey(0.09)), [118; 3]);
@@ -243,7 +188,7 @@ mod tests {
         for extreme in [-2000.0, 2000.0] {
             let tone = Tone {
                 exposure: extreme,
-                curve: Curve::Filmic,
+                curve: ToneCurve::Filmic,
             };
             assert_eq!(tone.encode(&grey(0.0)), [0; 3]);
         }

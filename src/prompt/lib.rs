@@ -23,7 +23,7 @@ use footlight_host::files::is_same;
 use footlight_report::chart::Drawing;
 use footlight_report::farm::Farm;
 use footlight_report::film::{Canvas, Outlets, Shown};
-use footlight_report::sheet::{self, Difference};
+use footlight_report::sheet::{self, ShowDifference};
 use footlight_report::{self as report, document, refine, versions};
 use footlight_show::diagnostic::Style;
 use footlight_show::lang;
@@ -116,7 +116,7 @@ pub struct Reloaded {
     /// The changes in a designer's words.
     pub reply: Reply,
     /// What changed.
-    pub difference: Difference,
+    pub difference: ShowDifference,
 }
 
 /// A prompt: an engine, the moment that is looked at, and what was reported already.

@@ -40,4 +40,4 @@ pub mod ways;
 pub mod words;
 
 pub use error::Error;
-pub use record::{Kind, Point, Quantity, Record, Series};
+pub use record::{Point, Quantity, Record, RecordSeries, StudyKind};

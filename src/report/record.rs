@@ -17,7 +17,7 @@ use footlight_show::printable;
 /// What was studied.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Kind {
+pub enum StudyKind {
     /// The operator G: error against time over its scale of quality.
     Transport,
     /// Time and memory against the size of the task.
@@ -69,7 +69,7 @@ pub struct Point {
 
 /// Rows that belong together.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Series {
+pub struct RecordSeries {
     /// Its name.
     pub name: String,
     /// In the order they were measured.
@@ -80,7 +80,7 @@ pub struct Series {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     /// What was studied.
-    pub kind: Kind,
+    pub kind: StudyKind,
     /// On what: the show's title.
     pub subject: String,
     /// Footlight's version.
@@ -92,12 +92,17 @@ pub struct Record {
     /// The columns.
     pub quantities: Vec<Quantity>,
     /// The rows.
-    pub series: Vec<Series>,
+    pub series: Vec<RecordSeries>,
 }
 
 impl Record {
     /// An empty table.
-    pub fn new(kind: Kind, origin: &Origin, method: &str, quantities: Vec<Quantity>) -> Record {
+    pub fn new(
+        kind: StudyKind,
+        origin: &Origin,
+        method: &str,
+        quantities: Vec<Quantity>,
+    ) -> Record {
         Record {
             kind,
             subject: origin.subject.clone(),
@@ -122,7 +127,7 @@ impl Record {
         };
         match self.series.iter_mut().find(|s| s.name == series) {
             Some(found) => found.points.push(point),
-            None => self.series.push(Series {
+            None => self.series.push(RecordSeries {
                 name: series.to_owned(),
                 points: vec![point],
             }),
@@ -135,7 +140,7 @@ impl Record {
     }
 
     /// Two columns of a series as points of a chart; NaN where a value is unknown.
-    pub fn curve(&self, series: &Series, x: &str, y: &str) -> Vec<(f64, f64)> {
+    pub fn curve(&self, series: &RecordSeries, x: &str, y: &str) -> Vec<(f64, f64)> {
         let (x, y) = (self.column(x), self.column(y));
         let value = |point: &Point, column: Option<usize>| {
             let value = column.and_then(|c| point.values.get(c).copied().flatten());
@@ -196,7 +201,7 @@ mod tests {
             machine: Machine::here(2, Some("A chip, \"fast\"".to_owned())),
         };
         let columns = vec![Quantity::new("time", "s"), Quantity::new("error", "%")];
-        let mut out = Record::new(Kind::Transport, &origin, "by hand", columns);
+        let mut out = Record::new(StudyKind::Transport, &origin, "by hand", columns);
         out.add(
             "all, mean",
             "quality 1",

@@ -17,7 +17,7 @@ use footlight_show::units::ErrorUnit;
 
 /// What a run did, and what it took.
 #[derive(Clone, Debug)]
-pub struct Summary {
+pub struct RunSummary {
     /// The plan at the show's own tolerance, in the metric that the pool allows.
     pub plan: PlanReport,
     /// The ways that it had, the one that it took first; none where that was asked for.
@@ -75,7 +75,7 @@ pub fn run(
     wanted: &Refinement,
     folder: &Path,
     with_keys: bool,
-) -> Result<Summary, Error> {
+) -> Result<RunSummary, Error> {
     // Before anything is rendered: a folder that cannot be written to is refused at once.
     let own = results::names(engine, with_keys);
     let mut results = Results::begin(engine, folder, own.into_iter())?;
@@ -96,7 +96,7 @@ pub fn run(
     results.finish(engine)?;
     let end = engine.host().clock.seconds();
     let [a, b, c, d, e] = done.marks;
-    Ok(Summary {
+    Ok(RunSummary {
         plan: done.plan,
         ways: done.ways,
         ended: done.ended,
@@ -156,7 +156,7 @@ fn run_loop(engine: &mut Engine, wanted: &Refinement) -> Result<Loop, Error> {
 }
 
 /// The summary that a designer reads.
-pub fn describe(engine: &Engine, done: &Summary, images: &ImageSources) -> String {
+pub fn describe(engine: &Engine, done: &RunSummary, images: &ImageSources) -> String {
     let [coarse, plan, refine, keys, write] = done.seconds;
     let mut text = headline(engine.document()) + "\n";
     let sources = engine.show().coordinates().len();

@@ -9,7 +9,7 @@ mod level;
 mod track;
 
 pub use cue::{cue_sheet, fades};
-pub use difference::{Change, CurveChange, Difference, difference};
+pub use difference::{CurveChange, ShowChange, ShowDifference, difference};
 pub use level::{clock, hex, link, time, up_down};
 pub use track::{Held, TrackSheet, track_sheet};
 

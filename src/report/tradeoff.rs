@@ -1,7 +1,7 @@
 //! Error against time over the operator's scale of quality: the speed-accuracy chart.
 
 use super::words::{self, drawn, figure};
-use super::{Kind, Quantity, Record};
+use super::{Quantity, Record, StudyKind};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Theme};
 use footlight_engine::measure::tradeoff::{Against, Measured, Tradeoff};
 
@@ -19,7 +19,7 @@ pub fn record(tradeoff: &Tradeoff) -> Record {
         Quantity::new("error", "%"),
     ];
     let method = method(tradeoff);
-    let mut out = Record::new(Kind::Transport, &tradeoff.origin, &method, quantities);
+    let mut out = Record::new(StudyKind::Transport, &tradeoff.origin, &method, quantities);
     let row = |step: &Measured, error: Option<f64>| {
         [
             Some(f64::from(step.quality)),

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::curves::{cues_in_time, hue, points};
-use super::sheet::{self, CurveChange, Difference};
+use super::sheet::{self, CurveChange, ShowDifference};
 use super::{Error, format};
 use crate::chart::{self, Theme};
 use footlight_engine::Version;
@@ -13,7 +13,7 @@ pub struct VersionComparison {
     old: Version,
     new: Version,
     /// What changed.
-    pub difference: Difference,
+    pub difference: ShowDifference,
 }
 
 impl VersionComparison {
@@ -68,7 +68,7 @@ impl std::fmt::Debug for VersionComparison {
 }
 
 /// The changes in words, and whether images still serve; empty where there are none.
-pub fn describe(difference: &Difference) -> String {
+pub fn describe(difference: &ShowDifference) -> String {
     if difference.is_empty() {
         return String::new();
     }

@@ -19,7 +19,7 @@ pub use self::light::{ImageFile, ImportedLuminaire, LightKind, Luminaire, Output
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::Solid;
 use crate::geometry::{self, Place};
-use crate::units::{CueNumber, Rgb, Time, Tolerance};
+use crate::units::{CueNumber, Rgb, Time, Tolerance, ToneCurve};
 
 /// Names a statement or a part of one; meaningful only to the span map made with the show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -93,16 +93,6 @@ impl Default for Preview {
             refined: 2,
         }
     }
-}
-
-/// How light becomes a displayed brightness.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum ToneCurve {
-    /// With a shoulder, so that bright light pales as on film.
-    #[default]
-    Filmic,
-    /// As it is, cut at white.
-    Plain,
 }
 
 /// A geometry file next to the show.

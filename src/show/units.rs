@@ -6,8 +6,10 @@
 //! shows, syntax or pictures.
 
 mod tolerance;
+mod tone_curve;
 
 pub use tolerance::{ErrorUnit, Tolerance};
+pub use tone_curve::ToneCurve;
 
 use std::fmt;
 use std::ops::{Add, AddAssign, Neg, Sub};

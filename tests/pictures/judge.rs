@@ -7,9 +7,10 @@
 use footlight_engine::playback::Playback;
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
-use footlight_picture::tone::{ByteTable, Curve, Tone};
+use footlight_picture::tone::{ByteTable, Tone};
 use footlight_show::timeline::blend;
 use footlight_show::units::Time;
+use footlight_show::units::ToneCurve;
 
 /// The error that is not seen: half a step of 8 bits.
 pub const UNSEEN: f64 = 0.5;
@@ -159,7 +160,7 @@ impl<'a> Exact<'a> {
 
 #[test]
 fn steps_are_the_displays_values() {
-    for curve in [Curve::Filmic, Curve::Plain] {
+    for curve in [ToneCurve::Filmic, ToneCurve::Plain] {
         let tone = Tone {
             exposure: 1.7,
             curve,

@@ -8,11 +8,12 @@ use std::process::Command;
 use footlight_engine::{Engine, Host};
 use footlight_host::files::{Memory, MemoryStore, Store};
 use footlight_picture::exr::{self, Precision};
-use footlight_picture::tone::{Curve, Tone};
+use footlight_picture::tone::Tone;
 use footlight_picture::{Image, decode};
 use footlight_prompt::{Console, Repl};
 use footlight_show::timeline::settings as settings_of;
 use footlight_show::units::Time;
+use footlight_show::units::ToneCurve;
 use serde_json::{Value, json};
 
 use crate::browser::{Browser, WEBGL, apart};
@@ -133,7 +134,7 @@ fn mixture(show: &mut Repl, seconds: f64) -> Vec<u8> {
     }
     let tone = Tone {
         exposure: model.preview.exposure.unwrap(),
-        curve: Curve::Filmic,
+        curve: ToneCurve::Filmic,
     };
     tone.encode(&sum)
 }

@@ -11,9 +11,10 @@ use footlight_engine::{Engine, Host};
 use footlight_host::files::{Folder, MemoryStore};
 use footlight_host::work::Work;
 use footlight_picture::Image;
-use footlight_picture::tone::{Curve, Tone, auto_exposure, sampling};
+use footlight_picture::tone::{Tone, auto_exposure, sampling};
 use footlight_prompt::{Console, Repl};
 use footlight_show::units::Time;
+use footlight_show::units::ToneCurve;
 
 /// The first show of another size, with a store of its own.
 fn first(store: &MemoryStore, size: &str) -> Repl {
@@ -69,7 +70,7 @@ fn as_displayed(playback: &Playback, tone: Tone) -> Judged {
 
 #[test]
 fn each_format_errs_as_much_as_it_must() {
-    for curve in [Curve::Filmic, Curve::Plain] {
+    for curve in [ToneCurve::Filmic, ToneCurve::Plain] {
         let tone = Tone {
             exposure: -1.0,
             curve,
@@ -105,7 +106,7 @@ fn each_format_errs_as_much_as_it_must() {
 fn a_sun_in_sight_is_too_much_for_halves() {
     let tone = Tone {
         exposure: -5.0,
-        curve: Curve::Filmic,
+        curve: ToneCurve::Filmic,
     };
     let lit = |sun: f64| {
         let playback = made_up(move |key, x| {
@@ -175,7 +176,7 @@ fn the_exposure_after_an_edit_is_that_of_whole_key_images() {
         let exposure = auto_exposure(whole.images().iter());
         let tone = Tone {
             exposure,
-            curve: Curve::Filmic,
+            curve: ToneCurve::Filmic,
         };
         assert_eq!(
             shown,

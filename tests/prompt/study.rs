@@ -9,7 +9,7 @@ use footlight_host::files::{Disk, Folder, MemoryStore, Store};
 use footlight_picture::Image;
 use footlight_picture::exr::{self, Precision};
 use footlight_prompt::{Call, Repl, find};
-use footlight_report::{Kind, Record};
+use footlight_report::{Record, StudyKind};
 use footlight_show::diagnostic::Style;
 use footlight_transport::Quality;
 use std::sync::Arc;
@@ -182,7 +182,7 @@ fn the_chart_of_the_scale_comes_as_a_record_and_as_a_drawing() {
     let record: Record = serde_json::from_slice(&bytes).unwrap();
     assert_eq!(
         (record.kind, record.subject.as_str()),
-        (Kind::Transport, "Furnace")
+        (StudyKind::Transport, "Furnace")
     );
     let mean = &record.series[0];
     let curve = record.curve(mean, "quality", "error");

@@ -248,7 +248,8 @@ mod tests {
     #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
     use super::*;
-    use footlight_picture::tone::{Curve, Tone};
+    use footlight_picture::tone::Tone;
+    use footlight_show::units::ToneCurve;
     use proptest::prelude::*;
 
     fn row(values: &[f32]) -> Image {
@@ -354,7 +355,7 @@ mod tests {
         // By the picture's peak, white being 1.
         let filmic = [(0.2, 0.73), (2.0, 0.73), (8.0, 0.91), (70.0, 1.4)];
         let plain = [(0.2, 0.32), (2.0, 0.94), (8.0, 1.5), (70.0, 2.4)];
-        for (curve, bounds) in [(Curve::Filmic, filmic), (Curve::Plain, plain)] {
+        for (curve, bounds) in [(ToneCurve::Filmic, filmic), (ToneCurve::Plain, plain)] {
             let tone = Tone {
                 exposure: -2.0,
                 curve,

@@ -17,10 +17,11 @@ use serde::Serialize;
 pub use self::coding::{Coded, fit};
 use self::coding::{attempt, smaller};
 use footlight_host::work::{Cancelled, Work};
-use footlight_picture::tone::{Curve, Tone};
+use footlight_picture::tone::Tone;
 use footlight_picture::{Image, PictureError};
 use footlight_show::printable;
 use footlight_show::timeline::{KeySequence, Segment};
+use footlight_show::units::ToneCurve;
 
 /// The most bytes of a page unless something else is said.
 pub const BUDGET: usize = 20_000_000;
@@ -271,8 +272,8 @@ fn json<'a>(
         start: segments.first().map_or(0.0, |s| s.start()),
         end: segments.last().map_or(0.0, |s| s.end()),
         curve: match contents.tone.curve {
-            Curve::Filmic => "filmic",
-            Curve::Plain => "plain",
+            ToneCurve::Filmic => "filmic",
+            ToneCurve::Plain => "plain",
         },
         made: remark(contents, keys, size, full),
         coordinates: &contents.faders,
@@ -381,7 +382,7 @@ mod tests {
     fn tone() -> Tone {
         Tone {
             exposure: -2.0,
-            curve: Curve::Filmic,
+            curve: ToneCurve::Filmic,
         }
     }
 

@@ -17,7 +17,7 @@ use footlight_show::units::{Time, percent};
 
 /// One change.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Change {
+pub struct ShowChange {
     /// What changed: `cue 12`, `bank lamps`.
     pub what: String,
     /// How: `lamps 40 -> 55 at 0:31`.
@@ -25,7 +25,7 @@ pub struct Change {
 }
 
 /// As a line: `cue 12: lamps 40 -> 55 at 0:31`.
-impl std::fmt::Display for Change {
+impl std::fmt::Display for ShowChange {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}: {}", self.what, self.how)
     }
@@ -47,16 +47,16 @@ pub struct CurveChange {
 
 /// Everything that changed.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Difference {
+pub struct ShowDifference {
     /// In the order of the new version's text, removals last; cues after the rest.
-    pub changes: Vec<Change>,
+    pub changes: Vec<ShowChange>,
     /// Banks of both versions whose curves differ, the largest norm first.
     pub curves: Vec<CurveChange>,
     /// Something that pictures depend on changed: the stage, surfaces, lights, banks or view.
     pub pictures: bool,
 }
 
-impl Difference {
+impl ShowDifference {
     /// Nothing changed in the language's terms.
     pub fn is_empty(&self) -> bool {
         self.changes.is_empty() && self.curves.is_empty()
@@ -96,8 +96,8 @@ fn rounded(at: Time) -> Time {
 }
 
 /// What changed from `old` to `new`.
-pub fn difference(old: &Version, new: &Version) -> Difference {
-    let mut out = Difference::default();
+pub fn difference(old: &Version, new: &Version) -> ShowDifference {
+    let mut out = ShowDifference::default();
     declarations(&old.text(), &new.text(), &mut out);
     let first = |version: &Version| version.show.view().map(|view| view.name.clone());
     let declared = |name: &String| old.show.views.iter().any(|view| view.name == *name);
@@ -117,7 +117,7 @@ pub fn difference(old: &Version, new: &Version) -> Difference {
 const SEEN: [&str; 6] = ["stage", "surface", "view", "light", "bank", "fixed"];
 
 /// Changes of everything but cues, by the canonical text of each declaration.
-fn declarations(old: &str, new: &str, out: &mut Difference) {
+fn declarations(old: &str, new: &str, out: &mut ShowDifference) {
     let (old, new) = (lang::declarations(old), lang::declarations(new));
     let before: BTreeMap<&str, &str> = old.iter().map(|(k, t)| (k.as_str(), t.as_str())).collect();
     let after: BTreeMap<&str, &str> = new.iter().map(|(k, t)| (k.as_str(), t.as_str())).collect();
@@ -137,18 +137,18 @@ fn declarations(old: &str, new: &str, out: &mut Difference) {
     }
 }
 
-impl Difference {
+impl ShowDifference {
     fn note(&mut self, what: &str, how: String) {
         let word = what.split(' ').next().unwrap_or(what);
         self.pictures |= SEEN.contains(&word);
-        self.changes.push(Change {
+        self.changes.push(ShowChange {
             what: what.to_owned(),
             how,
         });
     }
 }
 
-fn cues(old: &Version, new: &Version, out: &mut Vec<Change>) {
+fn cues(old: &Version, new: &Version, out: &mut Vec<ShowChange>) {
     let find = |show: &Show, cue: &Cue| {
         let found = show.cues.binary_search_by_key(&cue.number, |c| c.number);
         found.ok()
@@ -171,7 +171,7 @@ fn cues(old: &Version, new: &Version, out: &mut Vec<Change>) {
                 format!(" \"{}\"", cue.label)
             };
             let how = format!("added{label} at {}", clock(go));
-            out.push(Change { what, how });
+            out.push(ShowChange { what, how });
             continue;
         };
         if let Some(was) = old.show.cues.get(k) {
@@ -185,7 +185,7 @@ fn cues(old: &Version, new: &Version, out: &mut Vec<Change>) {
             }
             let go = go(&new.timeline, i);
             hows.extend(parts((&old.show, was), (&new.show, cue), go));
-            out.extend(hows.into_iter().map(|how| Change {
+            out.extend(hows.into_iter().map(|how| ShowChange {
                 what: what.clone(),
                 how,
             }));
@@ -193,7 +193,7 @@ fn cues(old: &Version, new: &Version, out: &mut Vec<Change>) {
     }
     for cue in &old.show.cues {
         if find(&new.show, cue).is_none() {
-            out.push(Change {
+            out.push(ShowChange {
                 what: format!("cue {}", cue.number),
                 how: "removed".to_owned(),
             });

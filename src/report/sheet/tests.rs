@@ -1,6 +1,6 @@
 //! Sheets of small shows, in full.
 
-use super::{Difference, cue_sheet, difference, track_sheet};
+use super::{ShowDifference, cue_sheet, difference, track_sheet};
 use footlight_engine::Version;
 use footlight_host::files::Memory;
 use footlight_host::work::Work;
@@ -22,7 +22,7 @@ fn version(text: &str) -> Version {
     Version::read("a.lxq", text.as_bytes(), &Memory::default()).unwrap()
 }
 
-fn compared(old: &str, new: &str) -> Difference {
+fn compared(old: &str, new: &str) -> ShowDifference {
     difference(
         &version(&format!("{RIG}{old}")),
         &version(&format!("{RIG}{new}")),

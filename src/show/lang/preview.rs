@@ -1,6 +1,7 @@
 //! The `preview` statement, written from values.
 
-use crate::model::{Preview, ToneCurve};
+use crate::model::Preview;
+use crate::units::ToneCurve;
 
 /// The statement that sets a preview, as it stands in a show.
 pub fn preview_statement(preview: &Preview) -> String {

@@ -27,7 +27,7 @@ use footlight_engine::plan::{Plan, Weighting};
 use footlight_engine::{Engine, Host};
 use footlight_host::files::processor;
 use footlight_report::chart::{self, Axis, Marker, Panel, Scale, Theme};
-use footlight_report::{Kind, Quantity, Record, words};
+use footlight_report::{Quantity, Record, StudyKind, words};
 use footlight_show::lang::edit::Edit;
 use std::path::Path;
 use std::process::Command;
@@ -69,7 +69,7 @@ fn main() {
         machine: Machine::here(1, processor()),
     };
     let method = "a cue moves a tenth of the banks; processor time, means";
-    let mut record = Record::new(Kind::Scale, &origin, method, quantities);
+    let mut record = Record::new(StudyKind::Scale, &origin, method, quantities);
     for way in WAYS {
         println!("{way:>10}  compile ms   plan ms   edit ms   peak MB");
         for size in sizes(way) {

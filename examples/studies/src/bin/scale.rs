@@ -24,7 +24,7 @@ use footlight_engine::measure::{Machine, Origin};
 use footlight_host::files::processor;
 use footlight_host::work::{Silent, Work};
 use footlight_report::chart::{self, Axis, Marker, Panel, Scale, Theme};
-use footlight_report::{Kind, Quantity, Record};
+use footlight_report::{Quantity, Record, StudyKind};
 use footlight_transport::radiosity::Radiosity;
 use footlight_transport::{Quality, Transport};
 use rooms::room;
@@ -102,7 +102,7 @@ fn main() {
         machine: Machine::here(2, processor()),
     };
     let method = format!("closed rooms of boxes at quality {quality}, every bank alone");
-    let mut record = Record::new(Kind::Scale, &origin, &method, quantities);
+    let mut record = Record::new(StudyKind::Scale, &origin, &method, quantities);
     for way in WAYS {
         println!("{way:>10}  prepare s  all banks s  peak MB");
         for task in tasks(way, quick) {

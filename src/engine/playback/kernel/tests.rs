@@ -3,13 +3,14 @@
 use super::*;
 use crate::playback::key::{Format, KeyImage};
 use footlight_picture::Image;
-use footlight_picture::tone::{Curve, Tone};
+use footlight_picture::tone::Tone;
 use footlight_show::timeline::blend;
+use footlight_show::units::ToneCurve;
 use proptest::prelude::*;
 
 const TONE: Tone = Tone {
     exposure: -1.3,
-    curve: Curve::Filmic,
+    curve: ToneCurve::Filmic,
 };
 
 /// Four pictures that differ, with darks, lights and lamps; negative ones on request.

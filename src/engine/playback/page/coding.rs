@@ -150,13 +150,13 @@ mod tests {
     #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
     use super::*;
-    use footlight_picture::tone::Curve;
+    use footlight_show::units::ToneCurve;
 
     #[test]
     fn signs_are_kept_where_they_can_be_seen() {
         let tone = Tone {
             exposure: -2.0,
-            curve: Curve::Filmic,
+            curve: ToneCurve::Filmic,
         };
         let mut image = Image::from_data(4, 3, (0..36).map(|i| i as f32 / 9.0).collect()).unwrap();
         assert!(coded(&image, tone).unwrap().signs.is_none());

@@ -1,6 +1,6 @@
 //! Cues whose times moved alike, in one line.
 
-use super::Change;
+use super::ShowChange;
 use crate::sheet::level::{clock, number};
 use footlight_show::units::Time;
 
@@ -30,7 +30,7 @@ impl Shifts {
     }
 
     /// Adds the line of a cue that moved, or lets the line before say it too.
-    pub fn add(&mut self, what: &str, (was, now): (Time, Time), out: &mut Vec<Change>) {
+    pub fn add(&mut self, what: &str, (was, now): (Time, Time), out: &mut Vec<ShowChange>) {
         let moved = now - was;
         let way_of = |moved: Time| shift(moved).1;
         let is_alike = moved == self.moved || self.is_loose && way_of(moved) == way_of(self.moved);
@@ -61,7 +61,7 @@ impl Shifts {
                 self.range = [seconds; 2];
                 self.first = number_of(what);
                 self.line = out.len();
-                out.push(Change {
+                out.push(ShowChange {
                     what: what.to_owned(),
                     how: format!("{word} {} -> {} ({by} s {way})", clock(was), clock(now)),
                 });

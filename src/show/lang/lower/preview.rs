@@ -12,8 +12,8 @@ use crate::lang::quantity::{self, Unit, Wanted};
 use crate::lang::quote::unquoted;
 use crate::lang::report::Place;
 
-use crate::model::{NamedView, Stage, ToneCurve};
-use crate::units::{Tolerance, fraction};
+use crate::model::{NamedView, Stage};
+use crate::units::{Tolerance, ToneCurve, fraction};
 
 /// The frame behind a `lens`: its height in metres.
 const FRAME: f64 = 0.024;

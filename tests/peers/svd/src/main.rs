@@ -18,7 +18,7 @@ mod results;
 mod methods;
 
 use footlight_show::linalg::Matrix;
-use footlight_report::{Kind, Quantity, Record};
+use footlight_report::{StudyKind, Quantity, Record};
 use footlight_engine::measure::{Machine, Origin};
 use methods::decomposition::{Failures, Solver, failures, nalgebra, ours};
 use methods::hard::Found;
@@ -72,7 +72,7 @@ fn table(solvers: &[(&str, Vec<Failures>)]) -> Record {
         machine: Machine::here(1, None),
     };
     let method = "failure: beyond 16 eps sqrt(mn); truth planted or in double-double arithmetic";
-    let mut out = Record::new(Kind::Stability, &origin, method, quantities);
+    let mut out = Record::new(StudyKind::Stability, &origin, method, quantities);
     for (solver, families) in solvers {
         for row in families {
             let mut values = vec![Some(row.matrices as f64)];

@@ -27,7 +27,7 @@ use footlight_engine::measure::{Machine, Origin};
 use footlight_engine::plan::Metric;
 use footlight_engine::{Engine, Host};
 use footlight_host::files::Folder;
-use footlight_report::{Kind, Quantity, Record, words};
+use footlight_report::{Quantity, Record, StudyKind, words};
 use footlight_studies::projection::keys_alike;
 use footlight_studies::trial::{Shown, Trial, trial};
 
@@ -206,7 +206,7 @@ fn record(full: bool) -> Result<Record, Box<dyn Error>> {
         subject: "tavern, turandot".to_owned(),
         machine: Machine::here(2, None),
     };
-    let mut out = Record::new(Kind::Trial, &origin, &method, quantities);
+    let mut out = Record::new(StudyKind::Trial, &origin, &method, quantities);
     for name in ["tavern", "turandot"] {
         let show = open(name, full)?;
         let trial = trial(&show)?;

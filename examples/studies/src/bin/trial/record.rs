@@ -1,7 +1,7 @@
 //! Verdicts on metrics, previews and predictions as one table.
 
 use footlight_engine::measure::{Machine, Origin};
-use footlight_report::{Kind, Quantity, Record};
+use footlight_report::{Quantity, Record, StudyKind};
 use footlight_studies::evaluation::Verdict;
 
 /// The table: a series for each order, preview and prediction, a point for each row of each show.
@@ -24,7 +24,7 @@ pub fn record(verdicts: &[Verdict], machine: Machine, method: &str) -> Record {
         subject: "random shows and the tavern".to_owned(),
         machine,
     };
-    let mut out = Record::new(Kind::Trial, &origin, method, columns);
+    let mut out = Record::new(StudyKind::Trial, &origin, method, columns);
     for verdict in verdicts {
         for row in &verdict.needed {
             let counts = [row.own, row.pool].concat();
