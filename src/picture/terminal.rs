@@ -29,7 +29,7 @@ impl Room {
     }
 
     /// How many lines a picture takes.
-    pub fn lines_of(self, width: usize, height: usize) -> usize {
+    fn lines_of(self, width: usize, height: usize) -> usize {
         if self.holds(width, height) {
             self.fit(width, height)[1].div_ceil(2)
         } else {

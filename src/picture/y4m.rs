@@ -54,7 +54,7 @@ impl Film {
     }
 
     /// Bytes of a frame, its own line included.
-    pub fn frame_bytes(&self) -> usize {
+    fn frame_bytes(&self) -> usize {
         let (wide, high) = self.chroma_size();
         MARK.len() + self.width * self.height + 2 * wide * high
     }

@@ -59,7 +59,7 @@ pub const PICTURE: Formats = Formats {
 };
 
 /// One image that is display-coded already.
-pub const DISPLAYED: Formats = Formats {
+const DISPLAYED: Formats = Formats {
     endings: &["png"],
     known: ".png: it is a picture",
 };

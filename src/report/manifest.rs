@@ -17,7 +17,7 @@ use footlight_host::files::{Entry, FileError, Store};
 use footlight_show::units::CueNumber;
 
 /// The manifest's own name.
-pub const MANIFEST: &str = "files.sha256";
+const MANIFEST: &str = "files.sha256";
 
 /// Lies in the folder while results are written, and where that was cut off.
 const UNFINISHED: &str = "unfinished.txt";

@@ -12,7 +12,7 @@ pub mod import;
 mod imported_luminaire;
 mod light;
 pub mod luminaire_asset;
-pub mod merge;
+mod merge;
 pub mod obj;
 pub mod photometric;
 pub mod rig;

@@ -115,14 +115,14 @@ impl Shading {
     }
 
     /// Round an axis: of a cylinder's faces.
-    pub fn round_axis(origin: Vec3, axis: Vec3) -> Shading {
+    fn round_axis(origin: Vec3, axis: Vec3) -> Shading {
         let axis = axis.normalized();
         let across = |way: Vec3| way - axis * way.dot(axis);
         Shading::of_gradient(origin, across)
     }
 
     /// Round a centre: of a sphere's faces.
-    pub fn round_centre(origin: Vec3) -> Shading {
+    fn round_centre(origin: Vec3) -> Shading {
         Shading::of_gradient(origin, |way| way)
     }
 

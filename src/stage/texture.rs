@@ -10,7 +10,7 @@
     reason = "arrays of two, three or four numbers, by constants"
 )]
 
-pub mod reader;
+pub(crate) mod reader;
 
 use std::fmt;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ use super::footprint::Taps;
 use footlight_show::units::{Rgb, srgb_decode};
 
 /// Texels along a side at most: a larger image is halved until it has no more.
-pub const MOST_SIDE: usize = 2048;
+const MOST_SIDE: usize = 2048;
 
 /// How an image goes on past its border.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

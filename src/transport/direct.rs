@@ -14,11 +14,11 @@
 pub mod beam;
 pub mod cluster;
 mod irradiance_patch;
-pub mod lambert;
+pub(crate) mod lambert;
 mod near_field;
 mod panel;
 mod point_source;
-pub mod projector;
+pub(crate) mod projector;
 mod quadratic_fit;
 mod shadow;
 

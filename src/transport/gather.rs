@@ -9,14 +9,14 @@
 //! company and on any number of threads.
 
 mod bounces;
-pub mod bvh;
-pub mod cells;
+mod bvh;
+mod cells;
 mod direct_light;
-pub mod emitter;
+mod emitter;
 mod irradiance_filter;
 mod picture_rays;
-pub mod ray_scene;
-pub mod sampling;
+mod ray_scene;
+mod sampling;
 mod step;
 mod systematic;
 

@@ -25,7 +25,7 @@ use footlight_show::geometry::Vec3;
 use footlight_show::geometry::View;
 
 /// What stands for the path of the settings in the command.
-pub const SETTINGS: &str = "{settings}";
+const SETTINGS: &str = "{settings}";
 /// What stands for the path of the picture in the command.
 pub const OUTPUT: &str = "{output}";
 
@@ -72,7 +72,7 @@ const KNOWN_STEPS: u8 = 4;
 
 /// Relative deviation from linearity beyond which the user is warned. Pictures in half precision
 /// deviate by up to 5e-4 by their rounding alone.
-pub const TOLERATED: f64 = 2e-3;
+const TOLERATED: f64 = 2e-3;
 
 /// A mean that is off by so many standard errors is no work of chance, also where a few bright samples
 /// make the noise.
@@ -181,7 +181,7 @@ impl RendererCall {
 
 /// By how much a renderer is not linear: relative RMS deviations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Linearity {
+struct Linearity {
     /// Of G(a) + G(b) from G(a + b).
     pub sum: f64,
     /// Of G(2a) from 2 G(a).
@@ -234,7 +234,7 @@ impl Outside {
     }
 
     /// How linear the renderer is; `None` before the first picture.
-    pub fn linearity(&self) -> Option<Linearity> {
+    fn linearity(&self) -> Option<Linearity> {
         self.0.measured().linearity
     }
 }

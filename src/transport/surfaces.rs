@@ -4,15 +4,15 @@
 //! This module depends on neither a mesh nor rays; of lights it knows only which materials emit.
 
 pub mod camera;
-pub mod clipper;
+pub(crate) mod clipper;
 mod coverage;
 pub mod emitter_mask;
-pub mod facet;
-pub mod fragment;
+pub(crate) mod facet;
+pub(crate) mod fragment;
 pub mod hierarchy;
-pub mod lists;
-pub mod raster;
-pub mod solid;
+pub(crate) mod lists;
+pub(crate) mod raster;
+pub(crate) mod solid;
 pub mod surface;
 
 /// Bytes of a polygon as facet and pieces, in the hierarchy and on both grids, about.

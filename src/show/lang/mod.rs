@@ -17,7 +17,7 @@ mod format;
 mod gels;
 mod include;
 mod levels;
-pub mod limits;
+pub(crate) mod limits;
 mod lower;
 mod names;
 mod outline;

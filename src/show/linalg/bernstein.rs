@@ -140,7 +140,7 @@ impl Bernstein {
     }
 
     /// The polar form at the first `degree` of these arguments, by de Casteljau's scheme.
-    pub fn blossom(&self, arguments: [f64; 3]) -> f64 {
+    fn blossom(&self, arguments: [f64; 3]) -> f64 {
         let mut c = self.coefficients;
         for (round, t) in arguments.iter().enumerate().take(self.degree) {
             for i in 0..self.degree - round {

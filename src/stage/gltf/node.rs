@@ -73,7 +73,7 @@ impl Affine {
     }
 
     /// Stretched, then turned by a quaternion, then moved.
-    pub fn of_parts(
+    fn of_parts(
         [tx, ty, tz]: [f64; 3],
         [x, y, z, w]: [f64; 4],
         [sx, sy, sz]: [f64; 3],

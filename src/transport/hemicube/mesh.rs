@@ -12,11 +12,11 @@
     reason = "cells are addressed by row and column clamped to the grid"
 )]
 
-pub mod bsp;
+pub(crate) mod bsp;
 mod contact;
-pub mod element;
-pub mod grid;
-pub mod sample;
+pub(crate) mod element;
+pub(crate) mod grid;
+pub(crate) mod sample;
 
 use crate::hemicube::mesh::bsp::{BspTree, CellContactEdge, Line, SplitPlane};
 use crate::hemicube::mesh::contact::Contacts;

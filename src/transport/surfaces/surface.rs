@@ -278,7 +278,7 @@ fn turn(a: Vec3, b: Vec3, c: Vec3, normal: Vec3) -> f64 {
 }
 
 /// Convex parts of a simple polygon: itself when convex, else triangles cut off as ears.
-pub fn convex_parts(vertices: &Arc<[Vec3]>, normal: Vec3) -> Vec<Arc<[Vec3]>> {
+fn convex_parts(vertices: &Arc<[Vec3]>, normal: Vec3) -> Vec<Arc<[Vec3]>> {
     let n = vertices.len();
     let corner = |i: usize| {
         let (a, b, c) = (
