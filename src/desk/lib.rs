@@ -1,9 +1,25 @@
 //! Shows and rigs of other programs, in and out: lighting desks, plans, the lighting network.
 //!
-//! Readers turn the bytes of a foreign file into the text of a show, writers turn a [`Show`] and its
-//! curves into a foreign file. Each keeps a list of what does not go across ([`Loss`]): nothing is
-//! dropped without a line in it. Invariants: no count in a file is trusted for memory; bad input is a
-//! [`Diagnostic`] with its line; nothing here opens a file or a socket.
+//! ```text
+//! bytes of a foreign file --import--> text of a show, losses
+//! Show, Timeline --write--> foreign file, losses        levels --patch--> wire --> packets
+//! ```
+//!
+//! - [`usitt`] reads and writes USITT ASCII 3.0, the exchange format of desks. [`qlc`] writes
+//!   workspaces of QLC+.
+//! - [`mvr`] reads the rig of a plan (MVR with GDTF).
+//! - [`performance`] runs a [`Show`] as an operator does: cues start when they are called.
+//! - [`patch`] gives banks their addresses. [`wire`] makes packets of E1.31 and Art-Net; [`osc`] reads
+//!   and writes messages of Open Sound Control.
+//! - [`Loss`] is one thing that does not go across, or only nearly.
+//!
+//! Invariants:
+//!
+//! - Nothing is dropped without a [`Loss`] in the list that goes with the result.
+//! - No count in a file is trusted for memory. Bad input becomes a [`Diagnostic`] with its line.
+//! - Nothing here opens a file or a socket: readers take bytes, writers return bytes.
+//!
+//! This crate does not know images, light transport or the engine. It imports downwards only.
 //!
 //! [`Show`]: footlight_show::model::Show
 //! [`Diagnostic`]: footlight_show::diagnostic::Diagnostic

@@ -1,16 +1,26 @@
-//! What an embedding program gives to Footlight.
+//! What an embedding program gives to Footlight: files, programs, a clock, progress.
 //!
 //! All effects on the outside go through this crate. An embedding program implements its traits, or
-//! takes the ready ones.
+//! takes the ready types.
 //!
-//! - [`files`]: reading ([`Files`](files::Files)), writing ([`Store`](files::Store)), the clock
-//!   ([`Clock`](files::Clock)), and programs that are started. [`Folder`](files::Folder) and
-//!   [`Memory`](files::Memory) are two places to read from; [`Disk`](files::Disk) and
-//!   [`MemoryStore`](files::MemoryStore) two to write to.
-//! - [`work`]: progress and cancel ([`Progress`](work::Progress)), threads and memory
-//!   ([`Work`](work::Work)) for one call.
+//! - [`Files`](files::Files) reads what a show refers to: [`Folder`](files::Folder) from a folder,
+//!   [`Memory`](files::Memory) from memory.
+//! - [`Store`](files::Store) writes results: [`Disk`](files::Disk) to files,
+//!   [`MemoryStore`](files::MemoryStore) to memory.
+//! - [`Clock`](files::Clock) tells the time; [`Processes`](files::process::Processes) starts other
+//!   programs; [`claim`](files::claim) shares work among processes of several machines.
+//! - [`Progress`](work::Progress) hears how far a call is, and cancels it. [`Work`](work::Work) carries
+//!   progress, threads and memory for one call down to whatever loops.
 //!
-//! Nothing here knows shows, pictures or the stage.
+//! Invariants:
+//!
+//! - A show reads only from its own folder downwards, whatever links or `..` a path holds.
+//! - Only regular files are read, up to a limit.
+//! - A file is never left half written: it is written beside its place and then renamed.
+//! - Programs are started without a shell and are ended with the process that started them.
+//!
+//! No other crate of the library touches `std::fs`, a process or a clock. This crate does not know
+//! shows, images or the stage.
 
 pub mod files;
 pub mod work;

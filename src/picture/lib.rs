@@ -1,8 +1,28 @@
-//! Linear float pictures, and the formats that carry them.
+//! Linear images, and the formats that carry them.
 //!
-//! Invariants: an [`Image`] is linear RGB, f32, row 0 on top, interleaved, and may hold negative
-//! values. Tone mapping makes display-coded bytes of it and is never applied in place. This module
-//! does not depend on lights or shows.
+//! ```text
+//! EXR, PNG, JPEG, WebP --exr, decode--> Image --combine--> Image --tone--> bytes --png, y4m--> file
+//! ```
+//!
+//! - [`Image`] holds linear RGB in single precision.
+//! - [`combine`] adds images with weights and finds scalar products; [`shrink`] averages an image down
+//!   to fewer pixels.
+//! - [`exr`] reads and writes linear images exactly, one or many in a file. [`decode`] reads the
+//!   formats that hold 8 bits for each channel.
+//! - [`tone`] turns light into display bytes: exposure, tone curve, sRGB code. [`signed`] does so for
+//!   images of either sign.
+//! - [`png`], [`y4m`] and [`terminal`] write display bytes.
+//!
+//! Invariants:
+//!
+//! - An [`Image`] is interleaved, row 0 on top, and may hold negative values.
+//! - Tone mapping makes new bytes and never changes an image.
+//! - No count in a file is trusted for memory: every reader takes a limit in bytes and returns a
+//!   [`PictureError`] beyond it.
+//! - Sums do not depend on the number of threads.
+//!
+//! This crate does not know lights, shows or files: it takes bytes and returns bytes. Of
+//! `footlight-show` it uses the units alone.
 
 pub mod combine;
 pub mod decode;

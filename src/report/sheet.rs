@@ -10,7 +10,8 @@ mod track;
 
 pub use cue::{cue_sheet, fades};
 pub use difference::{CurveChange, ShowChange, ShowDifference, difference};
-pub use level::{clock, hex, link, time, up_down};
+pub(crate) use level::up_down;
+pub use level::{clock, hex, link, time};
 pub use track::{Held, TrackSheet, track_sheet};
 
 #[cfg(test)]

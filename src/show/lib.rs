@@ -4,16 +4,25 @@
 //! text --lang--> Show --timeline--> levels of every bank at every moment, key settings
 //! ```
 //!
-//! - [`lang`] reads the text: grammar, names, includes, formatter, edits that keep what they do not
-//!   touch. What is wrong becomes a [`Diagnostic`](diagnostic::Diagnostic) with its place.
-//! - [`model`] is the show without syntax: banks, lights, looks, cues, parts, curves.
-//! - [`timeline`] turns cues into polynomials in time, and finds the key settings.
-//! - [`check`] looks for what follows from the curves alone: levels out of range, overtaken cues.
-//! - [`units`], [`geometry`], [`linalg`], [`hash`] and [`printable`] are the ground on which the
-//!   other crates stand too.
+//! - [`lang`] reads the text ([`lang::parse`]), formats it and edits it. An edit keeps what it does
+//!   not touch. Every mistake becomes a [`Diagnostic`](diagnostic::Diagnostic) with its place.
+//! - [`model`] holds the [`Show`](model::Show) without syntax: banks, lights, looks, cues, parts and
+//!   curves. Names are indices there.
+//! - [`timeline`] compiles the cues to a [`Timeline`](timeline::Timeline) of polynomials in time, and
+//!   cuts that into a [`KeySequence`](timeline::KeySequence).
+//! - [`check`] finds what only the curves show: levels out of range, overtaken cues.
+//! - [`units`], [`geometry`], [`linalg`], [`hash`] and [`printable`] are shared with the crates above.
 //!
-//! This crate does not know the stage's files, light transport or images. It is enough for a
-//! program that reads cue sheets and wants levels over time.
+//! Invariants:
+//!
+//! - A show exists exactly when its text has no error. It then keeps the invariants of [`model`].
+//! - Time and memory are linear in the text, within the limits of the language.
+//! - Knots are whole microseconds. A knot's value is computed once, so that equal looks are equal to
+//!   the bit.
+//!
+//! This crate does not know the stage's files, light transport or images. It reads files only through
+//! [`Files`](footlight_host::files::Files). A program that reads cue sheets and wants levels over time
+//! needs no other crate.
 
 // Generators of shows for tests name this crate as others do.
 #[cfg(test)]

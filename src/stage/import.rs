@@ -32,7 +32,7 @@ pub struct Import {
 
 /// Reads the stage `path` through `files`: glTF (`.gltf`, `.glb`, or anything that begins as a GLB
 /// does) or else OBJ, images within `memory` bytes. Neighbouring triangles of one plane and one
-/// material become polygons ([`merge`]).
+/// material become polygons.
 ///
 /// # Errors
 /// [`SceneError`], with the place in the file.

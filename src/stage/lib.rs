@@ -1,9 +1,28 @@
-//! What stands on the stage: polygons, materials, lights and the eye.
+//! What stands on the stage: polygons, materials, lights and cameras.
 //!
-//! Invariants: polygons are planar, simple, finite, counter-clockwise seen from the front; only
-//! the front reflects and emits, the back is black and opaque. Coordinates are Z up
-//! ([`footlight_show::geometry`]). Lights and banks are resolved to indices here; names of the show's text
-//! stay in `show`.
+//! ```text
+//! OBJ, glTF --import--> Scene, lamps, cameras        Show, Scene --rig--> Rig
+//! ```
+//!
+//! - [`Scene`] holds [`Polygon`]s and [`Material`]s. [`Shading`] varies over a polygon, a
+//!   [`Texture`] over a material.
+//! - [`import`] reads a stage's file, [`obj`] or [`gltf`]; [`stage_file`] holds what the readers share.
+//! - [`Rig`] holds [`Light`]s and the [`Source`]s that drive them: setting `i` multiplies source `i`.
+//!   [`mod@rig`] makes it of a show's lights, and reports each light that does not fit the stage
+//!   ([`rig_error`]).
+//! - [`photometric`] reads measured luminaires. [`gobo`] prepares the images of projections, and
+//!   [`footprint`] averages them over a pixel. [`still`] reads banks that are given as images.
+//!
+//! Invariants:
+//!
+//! - Polygons are planar, simple and finite. Their vertices run counter-clockwise seen from the front.
+//! - Only the front of a polygon reflects and emits. Its back is black and opaque.
+//! - Coordinates are metres with Z up ([`footlight_show::geometry`]).
+//! - A file that is refused leaves nothing behind. Fixed limits bound memory and time, not the counts
+//!   that a file claims.
+//!
+//! This crate does not know light transport, cues or time. It resolves the names of lights and banks
+//! to indices; the text's names stay in `footlight-show`.
 
 pub mod footprint;
 pub mod gltf;

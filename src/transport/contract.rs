@@ -17,7 +17,7 @@ pub fn check_quality(quality: Quality, finest: Quality) -> Result<(), TransportE
 /// Checks that each setting has as many numbers as the rig has sources, all of them finite.
 ///
 /// # Errors
-/// [`TransportError::SceneGeometry`] if not.
+/// [`TransportError::Setting`] if not.
 pub fn check_settings(settings: &[Vec<f64>], sources: usize) -> Result<(), TransportError> {
     let fits = |s: &Vec<f64>| s.len() == sources && s.iter().all(|x| x.is_finite());
     if settings.iter().all(fits) {

@@ -1,9 +1,29 @@
-//! The operator G: light settings to pictures, at a quality, exactly linear.
+//! The operator G: light settings to images, at a quality, exactly linear.
 //!
-//! A [`Transport`] prepares a [`Setup`] (scene, rig and view) once; the [`Prepared`] operator then
-//! turns any settings, of either sign, into pictures. At one quality G is one linear operator:
-//! mesh, order and number of iterations depend on setup and quality, never on settings. Results are
-//! bit-equal for any number of threads.
+//! ```text
+//! Transport --prepare(Setup, Quality)--> Prepared --render(settings)--> images
+//! ```
+//!
+//! - A [`Transport`] prepares a [`Setup`] (scene, rig and view) once. The [`Prepared`] operator then
+//!   renders any settings, of either sign. [`Cost`] predicts the time.
+//! - [`radiosity`] chooses one of the project's two renderers for a scene: [`hemicube`] (radiosity
+//!   with exact direct light) or `gather` (final gathering by ray tracing, for many polygons). Both
+//!   stand on [`surfaces`] (scene and view) and [`direct`] (direct light), and neither knows the other.
+//! - [`layered`] adds banks that are given as images to what another operator renders.
+//! - [`outside`] starts a program as the renderer.
+//! - [`contract`] checks what every operator must check.
+//!
+//! Invariants:
+//!
+//! - At one quality G is one linear operator: mesh, order of summation and number of iterations depend
+//!   on setup and quality, never on settings.
+//! - Results are equal to the bit for any number of threads and in any company of other settings.
+//! - [`Transport::results_version`] changes whenever an image could. For the project's own renderers
+//!   `build.rs` makes it of the sources.
+//! - No operator takes more memory than [`Work`] allows; it returns [`TransportError::Memory`] instead.
+//!
+//! This crate does not know shows, cues, files of results or the store of images. It knows a light by
+//! its index in the rig.
 
 pub mod contract;
 pub mod direct;

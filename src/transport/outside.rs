@@ -120,7 +120,7 @@ pub enum OutsideError {
 pub struct RendererCall {
     /// The program.
     pub program: String,
-    /// Its arguments, with [`SETTINGS`] and [`OUTPUT`] among them.
+    /// Its arguments, with `SETTINGS` and `OUTPUT` among them.
     pub arguments: Vec<String>,
     /// Seconds that one picture may take.
     pub timeout: f64,

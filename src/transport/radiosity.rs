@@ -1,5 +1,5 @@
 //! The project's own G: radiosity with exact direct light, or final gathering by ray tracing where
-//! polygons are many ([`MANY_POLYGONS`], [`crate::gather`]).
+//! polygons are many ([`MANY_POLYGONS`], `gather`).
 //!
 //! Every light is solved once at unit strength: settings, colours and filters only scale it, so that
 //! G is linear by construction.

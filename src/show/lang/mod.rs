@@ -1,9 +1,9 @@
-//! The language of cue sheets: text in, [`Show`], places and diagnostics out.
+//! The language of cue sheets: text in, [`Show`](crate::model::Show), places and diagnostics out.
 //!
 //! `scan` cuts a text into statements, `syntax` parses each by the grammar (`grammar/lxq.pest`),
 //! `build` makes the tree of `ast`, `lower` resolves names and quantities and writes the model.
 //! Invariants: every error of a file is reported in one run; time and memory are linear in the text
-//! (within [`limits`]); a show comes out exactly when there is no error, and then keeps every
+//! (within `limits`); a show comes out exactly when there is no error, and then keeps every
 //! invariant of [`crate::model`].
 
 mod ast;
@@ -40,7 +40,7 @@ pub use explain::{Explanation, explain, pages};
 pub use format::format;
 pub use gels::gels_of_table;
 pub use levels::{SetLevel, levels};
-pub use names::{Kind, is_reserved, nearest};
+pub use names::{is_reserved, nearest};
 pub use outline::{
     Outlined, declarations, is_declaration, keywords, outline, statement_complete, statement_start,
     values, words,
@@ -48,7 +48,8 @@ pub use outline::{
 pub use parse::{Parsed, parse, parse_with_files};
 pub use preview::preview_statement;
 pub use quote::{quoted, unquote};
-pub use report::{Place, too_many};
+pub(crate) use report::Place;
+pub use report::too_many;
 pub use spans::SpanMap;
 pub use token::{Token, pieces, tokens};
 

@@ -10,7 +10,8 @@ mod orthogonal;
 mod svd;
 mod triangle;
 
-pub use bernstein::{Bernstein, binomial, mass, mass_factor, quadratic_roots};
+pub use bernstein::{Bernstein, mass, mass_factor};
+pub(crate) use bernstein::{binomial, quadratic_roots};
 pub use orthogonal::{Dependent, Orthonormal, least_squares};
 pub use svd::{SvdError, svd};
 pub use triangle::Triangle;

@@ -355,7 +355,7 @@ impl Hierarchy {
     }
 
     /// All pieces that may meet the shaft, by rising index, without those that are `hidden` behind
-    /// others ([`Solids::hidden`]).
+    /// others (`Solids::hidden`).
     pub fn occluders(
         &self,
         surfaces: &Surfaces,

@@ -84,7 +84,7 @@ pub struct SurfaceProximity {
 
 impl SurfaceProximity {
     /// One over the distance R over which reflected irradiance changes by about itself (1/m), see
-    /// [`super::interpolation`]: 0 where no surface is visible, infinite where all visible surfaces
+    /// `super::interpolation`: 0 where no surface is visible, infinite where all visible surfaces
     /// are black, as elements may be visible from close by.
     pub fn inverse_change_distance(&self) -> f32 {
         if self.mean_inverse_distance > 0.0 {
