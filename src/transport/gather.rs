@@ -8,6 +8,11 @@
 //! samples of a light on that light alone, so that a picture is exactly linear, and the same in any
 //! company and on any number of threads.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "one entry for each light, cell, ray or pixel, made together"
+)]
+
 mod bounces;
 mod bvh;
 mod cells;

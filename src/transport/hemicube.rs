@@ -95,7 +95,7 @@ pub struct HemicubeRadiosity {
     visible_shares: Vec<f64>,
     /// Allowed error of interpolated direct light, as a share of its level in the picture.
     tolerance: f64,
-    /// As [`IrradiancePrecision::near`].
+    /// As `IrradiancePrecision::near`.
     near: f64,
     fragment_receivers: Receivers,
     element_receivers: Receivers,

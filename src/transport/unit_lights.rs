@@ -1,6 +1,11 @@
 //! What both methods have in common: every light is solved once at unit strength, and any setting is
 //! composed of those.
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "one entry for each light of the rig"
+)]
+
 use crate::contract::{check_memory, check_settings};
 use crate::threads::Threads;
 use crate::{Prepared, TransportError};

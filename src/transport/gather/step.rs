@@ -23,7 +23,7 @@ pub struct GatherStep {
     /// Least and greatest side of a cell, as shares of the mean length of the camera's rays
     /// after their first hit.
     pub cells: [f64; 2],
-    /// As [`CellSettings::points`].
+    /// As `CellSettings::points`.
     pub points: f64,
     /// Radius of the irradiance filter, as a share of the mean distance (harmonic) of what the pixel
     /// sees.
