@@ -14,13 +14,14 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// What decides what a picture looks like, below `src`.
-const SOURCES: [&str; 7] = [
+const SOURCES: [&str; 8] = [
     "transport",
     "stage",
     "picture",
     "show/geometry",
     "show/geometry.rs",
     "show/hash.rs",
+    "show/units",
     "show/units.rs",
 ];
 /// The crate whose dependencies count.
