@@ -15,11 +15,13 @@ mod screen;
 mod send;
 #[cfg(feature = "serve")]
 mod serve;
+mod settings;
+mod signals;
 mod slurm;
 mod stop;
 mod work;
 
-use std::ffi::{OsStr, OsString};
+use std::ffi::OsString;
 use std::io::{self, BufWriter, IsTerminal, Read, Write};
 use std::path::Path;
 use std::process::ExitCode;
@@ -32,7 +34,7 @@ use footlight_engine::{Background, Engine, Host, PoolPlace, TEXT_LIMIT};
 use footlight_host::files::{self, Disk, Folder, Monotonic, process};
 #[cfg(feature = "lsp")]
 use footlight_lsp as lsp;
-use footlight_prompt::{Call, Console, Error, Repl, help_of, removed};
+use footlight_prompt::{Console, Error, Repl, help_of, removed};
 use footlight_report::explain::explain;
 use footlight_report::film::{Outlets, Pipe};
 use footlight_show::printable::Printable;
@@ -40,11 +42,12 @@ use footlight_transport::Transport;
 use footlight_transport::outside::{self, Outside};
 use footlight_transport::radiosity::Radiosity;
 
-use self::argument::{OwnCommand, Settings, Task};
+use self::argument::{OwnCommand, Task};
 use self::encoder::Ffmpeg;
 use self::prompt::Threads;
 use self::reports::Versions;
 use self::screen::Screen;
+use self::settings::Settings;
 use self::slurm::Slurm;
 
 /// Runs the program with the process's own arguments and returns its exit code: 0 well, 1 the show
@@ -76,7 +79,7 @@ pub fn main() -> ExitCode {
         files::return_large_blocks();
     }
     let screen = Screen::new(settings.quiet, settings.format(), settings.kitty);
-    stop::install(&screen);
+    signals::install(&screen);
     let code = match serve(&task, &settings, &screen) {
         Ok(code) => code,
         Err(error) => screen.fail(&error),
@@ -91,15 +94,16 @@ pub fn main() -> ExitCode {
 
 /// Names the replacement of the argument that an error refuses, where an earlier version had it.
 fn removed_argument(error: &clap::Error) -> Option<String> {
-    let word = |kind| match error.get(kind) {
-        Some(ContextValue::String(word)) => Some(word.as_str()),
+    let verb = std::env::args().nth(1).unwrap_or_default();
+    let kinds = [
+        ContextKind::InvalidSubcommand,
+        ContextKind::InvalidArg,
+        ContextKind::InvalidValue,
+    ];
+    kinds.into_iter().find_map(|kind| match error.get(kind) {
+        Some(ContextValue::String(word)) => removed(&verb, word.split([' ', '=']).next()?),
         _ => None,
-    };
-    let names = [ContextKind::InvalidSubcommand, ContextKind::InvalidArg].map(word);
-    let mut names = names.into_iter().flatten();
-    names
-        .find_map(|name| removed(name.split([' ', '=']).next()?))
-        .or_else(|| removed(&format!("chart {}", word(ContextKind::InvalidValue)?)))
+    })
 }
 
 /// What `footlight help go` asks for: a verb that is typed at the prompt alone.
@@ -135,16 +139,11 @@ fn sole_show(mut words: impl Iterator<Item = OsString>) -> Option<String> {
 fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error> {
     let own = match task {
         Task::Own(own) => own,
-        Task::Verb { show, call } => {
-            show_comes_first(show, call)?;
+        Task::Verb { show, verb } => {
             if let Some(time) = settings.time_limit {
-                stop::limit(time, screen);
+                signals::limit(time, screen);
             }
-            let mut repl = open(Some(show), settings, screen)?;
-            if send::is_asked(call) {
-                return send::send(&repl, call, screen);
-            }
-            let reply = repl.call(call)?;
+            let reply = open(Some(show), settings, screen)?.call(verb)?;
             screen.reply(&reply);
             return Ok(if reply.stopped {
                 screen.stop().code()
@@ -191,6 +190,12 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
             clap_complete::generate(*shell, &mut argument::command(), "footlight", &mut script);
             draw(&String::from_utf8_lossy(&script));
             Ok(0)
+        }
+        OwnCommand::Send(sent) => {
+            if let Some(time) = settings.time_limit {
+                signals::limit(time, screen);
+            }
+            send::send(&open(Some(&sent.show), settings, screen)?, sent, screen)
         }
         OwnCommand::Explain { code } => {
             print(explain(code)?);
@@ -244,22 +249,6 @@ fn serve_editor(settings: &Settings) -> Result<u8, Error> {
         lsp::End::Orderly => 0,
         lsp::End::Abrupt => 1,
     })
-}
-
-/// Refuses `plot keys show.lxq` with what was meant.
-fn show_comes_first(show: &Path, call: &Call) -> Result<(), Error> {
-    let is_file = |name: &Path| name == Path::new("-") || name.exists();
-    let is_show = |name: &Path| name.extension() == Some(OsStr::new("lxq")) && is_file(name);
-    let other = call.words.iter().map(Path::new).find(|word| is_show(word));
-    match other {
-        Some(file) if !is_file(show) => Err(Error::Usage(format!(
-            "`{0}` is no show; its file comes first: {1} {2} {0}",
-            show.display(),
-            call.verb.name,
-            file.display()
-        ))),
-        _ => Ok(()),
-    }
 }
 
 /// The largest file that a show may name, in bytes: a stage may be larger than any text, and is read

@@ -145,7 +145,7 @@ pub use footlight_host::work::{Cancelled, Progress, Work};
 pub use footlight_picture::Image;
 pub use footlight_picture::png::encode as encode_png;
 pub use footlight_picture::tone::Tone;
-pub use footlight_prompt::{Call, Console, Error as ReplError, Repl, Reply};
+pub use footlight_prompt::{Console, Error as ReplError, Repl, Reply, Verb};
 pub use footlight_report::film::{Canvas, Shown};
 pub use footlight_show::diagnostic::{Diagnostic, Diagnostics, Severity, Style};
 pub use footlight_show::geometry::{Vec3, View};

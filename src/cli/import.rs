@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::argument::Settings;
 use super::screen::Screen;
-use super::{complain, file_limit, print, stop};
+use super::settings::Settings;
+use super::{complain, file_limit, print, signals};
 use footlight_desk::{ImportError, Loss, mvr, usitt};
 use footlight_engine::{self as engine, Host};
 use footlight_host::files::{Disk, Folder, Store as _, is_same};
@@ -37,7 +37,7 @@ pub struct Imported {
 /// Writes the show and reports what is not in it.
 pub fn import(arguments: &Imported, settings: &Settings, screen: &Screen) -> Result<u8, Error> {
     if let Some(time) = settings.time_limit {
-        stop::limit(time, screen);
+        signals::limit(time, screen);
     }
     let progress = screen.progress();
     let work = Work {

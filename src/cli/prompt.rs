@@ -10,7 +10,7 @@ use rustyline::{CompletionType, Config, Editor, ExternalPrinter};
 
 use super::editor::{self, Reader};
 use super::screen::Screen;
-use super::{complain, print, stop};
+use super::{complain, print, signals};
 use footlight_engine::{Background, TEXT_LIMIT};
 use footlight_prompt::{Error, Repl, Vocabulary, finished};
 use footlight_show::printable::Printable;
@@ -160,7 +160,7 @@ pub fn converse(
     (wake, events): (Sender<Event>, &Receiver<Event>),
 ) -> Result<u8, Error> {
     let device = |e: ReadlineError| Error::Device(format!("the terminal: {e}"));
-    stop::keep_terminal();
+    signals::keep_terminal();
     let mut line_reader = LineReader::new(screen.is_coloured(), wake).map_err(device)?;
     print(repl.greeting());
     screen.stop().rearm();

@@ -1,18 +1,30 @@
 //! Open Sound Control at a port: GO from elsewhere, and where the show is.
 
-use std::net::{Ipv4Addr, SocketAddr, ToSocketAddrs as _, UdpSocket};
+use std::net::{IpAddr, SocketAddr, ToSocketAddrs as _, UdpSocket};
+
+use clap::{Args, value_parser};
 
 use super::complain;
-use super::send::{address, refused, usage};
 use footlight_desk::osc::{self, Argument};
 use footlight_desk::performance::Performance;
 use footlight_engine::Document;
-use footlight_prompt::{Call, Error};
+use footlight_prompt::Error;
 use footlight_show::timeline::TimelineError;
 use footlight_show::units::{CueNumber, Time};
 
 /// Messages that are read between two frames.
 const MOST_MESSAGES: usize = 64;
+
+/// Options of Open Sound Control.
+#[derive(Debug, Args)]
+pub struct OscOptions {
+    /// Wait for GO by OSC at this port
+    #[arg(long, value_name = "PORT", value_parser = value_parser!(u16).range(1..))]
+    osc: Option<u16>,
+    /// The machine and port to send cue and time to by OSC
+    #[arg(long, value_name = "HOST:PORT", requires = "osc", value_parser = target)]
+    osc_to: Option<SocketAddr>,
+}
 
 /// Open Sound Control: where commands come in, and where the state is sent.
 pub struct Remote {
@@ -22,23 +34,14 @@ pub struct Remote {
 }
 
 impl Remote {
-    /// Opens the port that is said, if one is.
-    pub fn open(call: &Call) -> Result<Option<Remote>, Error> {
-        let to = call.option("osc-to").map(target).transpose()?;
-        let Some(port) = call.option("osc") else {
-            return match to {
-                None => Ok(None),
-                Some(_) => usage("`--osc-to` is for `--osc`, such as `--osc 8000`"),
-            };
+    /// Opens the port that is said, if one is, at this machine's address `own`.
+    pub fn open(asked: &OscOptions, own: IpAddr) -> Result<Option<Remote>, Error> {
+        let (Some(port), to) = (asked.osc, asked.osc_to) else {
+            return Ok(None);
         };
-        let Some(port) = port.parse().ok().filter(|port: &u16| *port > 0) else {
-            return usage(format!("`{port}` is no port: 1 to 65535"));
-        };
-        let own = call
-            .option("bind")
-            .map_or(Ok(Ipv4Addr::LOCALHOST.into()), address)?;
         if to.is_some_and(|to| !to.ip().is_loopback()) && own.is_loopback() {
-            return usage("`--osc-to` leaves this machine: say an interface with `--bind`");
+            let message = "`--osc-to` leaves this machine: say an interface with `--bind`";
+            return Err(Error::Usage(message.to_owned()));
         }
         let open = UdpSocket::bind((own, port)).and_then(|socket| {
             socket.set_nonblocking(true)?;
@@ -104,14 +107,15 @@ impl Remote {
     }
 }
 
-fn target(text: &str) -> Result<SocketAddr, Error> {
+fn target(text: &str) -> Result<SocketAddr, String> {
     let found = text.to_socket_addrs().ok();
-    match found.and_then(|mut all| all.find(SocketAddr::is_ipv4)) {
-        Some(found) => Ok(found),
-        None => usage(format!(
-            "`{text}` is no machine with a port, such as 127.0.0.1:9000"
-        )),
-    }
+    let found = found.and_then(|mut all| all.find(SocketAddr::is_ipv4));
+    found.ok_or_else(|| format!("`{text}` is no machine with a port, such as 127.0.0.1:9000"))
+}
+
+/// Cues that make no timeline.
+pub fn refused(_: Vec<TimelineError>) -> Error {
+    Error::Usage("the cues make no timeline when they are started so".to_owned())
 }
 
 /// Does what a message asks for; what is not known is left alone. A button sends 1 when it is pressed

@@ -1,15 +1,17 @@
-//! `play` onto the lighting network: E1.31 and Art-Net out, OSC in and out.
+//! `send`: a show onto the lighting network; E1.31 and Art-Net out, OSC in and out.
 //!
 //! Nothing is sent beyond this machine unless the address of an interface is said, and nothing listens
 //! unless a port is.
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs as _, UdpSocket};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::remote::Remote;
+use clap::{Args, value_parser};
+
+use super::remote::{OscOptions, Remote, refused};
 use super::screen::Screen;
 use super::{complain, print};
 use footlight_desk::patch::{Frames, Patch};
@@ -17,8 +19,8 @@ use footlight_desk::performance::Performance;
 use footlight_desk::wire::{self, Sender};
 use footlight_engine::{self as engine, Document};
 use footlight_host::files::{Disk, Store as _};
-use footlight_prompt::{Call, Error, Repl};
-use footlight_show::timeline::{Timeline, TimelineError};
+use footlight_prompt::{Error, Repl};
+use footlight_show::timeline::Timeline;
 use footlight_show::units::Time;
 
 /// Frames a second: as many as DMX512 carries.
@@ -26,16 +28,42 @@ const RATE: u32 = 44;
 /// Bytes of a patch file.
 const PATCH_LIMIT: u64 = 1 << 20;
 
-/// True where a `play` is to be sent.
-pub fn is_asked(call: &Call) -> bool {
-    call.verb.name == "play" && (call.has("sacn") || call.has("artnet"))
+/// Arguments of `send`.
+#[derive(Debug, Args)]
+pub struct Sent {
+    /// The show's file (.lxq); `-` reads standard input
+    #[arg(id = "SHOW")]
+    pub show: PathBuf,
+    /// Send as E1.31 (sACN), from universe N on, 44 frames a second
+    #[arg(long, value_name = "N", required_unless_present = "artnet")]
+    #[arg(value_parser = value_parser!(u16).range(1..=63_999))]
+    sacn: Option<u16>,
+    /// The machine to send sACN to, in place of multicast
+    #[arg(long, value_name = "HOST", requires = "sacn", value_parser = host)]
+    to: Option<IpAddr>,
+    /// The priority of sACN, 0 to 200
+    #[arg(long, value_name = "P", requires = "sacn", default_value = "100")]
+    #[arg(value_parser = value_parser!(u8).range(0..=200))]
+    priority: u8,
+    /// Send as Art-Net to this machine or broadcast address
+    #[arg(long, value_name = "HOST", value_parser = host)]
+    artnet: Option<IpAddr>,
+    /// The interface to send from and listen at (default: 127.0.0.1)
+    #[arg(long, value_name = "ADDRESS", value_parser = value_parser!(Ipv4Addr))]
+    bind: Option<Ipv4Addr>,
+    /// The addresses of banks (default: their channels)
+    #[arg(long, value_name = "FILE")]
+    patch: Option<PathBuf>,
+    #[command(flatten)]
+    osc: OscOptions,
 }
 
 /// Sends the show until its end, or until it is stopped.
-pub fn send(repl: &Repl, call: &Call, screen: &Screen) -> Result<u8, Error> {
+pub fn send(repl: &Repl, asked: &Sent, screen: &Screen) -> Result<u8, Error> {
     let document = repl.engine().document();
-    let mut network = Network::open(call, document)?;
-    let remote = Remote::open(call)?;
+    let mut network = Network::open(asked, document)?;
+    let own = asked.bind.unwrap_or(Ipv4Addr::LOCALHOST);
+    let remote = Remote::open(&asked.osc, own.into())?;
     print(network.describe(remote.as_ref()));
     let show = document.show();
     let mut run = match remote {
@@ -98,13 +126,8 @@ fn lost(error: io::Error) -> Error {
     Error::Device(format!("the network: {error}"))
 }
 
-/// Cues that make no timeline.
-pub fn refused(_: Vec<TimelineError>) -> Error {
-    Error::Usage("the cues make no timeline when they are started so".to_owned())
-}
-
 /// A request that is wrong.
-pub fn usage<T>(message: impl Into<String>) -> Result<T, Error> {
+fn usage<T>(message: impl Into<String>) -> Result<T, Error> {
     Err(Error::Usage(message.into()))
 }
 
@@ -149,17 +172,14 @@ struct Network {
 }
 
 impl Network {
-    fn open(call: &Call, document: &Document) -> Result<Network, Error> {
-        let bind = call.option("bind").map(address).transpose()?;
-        let sacn = call.option("sacn").map(universe).transpose()?;
-        let to = call.option("to").map(host).transpose()?;
-        let artnet = call.option("artnet").map(host).transpose()?;
-        if call.has("from") || call.has("cue") {
-            return usage("`--from` and `--cue` are not for sending: it begins at the start");
-        }
-        if sacn.is_none() && (to.is_some() || call.has("priority")) {
-            return usage("`--to` and `--priority` are for `--sacn`");
-        }
+    fn open(asked: &Sent, document: &Document) -> Result<Network, Error> {
+        let Sent {
+            sacn,
+            to,
+            artnet,
+            bind,
+            ..
+        } = *asked;
         let outside = |host: IpAddr| !host.is_loopback();
         if bind.is_none() && sacn.is_some() && to.is_none_or(outside) {
             return usage(
@@ -173,7 +193,7 @@ impl Network {
                  `--bind 192.168.1.20`, or try it with `--artnet 127.0.0.1`",
             );
         }
-        let (patch, mut notes) = patch(call.path("patch"), document)?;
+        let (patch, mut notes) = patch(asked.patch.as_deref(), document)?;
         if bind.is_some_and(|own| own.is_unspecified()) {
             notes.push(
                 "0.0.0.0 is no interface: the system chooses by which one it goes out".to_owned(),
@@ -191,7 +211,7 @@ impl Network {
         if artnet.is_some() && universes > wire::MOST_PORTS {
             return usage("Art-Net has 32768 universes");
         }
-        let own = bind.unwrap_or(Ipv4Addr::LOCALHOST.into());
+        let own = bind.unwrap_or(Ipv4Addr::LOCALHOST);
         let socket = UdpSocket::bind((own, 0)).map_err(|error| {
             Error::Device(format!(
                 "no interface of this machine has the address {own}: {error}"
@@ -208,7 +228,7 @@ impl Network {
             source: Sender {
                 cid: cid(),
                 name: format!("Footlight: {}", document.show().title),
-                priority: call.option("priority").map_or(Ok(100), priority)?,
+                priority: asked.priority,
             },
             sequence: 0,
             notes,
@@ -301,36 +321,10 @@ fn cid() -> [u8; 16] {
     out
 }
 
-fn universe(text: &str) -> Result<u16, Error> {
-    match text.parse() {
-        Ok(universe @ 1..=63_999) => Ok(universe),
-        _ => usage(format!("`{text}` is no universe: 1 to 63999")),
-    }
-}
-
-fn priority(text: &str) -> Result<u8, Error> {
-    match text.parse() {
-        Ok(priority @ 0..=200) => Ok(priority),
-        _ => usage(format!("`{text}` is no priority: 0 to 200")),
-    }
-}
-
-/// The address of an interface.
-pub fn address(text: &str) -> Result<IpAddr, Error> {
-    match text.parse::<Ipv4Addr>() {
-        Ok(address) => Ok(address.into()),
-        Err(_) => usage(format!(
-            "`{text}` is no address of an interface, such as 192.168.1.20"
-        )),
-    }
-}
-
 /// The address of a machine by its name or number.
-fn host(text: &str) -> Result<IpAddr, Error> {
+fn host(text: &str) -> Result<IpAddr, String> {
     let found = (text, 0).to_socket_addrs().ok();
     let found = found.and_then(|mut all| all.find(SocketAddr::is_ipv4));
-    match found {
-        Some(found) => Ok(found.ip()),
-        None => usage(format!("there is no machine `{text}`")),
-    }
+    let found = found.map(|found| found.ip());
+    found.ok_or_else(|| format!("there is no machine `{text}`"))
 }

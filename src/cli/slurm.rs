@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use super::argument::Settings;
+use super::settings::Settings;
 use footlight_host::files::process::quote;
 use footlight_report::farm::Farm;
 

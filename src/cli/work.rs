@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use clap::Args;
 
-use super::argument::{Settings, time_limit};
 use super::screen::Screen;
-use super::{host, print, stop};
+use super::settings::{Settings, time_limit};
+use super::{host, print, signals};
 use footlight_engine::{self as engine, Engine, LEASE, Task, TaskList, TaskState, Worked};
 use footlight_host::files::Disk;
 use footlight_prompt::Error;
@@ -36,7 +36,7 @@ pub struct Worker {
 /// Renders a task, or all that are free.
 pub fn work(told: &Worker, settings: &Settings, screen: &Screen) -> Result<u8, Error> {
     if let Some(time) = settings.time_limit {
-        stop::limit(time, screen);
+        signals::limit(time, screen);
     }
     let list = read(&told.tasks, settings)?;
     let chosen = match told.task {

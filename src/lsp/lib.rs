@@ -20,6 +20,7 @@ mod request;
 mod server;
 mod text;
 mod transport;
+mod workspace;
 
 use std::io::ErrorKind::{BrokenPipe, UnexpectedEof};
 use std::path::Path;

@@ -22,8 +22,8 @@ use serde_json::Value;
 use super::background::{Failure, Stop, Work};
 use super::diagnostic::diagnostic_of;
 use super::open_show::{OpenShow, name_at};
-use super::server::{Server, key};
 use super::text::{Encoding, Lines};
+use super::workspace::{Workspace, key};
 use super::{action, complete, hover, name, outline};
 use footlight_engine as engine;
 use footlight_show::diagnostic::Diagnostic;
@@ -53,75 +53,75 @@ pub fn needs_only_text(method: &str) -> bool {
 ///
 /// # Errors
 /// Of an unknown method, of parameters that are not the method's, and of what cannot be done.
-pub fn answer(server: &Server<'_>, method: &str, params: Value) -> Result<Answer, Failure> {
-    let encoding = server.encoding;
+pub fn answer(workspace: &Workspace, method: &str, params: Value) -> Result<Answer, Failure> {
+    let encoding = workspace.encoding;
     match method {
         Completion::METHOD => now::<Completion>(params, |asked| {
-            let found = place(server, &asked.text_document_position);
+            let found = place(workspace, &asked.text_document_position);
             let offer = |(show, text, at): Place<'_>| complete::complete(show, &text, at, encoding);
             found.map(offer).map(CompletionResponse::Array)
         }),
         HoverRequest::METHOD => now::<HoverRequest>(params, |asked| {
-            hover(server, &asked.text_document_position_params)
+            hover(workspace, &asked.text_document_position_params)
         }),
         PrepareRenameRequest::METHOD => now::<PrepareRenameRequest>(params, |asked| {
-            let found = place(server, &asked).and_then(|(_, text, at)| {
+            let found = place(workspace, &asked).and_then(|(_, text, at)| {
                 let range = name_at(&text, at)?;
                 Some(Lines::new(&text, encoding).range(&range))
             });
             found.map(PrepareRenameResponse::Range)
         }),
         InlayHintRequest::METHOD => now::<InlayHintRequest>(params, |asked| {
-            let found = server.at(&asked.text_document.uri);
+            let found = workspace.at(&asked.text_document.uri);
             found.map(|(show, text)| outline::hints(show, &text, encoding))
         }),
         CodeLensRequest::METHOD => now::<CodeLensRequest>(params, |asked| {
             let uri = asked.text_document.uri;
-            let found = server.at(&uri);
+            let found = workspace.at(&uri);
             found.map(|(show, text)| outline::lenses(show, (&text, &uri), encoding))
         }),
-        GotoDefinition::METHOD => later::<GotoDefinition>(server, params, |_, texts, _| {
+        GotoDefinition::METHOD => later::<GotoDefinition>(workspace, params, |_, texts, _| {
             let declares = |declares: bool| declares;
             let found = name::locations(&texts.show, texts.here(), declares, texts.encoding);
             Ok(Some(GotoDefinitionResponse::Array(found)))
         }),
-        References::METHOD => later::<References>(server, params, |asked, texts, _| {
+        References::METHOD => later::<References>(workspace, params, |asked, texts, _| {
             let with_declarations = asked.context.include_declaration;
             let wanted = |declares: bool| with_declarations || !declares;
             let found = name::locations(&texts.show, texts.here(), wanted, texts.encoding);
             Ok(Some(found))
         }),
         DocumentHighlightRequest::METHOD => {
-            later::<DocumentHighlightRequest>(server, params, |_, texts, _| {
+            later::<DocumentHighlightRequest>(workspace, params, |_, texts, _| {
                 Ok(Some(name::highlights(texts.here(), texts.encoding)))
             })
         }
-        Rename::METHOD => later::<Rename>(server, params, |asked, texts, _| {
+        Rename::METHOD => later::<Rename>(workspace, params, |asked, texts, _| {
             let edit = name::rename(&texts.show, texts.here(), &asked.new_name, texts.encoding);
             edit.map(Some)
                 .map_err(|why| (ErrorCode::RequestFailed, why))
         }),
         CodeActionRequest::METHOD => {
-            later::<CodeActionRequest>(server, params, |asked, texts, stop| {
+            later::<CodeActionRequest>(workspace, params, |asked, texts, stop| {
                 Ok(Some(actions(&asked, texts, stop)))
             })
         }
         Formatting::METHOD => {
-            later::<Formatting>(server, params, |_, texts, _| Ok(Some(formatted(texts))))
+            later::<Formatting>(workspace, params, |_, texts, _| Ok(Some(formatted(texts))))
         }
         DocumentSymbolRequest::METHOD => {
-            later::<DocumentSymbolRequest>(server, params, |_, texts, stop| {
+            later::<DocumentSymbolRequest>(workspace, params, |_, texts, stop| {
                 let symbols = outline::symbols(&texts.text, texts.encoding, stop);
                 Ok(Some(DocumentSymbolResponse::Nested(symbols)))
             })
         }
         FoldingRangeRequest::METHOD => {
-            later::<FoldingRangeRequest>(server, params, |_, texts, stop| {
+            later::<FoldingRangeRequest>(workspace, params, |_, texts, stop| {
                 Ok(Some(outline::folds(&texts.text, texts.encoding, stop)))
             })
         }
         SemanticTokensFullRequest::METHOD => {
-            later::<SemanticTokensFullRequest>(server, params, |_, texts, stop| {
+            later::<SemanticTokensFullRequest>(workspace, params, |_, texts, stop| {
                 let data = outline::pieces(&texts.text, texts.encoding, stop);
                 let result_id = None;
                 let tokens = SemanticTokens { result_id, data };
@@ -129,7 +129,7 @@ pub fn answer(server: &Server<'_>, method: &str, params: Value) -> Result<Answer
             })
         }
         DocumentLinkRequest::METHOD => {
-            later::<DocumentLinkRequest>(server, params, |_, texts, stop| {
+            later::<DocumentLinkRequest>(workspace, params, |_, texts, stop| {
                 let links = outline::links(&texts.show, &texts.text, texts.encoding, stop);
                 Ok(Some(links))
             })
@@ -165,7 +165,7 @@ struct About {
 
 /// Has a request of a type about an open text answered; nothing where it is not open.
 fn later<R: Request>(
-    server: &Server<'_>,
+    workspace: &Workspace,
     params: Value,
     answered: impl FnOnce(R::Params, &Texts, &Stop) -> Result<R::Result, Failure> + Send + 'static,
 ) -> Result<Answer, Failure>
@@ -176,7 +176,7 @@ where
     let asked = parameters::<R>(params)?;
     let about = about.map_err(invalid)?;
     let uri = about.text_document.uri;
-    let Some((show, text)) = server.at(&uri) else {
+    let Some((show, text)) = workspace.at(&uri) else {
         return Ok(Answer::Now(Value::Null));
     };
     let root = show.path().to_owned();
@@ -185,7 +185,7 @@ where
         text,
         position: about.position,
         uri,
-        encoding: server.encoding,
+        encoding: workspace.encoding,
     };
     let work = move |stop: &Stop| written::<R>(&answered(asked, &texts, stop)?);
     Ok(Answer::Later(root, Box::new(work)))
@@ -224,21 +224,21 @@ impl Texts {
 type Place<'s> = (&'s OpenShow, Arc<String>, usize);
 
 /// What stands at a position.
-fn place<'s>(server: &'s Server<'_>, position: &TextDocumentPositionParams) -> Option<Place<'s>> {
-    let (show, text) = server.at(&position.text_document.uri)?;
-    let at = Lines::new(&text, server.encoding).byte(position.position);
+fn place<'s>(workspace: &'s Workspace, position: &TextDocumentPositionParams) -> Option<Place<'s>> {
+    let (show, text) = workspace.at(&position.text_document.uri)?;
+    let at = Lines::new(&text, workspace.encoding).byte(position.position);
     Some((show, text, at))
 }
 
-fn hover(server: &Server<'_>, position: &TextDocumentPositionParams) -> Option<Hover> {
-    let (show, text, at) = place(server, position)?;
+fn hover(workspace: &Workspace, position: &TextDocumentPositionParams) -> Option<Hover> {
+    let (show, text, at) = place(workspace, position)?;
     let (words, range) = hover::hover(show, &text, at)?;
     Some(Hover {
         contents: HoverContents::Markup(MarkupContent {
             kind: MarkupKind::Markdown,
             value: words,
         }),
-        range: Some(Lines::new(&text, server.encoding).range(&range)),
+        range: Some(Lines::new(&text, workspace.encoding).range(&range)),
     })
 }
 

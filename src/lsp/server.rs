@@ -1,6 +1,6 @@
 //! The state of a server, and the messages that change it.
 
-use std::collections::{BTreeMap, BTreeSet, VecDeque};
+use std::collections::{BTreeSet, VecDeque};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
@@ -20,13 +20,14 @@ use lsp_types::{
 use serde_json::Value;
 
 use super::background::Background;
-use super::buffers::{Buffer, Buffers, path_of};
+use super::buffers::Buffer;
 use super::diagnostic::diagnostic_of;
 use super::open_show::{OpenShow, root_of};
 use super::outline::PICTURE;
 use super::picture::{Client, Job, Pictures};
 use super::request::{self, Answer};
 use super::text::Encoding;
+use super::workspace::{Workspace, key};
 use super::{End, Means};
 use footlight_show::units::CueNumber;
 
@@ -36,14 +37,9 @@ const AFTER_KEYSTROKE: Duration = Duration::from_millis(100);
 /// A server and its client.
 pub struct Server<'c> {
     connection: &'c Connection,
-    pub means: Means,
-    pub encoding: Encoding,
+    means: Means,
     client: Client,
-    buffers: Buffers,
-    /// By the file that includes all others.
-    shows: BTreeMap<PathBuf, OpenShow>,
-    /// Of each open text the show that it belongs to.
-    roots: BTreeMap<PathBuf, PathBuf>,
+    workspace: Workspace,
     /// Shows whose text was changed since it was read.
     changed: BTreeSet<PathBuf>,
     /// Messages that came in and are not worked off.
@@ -67,11 +63,8 @@ impl<'c> Server<'c> {
             pictures: Pictures::new(connection.sender.clone()),
             connection,
             means,
-            encoding,
             client,
-            buffers: Buffers::default(),
-            shows: BTreeMap::new(),
-            roots: BTreeMap::new(),
+            workspace: Workspace::new(encoding),
             changed: BTreeSet::new(),
             queue: VecDeque::new(),
             left: false,
@@ -167,7 +160,7 @@ impl<'c> Server<'c> {
                 read::<DidCloseTextDocument>(params).map(|params| self.close(&params))
             }
             DidChangeWatchedFiles::METHOD => {
-                self.changed.extend(self.shows.keys().cloned());
+                self.changed.extend(self.workspace.shows.keys().cloned());
                 None
             }
             WorkDoneProgressCancel::METHOD => {
@@ -186,16 +179,19 @@ impl<'c> Server<'c> {
             version: opened.version,
             uri: opened.uri,
         };
-        self.buffers.open(path.clone(), buffer);
+        self.workspace.buffers.open(path.clone(), buffer);
         self.find_roots();
-        self.changed.extend(self.roots.get(&path).cloned());
+        self.changed
+            .extend(self.workspace.roots.get(&path).cloned());
     }
 
     fn change(&mut self, params: DidChangeTextDocumentParams) {
         let (path, version) = (key(&params.text_document.uri), params.text_document.version);
         let changes = params.content_changes;
-        self.buffers.change(&path, version, changes, self.encoding);
-        if let Some(root) = self.roots.get(&path) {
+        self.workspace
+            .buffers
+            .change(&path, version, changes, self.workspace.encoding);
+        if let Some(root) = self.workspace.roots.get(&path) {
             self.background.outdate(root);
             self.changed.insert(root.clone());
         }
@@ -203,7 +199,12 @@ impl<'c> Server<'c> {
 
     fn save(&mut self, params: &DidSaveTextDocumentParams) {
         self.find_roots();
-        let Some(root) = self.roots.get(&key(&params.text_document.uri)).cloned() else {
+        let Some(root) = self
+            .workspace
+            .roots
+            .get(&key(&params.text_document.uri))
+            .cloned()
+        else {
             return;
         };
         // Files that the show names may have changed as well.
@@ -217,37 +218,37 @@ impl<'c> Server<'c> {
     fn close(&mut self, params: &DidCloseTextDocumentParams) {
         let uri = &params.text_document.uri;
         let path = key(uri);
-        let root = self.roots.remove(&path);
-        self.buffers.close(&path);
+        let root = self.workspace.roots.remove(&path);
+        self.workspace.buffers.close(&path);
         self.publish(uri, Vec::new(), None);
         self.find_roots();
-        let root = root.filter(|root| self.shows.contains_key(root));
+        let root = root.filter(|root| self.workspace.shows.contains_key(root));
         self.changed.extend(root);
     }
 
     /// Finds the show that each open text belongs to, and forgets shows without one.
     fn find_roots(&mut self) {
-        for path in self.buffers.paths() {
-            let root = root_of(&path, &self.buffers);
-            let before = self.roots.insert(path, root.clone());
+        for path in self.workspace.buffers.paths() {
+            let root = root_of(&path, &self.workspace.buffers);
+            let before = self.workspace.roots.insert(path, root.clone());
             if before.as_ref() != Some(&root) {
                 self.changed.insert(root);
             }
         }
-        let roots: BTreeSet<&PathBuf> = self.roots.values().collect();
-        self.shows.retain(|path, _| roots.contains(path));
+        let roots: BTreeSet<&PathBuf> = self.workspace.roots.values().collect();
+        self.workspace.shows.retain(|path, _| roots.contains(path));
         self.changed.retain(|path| roots.contains(path));
     }
 
     /// Reads the shows again whose texts were changed, and says what is wrong with them.
     fn read_changed(&mut self) {
         for path in std::mem::take(&mut self.changed) {
-            let Some(text) = self.buffers.text(&path) else {
+            let Some(text) = self.workspace.buffers.text(&path) else {
                 continue;
             };
             let limits = self.means.limits;
-            let buffers = &self.buffers;
-            let show = self.shows.entry(path.clone());
+            let buffers = &self.workspace.buffers;
+            let show = self.workspace.shows.entry(path.clone());
             let show = show.or_insert_with(|| OpenShow::new(&path, buffers, limits));
             show.update(&text);
             self.publish_all(&path);
@@ -256,13 +257,17 @@ impl<'c> Server<'c> {
 
     /// Sends the diagnostics of each open file of a show.
     fn publish_all(&self, root: &Path) {
-        let Some(show) = self.shows.get(root) else {
+        let Some(show) = self.workspace.shows.get(root) else {
             return;
         };
-        let lines = show.lines(self.encoding);
-        for path in self.buffers.paths() {
-            let is_own = self.roots.get(&path).is_some_and(|own| own == root);
-            let Some(buffer) = self.buffers.get(&path).filter(|_| is_own) else {
+        let lines = show.lines(self.workspace.encoding);
+        for path in self.workspace.buffers.paths() {
+            let is_own = self
+                .workspace
+                .roots
+                .get(&path)
+                .is_some_and(|own| own == root);
+            let Some(buffer) = self.workspace.buffers.get(&path).filter(|_| is_own) else {
                 continue;
             };
             let list = show.diagnostics().list.iter();
@@ -293,7 +298,7 @@ impl<'c> Server<'c> {
         let is_known = self
             .changed
             .iter()
-            .all(|path| self.shows.contains_key(path));
+            .all(|path| self.workspace.shows.contains_key(path));
         if !is_known || !request::needs_only_text(&method) {
             self.read_changed();
         }
@@ -306,7 +311,7 @@ impl<'c> Server<'c> {
                 Ok(()) => return,
                 Err(why) => Err((ErrorCode::InvalidParams, why)),
             },
-            _ => match request::answer(self, &method, params) {
+            _ => match request::answer(&self.workspace, &method, params) {
                 Ok(Answer::Later(show, work)) => return self.background.begin(id, show, work),
                 Ok(Answer::Now(value)) => Ok(value),
                 Err(failure) => Err(failure),
@@ -316,13 +321,6 @@ impl<'c> Server<'c> {
             Ok(value) => self.send(Response::new_ok(id, value)),
             Err((code, why)) => self.fail(id, code, why),
         }
-    }
-
-    /// The show and the text of an address.
-    pub fn at(&self, uri: &Uri) -> Option<(&OpenShow, Arc<String>)> {
-        let path = key(uri);
-        let show = self.shows.get(self.roots.get(&path)?)?;
-        Some((show, self.buffers.text(&path)?))
     }
 
     /// Begins a command; its answer comes when it is done.
@@ -338,14 +336,19 @@ impl<'c> Server<'c> {
         let uri: Uri = serde_json::from_value(uri.clone()).map_err(|e| e.to_string())?;
         let cue = cue.as_str().and_then(CueNumber::parse);
         let cue = cue.ok_or("a cue is written as \"2.5\"")?;
-        let root = self.roots.get(&key(&uri)).cloned();
+        let root = self.workspace.roots.get(&key(&uri)).cloned();
         let root = root.ok_or("the show is not open")?;
         self.make_picture(Some(id.clone()), &root, cue);
         Ok(())
     }
 
     fn make_picture(&mut self, id: Option<RequestId>, root: &Path, cue: CueNumber) {
-        let Some((show, text)) = self.shows.get(root).zip(self.buffers.text(root)) else {
+        let Some((show, text)) = self
+            .workspace
+            .shows
+            .get(root)
+            .zip(self.workspace.buffers.text(root))
+        else {
             return;
         };
         let files = Box::new(show.files().clone());
@@ -359,11 +362,6 @@ impl<'c> Server<'c> {
             client: self.client,
         });
     }
-}
-
-/// What a text is known by: its path, or its address where it has none.
-pub fn key(uri: &Uri) -> PathBuf {
-    path_of(uri).unwrap_or_else(|| PathBuf::from(uri.as_str()))
 }
 
 fn request_id(id: &Value) -> Option<RequestId> {

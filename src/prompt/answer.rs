@@ -13,8 +13,9 @@ pub(super) mod text;
 
 use std::path::Path;
 
+use super::Error;
 use super::error::usage;
-use super::{Error, Repl, Reply};
+use super::repl::{Repl, Reply};
 use footlight_report::chart::{Drawing, Theme};
 use footlight_report::record::Record;
 use footlight_report::{self as report, format};

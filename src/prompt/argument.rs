@@ -1,18 +1,64 @@
-//! Words behind a verb as values.
+//! Values of options and words: how they are read, and what they mean in a show.
 
-use super::error::usage;
-use super::{Call, Error};
-use footlight_engine::{Engine, Goal, LiveControl, Way};
-use footlight_picture::exr::Precision;
-use footlight_picture::y4m::Chroma;
-use footlight_report::layers::Layers;
-use footlight_report::target::TargetOptions;
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser};
+
+use super::Error;
+use footlight_engine::{Engine, LiveControl, Way};
 use footlight_show::lang;
 use footlight_show::units::{CueNumber, Time, Tolerance};
 use footlight_transport::Quality;
 
+/// A file or folder to write. Only [`crate::Repl`] gives its path, so that no verb writes over
+/// the show's own files.
+#[derive(Clone, Debug)]
+pub struct Output(pub(super) PathBuf);
+
+impl From<OsString> for Output {
+    fn from(path: OsString) -> Output {
+        Output(path.into())
+    }
+}
+
+/// The option of verbs that make pictures.
+#[derive(Args, Clone, Debug, Default)]
+pub struct FromView {
+    /// The view to look from (default: the first)
+    #[arg(long, value_name = "VIEW")]
+    pub view: Option<String>,
+}
+
+/// The option of verbs that plan pictures.
+#[derive(Args, Clone, Debug, Default)]
+pub struct ByWay {
+    /// How an error is reached: coarse pictures and mixtures (paper), or every bank at one step of
+    /// quality (alone) (default: auto)
+    #[arg(long, value_name = "WAY", value_parser = one_of(WAYS))]
+    pub way: Option<Way>,
+}
+
+const WAYS: &[(&str, Way)] = &[
+    ("auto", Way::Auto),
+    ("paper", Way::Paper),
+    ("alone", Way::Alone),
+];
+
+/// A parser of words that stand for values.
+pub fn one_of<T: Copy + Send + Sync + 'static>(
+    words: &'static [(&'static str, T)],
+) -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(words.iter().map(|(word, _)| *word)).try_map(move |word: String| {
+        let mut known = words.iter();
+        let found = known.find(|(name, _)| *name == word);
+        found.map(|(_, value)| *value).ok_or("an unknown word")
+    })
+}
+
 /// `2%` or `0.02`; between 0 and 1.
-pub fn fraction(text: &str) -> Result<f64, Error> {
+fn fraction(text: &str) -> Result<f64, String> {
     let meant = match text.parse::<f64>() {
         Ok(percent) if percent > 1.0 && percent <= 100.0 => format!("`{percent}%`"),
         _ => "`2%` or `0.02`".to_owned(),
@@ -21,166 +67,142 @@ pub fn fraction(text: &str) -> Result<f64, Error> {
         Some(number) => number.trim().parse::<f64>().map(|p| p / 100.0),
         None => text.parse::<f64>(),
     };
-    value
-        .ok()
-        .filter(|v| (0.0..=1.0).contains(v))
-        .ok_or_else(|| Error::Usage(format!("`{text}` is not an error; write {meant}")))
+    let value = value.ok().filter(|v| (0.0..=1.0).contains(v));
+    value.ok_or_else(|| format!("`{text}` is not an error; write {meant}"))
 }
 
 /// `2%` or `0.02` of the light, or `1.5 steps` as displayed.
-pub fn error(text: &str) -> Result<Tolerance, Error> {
+pub fn error(text: &str) -> Result<Tolerance, String> {
     match Tolerance::parse_steps(text) {
         Some(steps) => Ok(steps),
-        None if text.ends_with("step") || text.ends_with("steps") => usage(format!(
+        None if text.ends_with("step") || text.ends_with("steps") => Err(format!(
             "`{text}` is not an error; write steps of 255 as 1.5steps"
         )),
         None => fraction(text).map(Tolerance::from),
     }
 }
 
-/// The error that an option allows; without it the show's own tolerance.
-pub fn tolerance(engine: &Engine, call: &Call, option: &str) -> Result<Tolerance, Error> {
-    let said = call.option(option).map(error).transpose()?;
-    Ok(said.unwrap_or(engine.show().preview.tolerance))
+/// `5`, `1.5s`, `1:30`, `250ms`.
+pub fn duration(text: &str) -> Result<Time, String> {
+    let time = lang::time(text);
+    time.ok_or_else(|| format!("`{text}` is not a time; write it as 5, 1.5s or 1:30"))
 }
 
-/// `5`, `1.5s`, `1:30`, `250ms`.
-pub fn duration(text: &str) -> Result<Time, Error> {
-    lang::time(text).ok_or_else(|| {
-        Error::Usage(format!(
-            "`{text}` is not a time; write it as 5, 1.5s or 1:30"
-        ))
-    })
+/// `3`, or `4/6`: the times of what goes up and of what goes down.
+pub fn fade_times(text: &str) -> Result<(Time, Time), String> {
+    match text.split_once('/') {
+        Some((up, down)) => Ok((duration(up)?, duration(down)?)),
+        None => duration(text).map(|time| (time, time)),
+    }
 }
 
 /// A whole number of images.
-pub fn whole(text: &str) -> Result<usize, Error> {
-    text.parse()
-        .map_err(|_| Error::Usage(format!("`{text}` is not a whole number")))
-}
-
-/// A moment of the show: a time, or `cue 5` (complete), `cue 5 + 2s` (after its GO).
-pub fn time_of(engine: &Engine, words: &[&str]) -> Result<Time, Error> {
-    let joined = words.join(" ");
-    let Some(rest) = joined.strip_prefix("cue ") else {
-        return match words {
-            [word] => time(engine, word),
-            _ => usage("say one moment: 1:30, cue 5 or cue 5 + 2s"),
-        };
-    };
-    let (number, after) = match rest.split_once('+') {
-        Some((number, after)) => (number.trim(), Some(duration(after.trim())?)),
-        None => (rest, None),
-    };
-    let number = cue(engine, number)?;
-    Ok(LiveControl::moment_of(engine.document(), number, after)?)
-}
-
-/// A time within the show.
-pub fn time(engine: &Engine, text: &str) -> Result<Time, Error> {
-    let time = duration(text)?;
-    engine.document().check_time(time)?;
-    Ok(time)
-}
-
-/// A step of quality.
-pub fn quality(engine: &Engine, text: &str) -> Result<Quality, Error> {
-    let finest = engine.estimate().finest().0;
-    let number = text.parse().ok().filter(|q| (1..=finest).contains(q));
-    number.map(Quality).ok_or_else(|| {
-        Error::Usage(format!(
-            "`{text}` is not a quality; the scale is 1 to {finest}, {finest} is the finest"
-        ))
-    })
+pub fn whole(text: &str) -> Result<usize, String> {
+    let number = text.parse().ok();
+    number.ok_or_else(|| format!("`{text}` is not a whole number"))
 }
 
 /// `50%`, as a share of 1.
-pub fn share(text: &str) -> Result<f64, Error> {
+pub fn share(text: &str) -> Result<f64, String> {
     let percent = text.strip_suffix('%').and_then(|t| t.parse::<f64>().ok());
     let percent = percent.filter(|p| (0.0..=100.0).contains(p));
     percent
         .map(|p| p / 100.0)
-        .ok_or_else(|| Error::Usage(format!("`{text}` is no part of a cue; write it as 50%")))
+        .ok_or_else(|| format!("`{text}` is no part of a cue; write it as 50%"))
 }
 
-/// The number of a cue of the show.
-pub fn cue(engine: &Engine, text: &str) -> Result<CueNumber, Error> {
-    let cues = &engine.show().cues;
+/// `-1.5`, in stops.
+pub fn exposure(text: &str) -> Result<f64, String> {
+    let stops = text.parse::<f64>().ok();
+    let stops = stops.filter(|stops| (-30.0..=30.0).contains(stops));
+    stops.ok_or_else(|| format!("`{text}` is no exposure: it is -30 to 30 stops"))
+}
+
+/// `12` or `2.5`.
+pub fn number(text: &str) -> Result<CueNumber, String> {
     let number = CueNumber::parse(text);
-    let found = number.filter(|n| cues.iter().any(|cue| cue.number == *n));
-    found.ok_or_else(|| {
-        let known: Vec<String> = cues.iter().take(12).map(|c| c.number.to_string()).collect();
-        let more = if cues.len() > 12 { " …" } else { "" };
-        Error::Usage(format!(
-            "there is no cue `{text}`; there are {}{more}",
-            known.join(", ")
-        ))
-    })
+    number.ok_or_else(|| format!("`{text}` is not a cue number; write it as 12 or 2.5"))
 }
 
-/// What `refine` is asked for.
-pub fn goal(call: &Call) -> Result<Goal, Error> {
-    Ok(match call.words().as_slice() {
-        [] => Goal::default(),
-        ["until", text] => Goal::until(error(text)?),
-        ["until", number, unit @ ("step" | "steps")] => {
-            Goal::until(error(&format!("{number}{unit}"))?)
+/// A step of quality, of however many.
+pub fn step(text: &str) -> Result<Quality, String> {
+    let step = text.parse().ok().filter(|step| *step > 0);
+    step.map(Quality)
+        .ok_or_else(|| format!("`{text}` is not a quality; the steps are 1, 2, 3"))
+}
+
+/// A moment of a show.
+#[derive(Clone, Copy, Debug)]
+pub enum Moment {
+    /// A time.
+    Time(Time),
+    /// A cue: complete, or so long after its GO.
+    Cue(CueNumber, Option<Time>),
+}
+
+impl Moment {
+    /// `1:30`, `cue 5` or `cue 5 + 2s`.
+    pub fn parse(text: &str) -> Result<Moment, String> {
+        let Some(rest) = text.strip_prefix("cue ") else {
+            if text.contains(' ') {
+                return Err("say one moment: 1:30, cue 5 or cue 5 + 2s".to_owned());
+            }
+            return duration(text).map(Moment::Time);
+        };
+        let (cue, after) = match rest.split_once('+') {
+            Some((cue, after)) => (cue.trim(), Some(duration(after.trim())?)),
+            None => (rest.trim(), None),
+        };
+        Ok(Moment::Cue(number(cue)?, after))
+    }
+
+    /// The moment that words name; `None` without words.
+    pub fn of(words: &[String]) -> Result<Option<Moment>, Error> {
+        let parse = || Moment::parse(&words.join(" ")).map_err(Error::Usage);
+        (!words.is_empty()).then(parse).transpose()
+    }
+
+    /// Its time, within the show.
+    pub fn time(self, engine: &Engine) -> Result<Time, Error> {
+        match self {
+            Moment::Time(time) => {
+                engine.document().check_time(time)?;
+                Ok(time)
+            }
+            Moment::Cue(cue, after) => {
+                check_cue(engine, cue)?;
+                Ok(LiveControl::moment_of(engine.document(), cue, after)?)
+            }
         }
-        ["for", time] => Goal {
-            budget: Some(duration(time)?.seconds()),
-            ..Goal::default()
-        },
-        [number] => Goal::count(whole(number)?),
-        _ => return usage("usage: refine [N | until X | for TIME] [&]"),
-    })
-}
-
-/// The way to an error that a word names.
-pub fn way(name: &str) -> Result<Way, Error> {
-    let known = |w: &Way| w.name() == name;
-    Way::ALL.into_iter().find(known).ok_or_else(|| {
-        Error::Usage(format!(
-            "there is no way `{name}`; it is auto, paper or alone"
-        ))
-    })
-}
-
-/// Half precision unless the call says otherwise.
-pub fn precision(call: &Call) -> Precision {
-    if call.has("float") {
-        Precision::Float
-    } else {
-        Precision::Half
     }
 }
 
-/// What a call says of the file that a sequence is written to.
-pub fn target(call: &Call) -> Result<TargetOptions, Error> {
-    let chroma = match call.option("chroma") {
-        None => None,
-        Some("420") => Some(Chroma::Quarter),
-        Some("444") => Some(Chroma::Full),
-        Some(other) => {
-            return usage(format!(
-                "`{other}` is no chroma that is written here; use 420 or 444"
-            ));
-        }
-    };
-    let layers = match call.option("layers") {
-        None => None,
-        Some("keys") => Some(Layers::Keys),
-        Some("banks") => Some(Layers::Banks),
-        Some("basis") => Some(Layers::Basis),
-        Some(other) => {
-            return usage(format!(
-                "there are no layers `{other}`; use keys, banks or basis"
-            ));
-        }
-    };
-    let precision = call.has("float").then_some(Precision::Float);
-    Ok(TargetOptions {
-        layers,
-        chroma,
-        precision,
-    })
+/// Refuses a cue that the show does not have.
+pub fn check_cue(engine: &Engine, number: CueNumber) -> Result<(), Error> {
+    let cues = &engine.show().cues;
+    if cues.iter().any(|cue| cue.number == number) {
+        return Ok(());
+    }
+    let known: Vec<String> = cues.iter().take(12).map(|c| c.number.to_string()).collect();
+    let more = if cues.len() > 12 { " …" } else { "" };
+    Err(Error::Usage(format!(
+        "there is no cue `{number}`; there are {}{more}",
+        known.join(", ")
+    )))
+}
+
+/// Refuses a step of quality that the renderer does not have.
+pub fn check_quality(engine: &Engine, quality: Quality) -> Result<(), Error> {
+    let (Quality(step), Quality(finest)) = (quality, engine.finest());
+    if step <= finest {
+        return Ok(());
+    }
+    Err(Error::Usage(format!(
+        "`{step}` is not a quality; the scale is 1 to {finest}, {finest} is the finest"
+    )))
+}
+
+/// The error that is allowed; the show's own tolerance where nothing is said.
+pub fn tolerance(engine: &Engine, said: Option<Tolerance>) -> Tolerance {
+    said.unwrap_or(engine.show().preview.tolerance)
 }

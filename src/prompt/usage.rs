@@ -1,7 +1,70 @@
-//! The usage of a verb, `[TIME | cue N [+ TIME]]`, as what it says: which words may follow those that
-//! are typed. Words in capitals stand for others; one with `…` may stand several times.
+//! The usage of a verb, `at [TIME | cue N [+ TIME]]`: as clap's command has it, and as what it says:
+//! which words may follow those that are typed. Words in capitals stand for others; one with `…` may
+//! stand several times.
 
 use std::collections::BTreeSet;
+
+use clap::{Arg, Command};
+
+/// The usage of a verb in one line.
+pub fn of(verb: &Command) -> String {
+    let mut out = vec![verb.get_name().to_owned()];
+    out.extend(
+        verb.get_arguments()
+            .filter(|a| a.is_positional())
+            .map(words),
+    );
+    let options = verb.get_arguments().filter(|a| !a.is_positional());
+    out.extend(options.map(|option| {
+        let name = match option.get_short() {
+            Some(letter) => format!("-{letter}"),
+            None => format!("--{}", option.get_long().unwrap_or_default()),
+        };
+        let text = format!("{name} {}", value(option)).trim_end().to_owned();
+        optional(option, text)
+    }));
+    out.join(" ")
+}
+
+/// The words that stand behind a verb without dashes: `[TIME | cue N [+ TIME]]`.
+pub fn words(argument: &Arg) -> String {
+    let known = argument.get_possible_values();
+    let names: Vec<&str> = known.iter().map(|known| known.get_name()).collect();
+    let text = match names.as_slice() {
+        [] => value(argument),
+        names => names.join(" | "),
+    };
+    match text {
+        text if text.starts_with('[') => text,
+        text => optional(argument, text),
+    }
+}
+
+/// The name of an argument's value; empty for a switch.
+pub fn value(argument: &Arg) -> String {
+    let names = argument.get_value_names().unwrap_or_default();
+    let name = names.first().map_or("", |name| name.as_str());
+    match argument.get_num_args() {
+        _ if !argument.get_action().takes_values() => String::new(),
+        Some(count) if count.min_values() == 0 && !argument.is_positional() => format!("[{name}]"),
+        _ => name.to_owned(),
+    }
+}
+
+fn optional(argument: &Arg, text: String) -> String {
+    if argument.is_required_set() {
+        text
+    } else {
+        format!("[{text}]")
+    }
+}
+
+/// A line that can be typed at the prompt.
+pub fn example(verb: &Command) -> String {
+    verb.get_after_help()
+        .map(ToString::to_string)
+        .unwrap_or_default()
+}
 
 /// The words of `usage` that may stand behind `typed`.
 pub fn next<'u>(usage: &'u str, typed: &[&str]) -> BTreeSet<&'u str> {

@@ -1,148 +1,221 @@
-//! The verbs: one table for the prompt, the command line and the manual.
+//! The verbs: one enum for the prompt, the command line and the manual.
 //!
-//! A new verb is its function and its row.
+//! A new verb is a variant and its arm here, and its options and its function in a file of `answer`.
 
-mod removed;
-mod table;
+use std::sync::LazyLock;
 
-use super::error::usage;
-use super::{Call, Error, Repl, Reply};
-use footlight_show::lang::nearest;
+use clap::{Command, Subcommand};
 
-pub use self::removed::removed;
-pub use self::table::VERBS;
+use super::Error;
+use super::answer::{edit, export, help, live, measure, picture, play, plot, render, text};
+use super::repl::{Repl, Reply};
 
-/// An option of a verb.
-#[derive(Clone, Copy, Debug)]
-pub struct OptionSpec {
-    /// Its name after two dashes.
-    pub name: &'static str,
-    /// Its letter after one dash.
-    pub letter: Option<char>,
-    /// The name of its value; `None` for a switch.
-    pub value: Option<&'static str>,
-    /// What it does.
-    pub about: &'static str,
+/// A verb with its options, in the order of the manual. A comment is its help, `after_help` a line that
+/// can be typed at the prompt; a hidden verb is no command of its own on the command line.
+#[derive(Clone, Debug, Subcommand)]
+pub enum Verb {
+    /// Look for errors in the show, its stage and its curves
+    #[command(after_help = "check")]
+    Check,
+    /// List banks and cues with their times, or the text of NAME
+    #[command(after_help = "show lamps", hide = true)]
+    Show(text::Show),
+    /// Move to a time and print the levels and the light there
+    #[command(after_help = "at cue 2 + 1s", hide = true)]
+    At(live::At),
+    /// Keys, basis, and the error predicted after each refined picture
+    #[command(after_help = "plan --tolerance 1%")]
+    Plan(render::Plan),
+    /// One picture of the show
+    #[command(after_help = "picture 1:30 -o evening.png")]
+    Picture(picture::Picture),
+    /// Render refined pictures, most useful first; `&`: in the background
+    #[command(after_help = "refine until 2%")]
+    Refine(render::Refine),
+    /// How far the refinement in the background is, and when it will end
+    #[command(after_help = "status", hide = true)]
+    Status,
+    /// Wait for the refinement; Ctrl-C ends the waiting alone
+    #[command(after_help = "wait", hide = true)]
+    Wait,
+    /// End the refinement in the background after what is in hand, or now
+    #[command(after_help = "stop", hide = true)]
+    Stop(render::Stop),
+    /// Play the sequence back from its key images
+    #[command(after_help = "play -o show.html")]
+    Play(play::Play),
+    /// Write the sequence as a film
+    #[command(after_help = "film -o show.y4m")]
+    Film(play::Film),
+    /// Write the sequence as numbered pictures, or as layers of an .exr
+    #[command(after_help = "frames -o frames/####.png")]
+    Frames(play::Frames),
+    /// Draw curves of banks and groups, or keys, spectrum, basis, error
+    #[command(after_help = "plot -o curves.svg")]
+    Plot(plot::Plot),
+    /// The whole loop: pictures, plan, refined ones, page, cues, sheets
+    #[command(after_help = "run --until 2%")]
+    Run(render::Run),
+    /// Render every bank alone and hold it against its reference picture
+    #[command(after_help = "compare --reference refs --quality 2 -o differences.png")]
+    Compare(measure::Compare),
+    /// What each step of quality sets, and how long it is likely to take
+    #[command(after_help = "quality --measure")]
+    Quality(measure::Scale),
+    /// Draw error against time over the steps of quality
+    #[command(after_help = "chart transport -o transport.png")]
+    Chart(measure::Chart),
+    /// What pictures there are and which serve this show, or free them
+    #[command(after_help = "pool drop unused")]
+    Pool(render::Pool),
+    /// List the views, or make pictures from NAME from now on
+    #[command(after_help = "view stalls", hide = true)]
+    View(text::LookFrom),
+    /// Run the next cue, and those that follow by themselves, to the end
+    #[command(after_help = "go", hide = true)]
+    Go,
+    /// Back to the end of the cue before
+    #[command(after_help = "back", hide = true)]
+    Back,
+    /// To the end of a cue, or to where a part of its time has gone by
+    #[command(after_help = "goto 2.5 at 50%", hide = true)]
+    Goto(live::Goto),
+    /// Try levels without a cue; a move in time lets go of them
+    #[command(after_help = "set lamps 40 sky #203060", hide = true)]
+    Set(live::Set),
+    /// Let go of the levels that are tried
+    #[command(after_help = "release", hide = true)]
+    Release,
+    /// Write the tried levels as a new cue; alone: keep blind edits
+    #[command(after_help = "record 2.5 \"Lamp up\" --time 3", hide = true)]
+    Record(live::Record),
+    /// Write the tried levels into the cue that stands
+    #[command(after_help = "update", hide = true)]
+    Update,
+    /// Write the tried levels as a new cue behind the one that stands
+    #[command(after_help = "insert \"Lamp up\" --time 3", hide = true)]
+    Insert(live::Insert),
+    /// Take a cue or another declaration out
+    #[command(after_help = "delete cue 3", hide = true)]
+    Delete(edit::Delete),
+    /// Write a cue once more under another number
+    #[command(after_help = "copy cue 2 to 7", hide = true)]
+    Copy(edit::Copy),
+    /// Call something otherwise, wherever the show names it
+    #[command(after_help = "rename lamps to practicals", hide = true)]
+    Rename(edit::Rename),
+    /// Show edits but keep them only by `record`; `off` drops them
+    #[command(after_help = "blind", hide = true)]
+    Blind(live::Blind),
+    /// Take the last edit back
+    #[command(after_help = "undo", hide = true)]
+    Undo,
+    /// Make the edit again that was taken back
+    #[command(after_help = "redo", hide = true)]
+    Redo,
+    /// Cues by banks: each bank's level; moved, tracked, blocked marked
+    #[command(after_help = "tracksheet -o tracks.csv")]
+    Tracksheet(text::Sheet),
+    /// What each cue does, when it starts and how long it takes
+    #[command(after_help = "cuesheet -o cues.md")]
+    Cuesheet(text::Sheet),
+    /// Write the show for a desk or QLC+; tell what is lost
+    #[command(after_help = "export -o show.asc")]
+    Export(export::Export),
+    /// Lay out the show's text, comments and groups kept
+    #[command(after_help = "fmt", hide = true)]
+    Fmt(text::Fmt),
+    /// What changed since the show was read or saved, or from FILE to it
+    #[command(after_help = "diff -o changes.png", hide = true)]
+    Diff(text::Diff),
+    /// What a message's code means, with a wrong sheet and its correction
+    #[command(after_help = "explain E012", hide = true)]
+    Explain(text::Explain),
+    /// Write the show's text, comments and layout kept
+    #[command(after_help = "save", hide = true)]
+    Save(text::Save),
+    /// List the verbs, or explain one
+    #[command(after_help = "help picture", hide = true)]
+    Help(help::Help),
+    /// Leave
+    #[command(alias = "exit", after_help = "quit", hide = true)]
+    Quit,
 }
 
-impl OptionSpec {
-    /// True where a token, without a value behind `=`, names this option.
-    pub(super) fn is_named_by(&self, token: &str) -> bool {
-        let short = token.strip_prefix('-').and_then(|rest| rest.parse().ok());
-        token.strip_prefix("--") == Some(self.name) || short.is_some() && short == self.letter
-    }
+/// The verbs as commands.
+pub fn verbs() -> &'static Command {
+    static VERBS: LazyLock<Command> = LazyLock::new(|| {
+        let prompt = Command::new("prompt")
+            .no_binary_name(true)
+            .disable_help_flag(true)
+            .disable_help_subcommand(true);
+        let mut verbs = Verb::augment_subcommands(prompt);
+        verbs.build();
+        verbs
+    });
+    &VERBS
 }
 
-/// What may be typed behind a verb.
-#[derive(Clone, Copy, Debug)]
-pub enum Complete {
-    /// Nothing that is known.
-    Nothing,
-    /// Every name of the show, and numbers of cues.
-    Names,
-    /// Levels, as in a look.
-    Levels,
-    /// Banks and groups.
-    Banks,
-    /// Numbers of cues.
-    Cues,
-    /// Names of views.
-    Views,
-    /// Verbs.
-    Verbs,
-    /// Codes of messages.
-    Codes,
-    /// Files.
-    Files,
-}
-
-/// A verb as the manual shows it, with its function.
-#[derive(Clone, Copy)]
-pub struct VerbSpec {
-    /// Its name.
-    pub name: &'static str,
-    /// What may stand first after it, on the command line before the show: one of these, unless
-    /// there are none.
-    pub kinds: &'static [&'static str],
-    /// What stands after it without dashes; empty when nothing does.
-    pub words: &'static str,
-    /// Its options.
-    pub options: &'static [OptionSpec],
-    /// What it does, in a line.
-    pub about: &'static str,
-    /// A line that can be typed at the prompt.
-    pub example: &'static str,
-    /// Whether it is a command of its own on the command line.
-    pub command: bool,
-    pub(super) complete: Complete,
-    pub(super) run: fn(&mut Repl, &Call) -> Result<Reply, Error>,
-}
-
-impl std::fmt::Debug for VerbSpec {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.name)
-    }
-}
-
-/// The specification of a verb by its name.
-pub fn find(name: &str) -> Result<&'static VerbSpec, Error> {
-    let name = if name == "exit" { "quit" } else { name };
-    VERBS.iter().find(|v| v.name == name).ok_or_else(|| {
-        if let Some(message) = removed(name) {
-            return Error::Usage(message);
-        }
-        let near = nearest(name, VERBS.iter().map(|v| v.name));
-        let hint = match near {
-            Some(near) => format!("did you mean `{near}`?"),
-            None => "`help` lists the verbs".to_owned(),
-        };
-        Error::Usage(format!("there is no verb or declaration `{name}`; {hint}"))
-    })
-}
-
-impl VerbSpec {
-    /// True where the words after it are names of files.
-    pub fn takes_files(&self) -> bool {
-        matches!(self.complete, Complete::Files)
-    }
-
-    /// The one-line usage.
-    pub fn usage(&self) -> String {
-        let mut out = self.name.to_owned();
-        if !self.kinds.is_empty() {
-            out = format!("{out} {}", self.kinds.join("|"));
-        }
-        if !self.words.is_empty() {
-            out = format!("{out} {}", self.words);
-        }
-        for option in self.options {
-            let name = match option.letter {
-                Some(letter) => format!("-{letter}"),
-                None => format!("--{}", option.name),
-            };
-            let value = option.value.map(|v| format!(" {v}")).unwrap_or_default();
-            out = format!("{out} [{name}{value}]");
-        }
-        out
-    }
-
-    /// The option that a token names; `None` for a token that is no option.
-    pub(super) fn option(&self, token: &str) -> Result<Option<&OptionSpec>, Error> {
-        let name = token.split('=').next().unwrap_or_default();
-        let negative_number = name
-            .strip_prefix('-')
-            .is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()));
-        if !name.starts_with('-') || name == "-" || negative_number {
-            return Ok(None);
-        }
-        match self.options.iter().find(|o| o.is_named_by(name)) {
-            Some(option) => Ok(Some(option)),
-            None if let Some(message) = removed(name) => usage(message),
-            None => usage(format!(
-                "`{}` has no option `{name}`: {}",
-                self.name,
-                self.usage()
-            )),
+impl Verb {
+    /// Does what the verb asks for.
+    pub(super) fn answer(&self, repl: &mut Repl) -> Result<Reply, Error> {
+        match self {
+            Verb::Check => text::check(repl),
+            Verb::Show(asked) => text::show(repl, asked),
+            Verb::At(asked) => live::at(repl, asked),
+            Verb::Plan(asked) => repl.within(asked.from.view.as_deref(), asked.by.way, |repl| {
+                render::plan(repl, asked)
+            }),
+            Verb::Picture(asked) => repl.within(asked.from.view.as_deref(), None, |repl| {
+                picture::picture(repl, asked)
+            }),
+            Verb::Refine(asked) => repl.within(asked.from.view.as_deref(), asked.by.way, |repl| {
+                render::refine(repl, asked)
+            }),
+            Verb::Status => render::status(repl),
+            Verb::Wait => render::wait(repl),
+            Verb::Stop(asked) => render::stop(repl, asked),
+            Verb::Play(asked) => repl.within(asked.from.view.as_deref(), None, |repl| {
+                play::play(repl, asked)
+            }),
+            Verb::Film(asked) => repl.within(asked.from.view.as_deref(), None, |repl| {
+                play::film(repl, asked)
+            }),
+            Verb::Frames(asked) => repl.within(asked.from.view.as_deref(), None, |repl| {
+                play::frames(repl, asked)
+            }),
+            Verb::Plot(asked) => plot::plot(repl, asked),
+            Verb::Run(asked) => repl.within(asked.from.view.as_deref(), asked.by.way, |repl| {
+                render::run(repl, asked)
+            }),
+            Verb::Compare(asked) => measure::compare(repl, asked),
+            Verb::Quality(asked) => measure::quality(repl, asked),
+            Verb::Chart(asked) => measure::chart(repl, asked),
+            Verb::Pool(asked) => render::pool(repl, asked),
+            Verb::View(asked) => text::view(repl, asked),
+            Verb::Go => live::go(repl),
+            Verb::Back => live::back(repl),
+            Verb::Goto(asked) => live::goto(repl, asked),
+            Verb::Set(asked) => live::set(repl, asked),
+            Verb::Release => live::release(repl),
+            Verb::Record(asked) => live::record(repl, asked),
+            Verb::Update => live::update(repl),
+            Verb::Insert(asked) => live::insert(repl, asked),
+            Verb::Delete(asked) => edit::delete(repl, asked),
+            Verb::Copy(asked) => edit::copy(repl, asked),
+            Verb::Rename(asked) => edit::rename(repl, asked),
+            Verb::Blind(asked) => live::blind(repl, asked),
+            Verb::Undo => text::undo(repl),
+            Verb::Redo => text::redo(repl),
+            Verb::Tracksheet(asked) => text::tracksheet(repl, asked),
+            Verb::Cuesheet(asked) => text::cuesheet(repl, asked),
+            Verb::Export(asked) => export::export(repl, asked),
+            Verb::Fmt(asked) => text::fmt(repl, asked),
+            Verb::Diff(asked) => text::diff(repl, asked),
+            Verb::Explain(asked) => text::explain(asked),
+            Verb::Save(asked) => text::save(repl, asked),
+            Verb::Help(asked) => help::help(verbs(), asked),
+            Verb::Quit => text::quit(repl),
         }
     }
 }

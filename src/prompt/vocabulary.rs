@@ -6,10 +6,12 @@
 
 use std::collections::BTreeSet;
 
-use super::Repl;
+use clap::{Arg, Command, ValueHint};
+
+use super::repl::Repl;
 use super::usage;
-use super::verb::{self, Complete, VERBS, VerbSpec};
-use footlight_engine::{Document, Way};
+use super::verb::verbs;
+use footlight_engine::Document;
 use footlight_show::lang::{self, codes};
 use footlight_show::model::{FADES, Show};
 
@@ -171,91 +173,98 @@ impl Vocabulary {
     /// The usage of the verb that a line begins with, for what is not typed yet.
     pub fn hint(&self, line: &str) -> Option<String> {
         let name = line.strip_suffix(' ')?;
-        let spec = VERBS.iter().find(|spec| spec.name == name)?;
-        let usage = spec.usage();
+        let usage = usage::of(verbs().find_subcommand(name)?);
         let rest = usage.strip_prefix(name)?.trim_start();
         (!rest.is_empty()).then(|| rest.to_owned())
     }
 
     fn offer(&self, before: &str, word: &str) -> Offer {
         let Some(first) = before.split_whitespace().next() else {
-            let verbs = VERBS.iter().map(|spec| spec.name);
+            let verbs = verbs().get_subcommands().map(Command::get_name);
             return offer(verbs.chain(lang::keywords().iter().copied()));
         };
-        match verb::find(first) {
-            Ok(spec) if !lang::is_declaration(&format!("{before}{word}")) => {
-                self.of_verb(spec, before, word)
+        match verbs().find_subcommand(first) {
+            Some(verb) if !lang::is_declaration(&format!("{before}{word}")) => {
+                self.of_verb(verb, before, word)
             }
             _ => Some(self.of_statement(before, word)),
         }
     }
 
-    fn of_verb(&self, spec: &'static VerbSpec, before: &str, word: &str) -> Offer {
+    fn of_verb(&self, verb: &Command, before: &str, word: &str) -> Offer {
         let tokens: Vec<&str> = before.split_whitespace().skip(1).collect();
-        let option_of = |token: &str| spec.options.iter().find(|o| o.is_named_by(token));
-        let option = tokens.last().and_then(|last| option_of(last));
-        if let Some((name, value)) = option.and_then(|o| Some((o.name, o.value?))) {
-            return self.of_option(name, value);
+        let options = || verb.get_arguments().filter(|arg| !arg.is_positional());
+        let with_value = |token: &str| {
+            options().find(|option| option.get_action().takes_values() && is_named(option, token))
+        };
+        if let Some(option) = tokens.last().and_then(|last| with_value(last)) {
+            return self.of_argument(option, &usage::value(option), "");
         }
         if word.starts_with('-') {
-            let options = spec.options.iter().map(|o| format!("--{}", o.name));
-            return Some(options.collect());
-        }
-        if let Complete::Levels = spec.complete {
-            let levels = before.split_once(spec.name).map_or("", |(_, rest)| rest);
-            let before = format!("look tried {{{levels}");
-            let mut offered = self.of_statement(&before, word);
-            // Looks may stand among levels that are tried.
-            if let Some(beginning) = lang::Beginning::of(&before) {
-                let looks = self.all(&["look"]).filter(|look| beginning.takes(look));
-                offered.extend(looks.map(str::to_owned));
-            }
-            return Some(offered);
+            let names = options().filter_map(Arg::get_long);
+            return Some(names.map(|name| format!("--{name}")).collect());
         }
         let mut typed = Vec::new();
         let mut rest = tokens.iter();
         while let Some(token) = rest.next() {
-            match option_of(token) {
-                Some(option) if option.value.is_some() => drop(rest.next()),
-                Some(_) => {}
-                None => typed.push(*token),
+            if with_value(token).is_some() {
+                rest.next();
+            } else if !token.starts_with("--") {
+                typed.push(*token);
             }
         }
-        let usage = [spec.kinds.join(" | "), spec.words.to_owned()].join(" ");
-        let next = usage::next(&usage, &typed);
-        if matches!(spec.complete, Complete::Files) && !next.is_empty() {
+        let mut offered = Vec::new();
+        let arguments: Vec<&Arg> = verb.get_positionals().collect();
+        let words: Vec<String> = arguments.iter().map(|arg| usage::words(arg)).collect();
+        for next in usage::next(&words.join(" "), &typed) {
+            if next == "LEVEL" {
+                let levels = before.split_once(verb.get_name());
+                return Some(self.of_levels(levels.map_or("", |(_, rest)| rest), word));
+            }
+            let last = typed.last().copied().unwrap_or_default();
+            let named = |arg: &&&Arg| usage::words(arg).contains(next);
+            let argument = arguments.iter().find(named)?;
+            offered.extend(self.of_argument(argument, next, last)?);
+        }
+        Some(offered)
+    }
+
+    /// The levels that may be tried behind others.
+    fn of_levels(&self, levels: &str, word: &str) -> Vec<String> {
+        let before = format!("look tried {{{levels}");
+        let mut offered = self.of_statement(&before, word);
+        // Looks may stand among levels that are tried.
+        if let Some(beginning) = lang::Beginning::of(&before) {
+            let looks = self.all(&["look"]).filter(|look| beginning.takes(look));
+            offered.extend(looks.map(str::to_owned));
+        }
+        offered
+    }
+
+    /// What a word of the usage of an argument stands for behind `last`: itself, unless it is in
+    /// capitals.
+    fn of_argument(&self, argument: &Arg, word: &str, last: &str) -> Offer {
+        if let ValueHint::FilePath | ValueHint::DirPath | ValueHint::AnyPath =
+            argument.get_value_hint()
+        {
             return None;
         }
-        let words = next.iter().flat_map(|next| self.of_usage(spec, next));
-        Some(words.collect())
-    }
-
-    /// What a word of a usage stands for: itself, unless it is in capitals.
-    fn of_usage(&self, spec: &VerbSpec, word: &str) -> Vec<String> {
-        let own = |names: &[String]| names.to_vec();
         if !word.contains(char::is_uppercase) {
-            return vec![word.to_owned()];
+            return offer([word]);
         }
-        let all = match (spec.complete, word) {
-            (_, "WORD") => offer(lang::keywords().iter().copied()),
-            (Complete::Names | Complete::Cues, "N" | "CUE") => Some(own(&self.cues)),
-            (Complete::Names, "NAME") => offer(self.names()),
-            (Complete::Banks, _) => offer(self.all(&["bank", "group"])),
-            (Complete::Views, _) => Some(own(self.declared_by("view"))),
-            (Complete::Verbs, _) => offer(VERBS.iter().map(|spec| spec.name)),
-            (Complete::Codes, _) => offer(codes::TABLE.iter().map(|row| row.code)),
-            _ => None,
-        };
-        all.unwrap_or_default()
-    }
-
-    fn of_option(&self, name: &str, value: &str) -> Offer {
-        match (name, value) {
-            ("bank", _) => offer(self.all(&["bank"])),
-            ("view", _) => offer(self.all(&["view"])),
-            ("way", _) => offer(Way::ALL.map(Way::name)),
-            (_, "FILE" | "DIR") => None,
-            _ => Some(Vec::new()),
+        let known = argument.get_possible_values();
+        match word {
+            _ if !known.is_empty() => offer(known.iter().map(|known| known.get_name())),
+            "WORD" => offer(lang::keywords().iter().copied()),
+            "CUE" => offer(strings(&self.cues)),
+            "N" if last == "cue" => offer(strings(&self.cues)),
+            "NAME" => offer(self.names()),
+            "BANK" if argument.is_positional() => offer(self.all(&["bank", "group"])),
+            "BANK" => offer(self.all(&["bank"])),
+            "VIEW" => offer(self.all(&["view"])),
+            "VERB" => offer(verbs().get_subcommands().map(Command::get_name)),
+            "CODE" => offer(codes::TABLE.iter().map(|row| row.code)),
+            _ => offer([]),
         }
     }
 
@@ -369,6 +378,15 @@ impl Vocabulary {
         self.movable()
             .chain(self.all(&["light", "curve", "effect", "view", "let"]))
     }
+}
+
+/// Whether a token names an option.
+fn is_named(option: &Arg, token: &str) -> bool {
+    let short = token.strip_prefix('-').and_then(|rest| rest.parse().ok());
+    token
+        .strip_prefix("--")
+        .is_some_and(|long| option.get_long() == Some(long))
+        || short.is_some() && short == option.get_short()
 }
 
 fn strings(names: &[String]) -> impl Iterator<Item = &str> {

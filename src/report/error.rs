@@ -34,7 +34,7 @@ pub enum Error {
     PageData(serde_json::Error),
     /// Nothing takes files down a pipe here.
     #[error(
-        "`-` needs a reader at standard output: footlight play show.lxq -o - | ffmpeg -i - show.mp4"
+        "`-` needs a reader at standard output: footlight film show.lxq -o - | ffmpeg -i - show.mp4"
     )]
     NoPipe,
     /// Nothing encodes films here.

@@ -27,7 +27,7 @@ fn main() {
         .set_read_timeout(Some(Duration::from_secs(2)))
         .unwrap();
     let mut program = Command::new(env!("CARGO_BIN_EXE_footlight"))
-        .args(["play", show.to_str().unwrap(), "--artnet", "127.0.0.1"])
+        .args(["send", show.to_str().unwrap(), "--artnet", "127.0.0.1"])
         .stdout(Stdio::null())
         .spawn()
         .unwrap();

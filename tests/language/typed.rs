@@ -6,7 +6,7 @@ use std::path::Path;
 
 use footlight_engine::{Document, Error};
 use footlight_host::files::Memory;
-use footlight_prompt::Call;
+use footlight_prompt::{Verb, verbs};
 use footlight_show::lang;
 
 /// Where the words of a message may be meant to stand, at `@`.
@@ -62,8 +62,8 @@ fn faults(text: &str) -> BTreeSet<String> {
 fn works(words: &str) -> bool {
     let line = words.strip_prefix("footlight ").unwrap_or(words);
     let first = line.split_whitespace().next().unwrap_or_default();
-    let is_verb = footlight_prompt::find(first).is_ok() && !lang::is_declaration(line);
-    if is_verb && Call::parse(line).is_ok() {
+    let is_verb = verbs().find_subcommand(first).is_some() && !lang::is_declaration(line);
+    if is_verb && Verb::parse(line).is_ok() {
         return true;
     }
     let filled = words.replace("NAME", "n").replace('…', "");

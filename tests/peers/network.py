@@ -113,7 +113,7 @@ with tempfile.TemporaryDirectory() as folder:
         ended.append((universe, changed))
 
     worst = 0.0
-    command = [PROGRAM, "play", show, "--sacn", "1", "--artnet", ADDRESS, "--bind", SENDER]
+    command = [PROGRAM, "send", show, "--sacn", "1", "--artnet", ADDRESS, "--bind", SENDER]
     program = subprocess.Popen(command)
     begun = time.time()
     try:

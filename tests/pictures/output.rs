@@ -1,4 +1,4 @@
-//! What `play` and `picture` write, by the ending of the file's name; read back by our own readers,
+//! What `play`, `film`, `frames` and `picture` write, by the ending of the file's name; read back by our own readers,
 //! and by oiiotool and ffmpeg where they are installed.
 
 use std::io::{self, Read, Write};
@@ -92,12 +92,12 @@ fn names(store: &MemoryStore) -> Vec<String> {
 fn numbered_pictures_are_the_frames_and_the_frames_are_pictures() {
     let (mut show, store) = open(None);
     // 6.1 s at 5 a second: 31 whole frames, and one that holds the end.
-    let told = show.execute("play -o f/a##.png").unwrap().text;
+    let told = show.execute("frames -o f/a##.png").unwrap().text;
     assert!(told.contains("32 frames of 32x18, 5 frames/s"), "{told}");
     assert!(told.contains("wrote f/a01.png to f/a32.png"), "{told}");
     assert_eq!(names(&store).len(), 32);
-    show.execute("play -o f/%03d.exr").unwrap();
-    show.execute("play -o g/%d.exr --float").unwrap();
+    show.execute("frames -o f/%03d.exr").unwrap();
+    show.execute("frames -o g/%d.exr --float").unwrap();
     for (number, time) in [(1, "0:00"), (16, "0:03"), (32, "0:06.1")] {
         show.execute(&format!("picture {time} -o p.png")).unwrap();
         show.execute(&format!("picture {time} --float -o p.exr"))
@@ -144,15 +144,15 @@ fn a_picture_is_half_precision_unless_asked() {
 #[test]
 fn layers_are_keys_banks_or_the_basis_with_their_settings() {
     let (mut show, store) = open(None);
-    let told = show.execute("play -o keys.exr").unwrap().text;
+    let told = show.execute("frames -o keys.exr").unwrap().text;
     let keys = show.engine().document().keys().keys().to_vec();
     assert!(
         told.contains(&format!("{} key images", keys.len())),
         "{told}"
     );
-    show.execute("play -o banks.exr --layers banks --float")
+    show.execute("frames -o banks.exr --layers banks --float")
         .unwrap();
-    show.execute("play -o basis.exr --layers basis").unwrap();
+    show.execute("frames -o basis.exr --layers basis").unwrap();
     let file = read(&store, "keys.exr");
     assert_eq!(layer::names(&file).unwrap().len(), keys.len());
     let header = exr::attributes(&file).unwrap();
@@ -205,15 +205,15 @@ fn least(line: &str) -> usize {
 
 #[test]
 fn layers_that_do_not_fit_into_memory_are_refused_with_a_way_out() {
-    let frames = least("play -o frame####.exr");
-    let line = "play -o keys.exr --float";
+    let frames = least("frames -o frame####.exr");
+    let line = "frames -o keys.exr --float";
     assert!(least(line) > frames);
     let (mut scarce, store) = open_within(frames, None);
     let error = scarce.execute(line).unwrap_err();
     let said = error.report(footlight_show::diagnostic::Style::Plain);
     assert!(said.contains("frame####.exr"), "{said}");
     assert!(names(&store).is_empty());
-    scarce.execute("play -o frame####.exr").unwrap();
+    scarce.execute("frames -o frame####.exr").unwrap();
 }
 
 /// A pipe whose reader takes so many bytes and then leaves.
@@ -241,20 +241,20 @@ fn video_is_the_frames_in_a_file_and_down_a_pipe() {
     let held = Arc::new(Mutex::new(Vec::new()));
     let reader = Reader(Arc::clone(&held), usize::MAX);
     let (mut show, store) = open(Some(Box::new(move || Box::new(reader.clone()))));
-    let reply = show.execute("play -o film.y4m --chroma 444").unwrap();
+    let reply = show.execute("film -o film.y4m --chroma 444").unwrap();
     assert!(
         !reply.beside && reply.text.contains("32 frames"),
         "{}",
         reply.text
     );
-    let reply = show.execute("play -o - --chroma 444").unwrap();
+    let reply = show.execute("film -o - --chroma 444").unwrap();
     assert!(reply.beside, "words must not go into the film");
     let film = read(&store, "film.y4m");
     assert!(*held.lock().unwrap() == film);
     let frames = film.strip_prefix(HEADER.as_bytes()).unwrap();
     let bytes = 6 + 3 * WIDTH * HEIGHT;
     assert_eq!(frames.len(), 32 * bytes);
-    show.execute("play -o f%d.png").unwrap();
+    show.execute("frames -o f%d.png").unwrap();
     for (i, frame) in frames.chunks(bytes).enumerate() {
         let picture = read(&store, &format!("f{}.png", i + 1));
         let picture = decode::light(&picture, 1 << 20).unwrap();
@@ -290,10 +290,10 @@ fn a_reader_that_leaves_ends_the_film_and_that_is_well() {
     let held = Arc::new(Mutex::new(Vec::new()));
     let reader = Reader(Arc::clone(&held), 6000);
     let (mut show, _) = open(Some(Box::new(move || Box::new(reader.clone()))));
-    let reply = show.execute("play -o - --chroma 444").unwrap();
+    let reply = show.execute("film -o - --chroma 444").unwrap();
     assert!(reply.text.contains("left after 3 frames"), "{}", reply.text);
     let (mut show, _) = open(None);
-    let error = show.execute("play -o -").unwrap_err();
+    let error = show.execute("film -o -").unwrap_err();
     assert!(error.to_string().contains("| ffmpeg"), "{error}");
     assert_eq!(error.exit_code(), 2);
 }
@@ -416,7 +416,7 @@ fn other(program: &str, folder: &Path, words: &[&str]) -> Option<String> {
 #[test]
 fn the_command_streams_to_standard_output_and_a_closed_one_is_success() {
     let folder = folder();
-    let play = ["play", "show.lxq", "-o", "-"];
+    let play = ["film", "show.lxq", "-o", "-"];
     let whole = footlight(folder.path(), &play).output().unwrap();
     assert!(whole.status.success());
     assert!(
@@ -442,9 +442,9 @@ fn other_programs_read_what_is_written() {
     let folder = folder();
     let at = folder.path();
     for words in [
-        ["play", "show.lxq", "-o", "keys.exr"].as_slice(),
+        ["frames", "show.lxq", "-o", "keys.exr"].as_slice(),
         &[
-            "play",
+            "frames",
             "show.lxq",
             "-o",
             "banks.exr",
@@ -452,7 +452,7 @@ fn other_programs_read_what_is_written() {
             "banks",
             "--float",
         ],
-        &["play", "show.lxq", "-o", "film.y4m"],
+        &["film", "show.lxq", "-o", "film.y4m"],
         &["picture", "show.lxq", "0:03", "-o", "p.exr"],
     ] {
         assert!(

@@ -206,8 +206,8 @@ fn no_result_replaces_what_the_command_reads() {
         "picture s.lxq -o keys/b.png",
         "picture s.lxq -o link.png",
         "picture s.lxq -o keys/../0002.exr",
-        "play s.lxq -o 0002.exr",
-        "play s.lxq -o ####.exr",
+        "frames s.lxq -o 0002.exr",
+        "frames s.lxq -o ####.exr",
         "plot s.lxq -o keys/b.png",
         "diff old.lxq s.lxq -o keys/b.png",
     ] {
@@ -428,8 +428,8 @@ fn names_of_files_need_not_be_text() {
         ("fmt s*.lxq", None),
         ("diff s.lxq s*.lxq", None),
         ("picture s*.lxq -o p*.png", Some("p*.png")),
-        ("play s*.lxq -o film*.y4m", Some("film*.y4m")),
-        ("play s*.lxq -o f*####.png", Some("f*0001.png")),
+        ("film s*.lxq -o film*.y4m", Some("film*.y4m")),
+        ("frames s*.lxq -o f*####.png", Some("f*0001.png")),
         ("plot s*.lxq -o c*.svg", Some("c*.svg")),
         ("run s*.lxq -o o*", Some("o*/show.html")),
         ("run s*.lxq", Some("out/s*/show.html")),
@@ -461,9 +461,9 @@ fn what_standard_output_does_not_take_is_told() {
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         ended(command.spawn().unwrap())
     };
-    let (code, said) = shell("footlight play s.lxq -o - >&-");
+    let (code, said) = shell("footlight film s.lxq -o - >&-");
     assert!(code == 2 && !said.contains("wrote"), "{code} {said}");
-    let (code, said) = shell("footlight play s.lxq -o - >/dev/null");
+    let (code, said) = shell("footlight film s.lxq -o - >/dev/null");
     assert!(code == 0 && said.contains("wrote"), "{code} {said}");
     for line in ["--help", "--version", "help run", "run --help"] {
         let (code, said) = shell(&format!("footlight {line} >/dev/full"));

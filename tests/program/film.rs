@@ -15,7 +15,7 @@ const SHOW: &str = "show \"S\"\nsurface floor reflectance 0.5 box from -2,-2,-1 
 const COPIES: &str = "#!/bin/sh\nfor last; do :; done\ncat > \"$last\"\n";
 const FAILS: &str = "#!/bin/sh\nread line\necho 'no such codec' >&2\nexit 1\n";
 
-/// Exit code and words of `play -o NAME` with this `ffmpeg`, or none, on the path.
+/// Exit code and words of `film -o NAME` with this `ffmpeg`, or none, on the path.
 fn played(folder: &Path, program: Option<&str>, name: &str) -> (i32, String) {
     let tools = folder.join("tools");
     fs::create_dir_all(&tools).unwrap();
@@ -33,7 +33,7 @@ fn played(folder: &Path, program: Option<&str>, name: &str) -> (i32, String) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_footlight"));
     command.current_dir(folder).env("PATH", path);
     command.env("TMPDIR", &tools);
-    let out = command.args(["play", "s.lxq", "--pool", "off", "--quiet", "-o", name]);
+    let out = command.args(["film", "s.lxq", "--pool", "off", "--quiet", "-o", name]);
     let out = out.output().unwrap();
     let text = [&out.stdout[..], &out.stderr[..]].concat();
     (out.status.code().unwrap(), String::from_utf8(text).unwrap())

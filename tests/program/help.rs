@@ -9,7 +9,7 @@ use std::process::{Command, Output};
 
 use footlight_engine::{Background, Engine, Host};
 use footlight_host::files::{Folder, MemoryStore};
-use footlight_prompt::{Console, Repl, VERBS};
+use footlight_prompt::{Console, Repl, example, verbs};
 
 /// With all that the examples name.
 const SHOW: &str = r#"show "Examples"
@@ -173,7 +173,7 @@ impl Background for AtOnce {
 #[test]
 fn every_verb_does_its_example_at_the_prompt() {
     let place = Place::new();
-    for spec in VERBS {
+    for verb in verbs().get_subcommands() {
         let store = MemoryStore::default();
         let bytes = fs::read(place.path().join("show.lxq")).unwrap();
         footlight_host::files::Store::write(&store, Path::new("show.lxq"), &bytes).unwrap();
@@ -190,7 +190,7 @@ fn every_verb_does_its_example_at_the_prompt() {
         };
         let engine = Engine::open(Path::new("show.lxq"), host).unwrap();
         let mut show = Repl::new(engine, Console::default());
-        let before: &[&str] = match spec.name {
+        let before: &[&str] = match verb.get_name() {
             "goto" => &["set lamps 30", "record 2.5 \"Up\" --time 3"],
             "release" | "record" | "update" | "insert" => &["set lamps 30"],
             "undo" => &["cue 2 { lamps 10 }"],
@@ -198,7 +198,7 @@ fn every_verb_does_its_example_at_the_prompt() {
             "back" => &["goto 3"],
             _ => &[],
         };
-        for line in before.iter().chain([&spec.example]) {
+        for line in before.iter().chain([&example(verb).as_str()]) {
             if let Err(error) = show.execute(line) {
                 let report = error.report(footlight_show::diagnostic::Style::Plain);
                 panic!("{line}: {report}");

@@ -14,7 +14,7 @@ pub const VERBS: [&[&str]; 14] = [
     &["check", "SHOW"],
     &["plan", "SHOW"],
     &["picture", "SHOW", "-o", "p.png"],
-    &["play", "SHOW", "-o", "film.y4m"],
+    &["film", "SHOW", "-o", "film.y4m"],
     &["plot", "SHOW", "keys", "-o", "keys.svg"],
     &["run", "SHOW", "-o", "results"],
     &["quality", "SHOW"],

@@ -115,13 +115,10 @@ fn nothing_leaves_the_machine_unasked() {
         ("--sacn 1", "--bind 192.168.1.20"),
         ("--sacn 1 --to 192.0.2.7", "--bind 192.168.1.20"),
         ("--artnet 192.0.2.7", "--bind 192.168.1.20"),
-        ("--sacn 0 --to 127.0.0.1", "1 to 63999"),
-        ("--sacn 1 --to 127.0.0.1 --priority 201", "0 to 200"),
-        ("--artnet 127.0.0.1 --osc 0", "1 to 65535"),
-        (
-            "--artnet 127.0.0.1 --osc-to 127.0.0.1:9",
-            "`--osc-to` is for `--osc`",
-        ),
+        ("--sacn 0 --to 127.0.0.1", "1..=63999"),
+        ("--sacn 1 --to 127.0.0.1 --priority 201", "0..=200"),
+        ("--artnet 127.0.0.1 --osc 0", "1..=65535"),
+        ("--artnet 127.0.0.1 --osc-to 127.0.0.1:9", "--osc <PORT>"),
         (
             "--artnet 127.0.0.1 --osc 47123 --osc-to 192.0.2.7:9",
             "say an interface with `--bind`",
@@ -130,9 +127,9 @@ fn nothing_leaves_the_machine_unasked() {
             "--artnet 127.0.0.1 --bind 192.0.2.1",
             "no interface of this machine",
         ),
-        ("--osc 8000", "which is a command"),
+        ("--osc 8000", "--sacn <N>"),
     ] {
-        let (well, found) = footlight(folder.path(), &format!("play s.lxq {line}"));
+        let (well, found) = footlight(folder.path(), &format!("send s.lxq {line}"));
         assert!(!well && found.contains(said), "{line}: {found}");
     }
 }
@@ -151,7 +148,7 @@ fn a_go_by_osc_is_seen_on_the_network() {
         .unwrap();
     let mut program = std::process::Command::new(assert_cmd::cargo::cargo_bin("footlight"))
         .current_dir(folder.path())
-        .args("play s.lxq --sacn 7 --to 127.0.0.1 --osc 47124".split(' '))
+        .args("send s.lxq --sacn 7 --to 127.0.0.1 --osc 47124".split(' '))
         .stdout(Stdio::null())
         .spawn()
         .unwrap();

@@ -90,12 +90,12 @@ fn the_next_steps_have_their_price() {
         0.125
     );
     for (line, words) in [
-        ("plan 3", "stands behind --next"),
+        ("plan 3", "`3` is left over: plan [--json] [--next [N]]"),
         ("plan --next 3 4", "`4` is left over"),
         ("plan --next some", "not a whole number"),
         (
             "plan --next --tolerance 1%",
-            "belongs to the plan of the whole show",
+            "`--next [N]` does not go with `--tolerance X`",
         ),
     ] {
         let error = show.execute(line).unwrap_err().to_string();

@@ -2,7 +2,7 @@
 
 use footlight_engine::Host;
 use footlight_host::files::{Disk, Folder, MemoryStore};
-use footlight_prompt::{Call, Repl, find};
+use footlight_prompt::{Repl, Verb};
 use std::path::PathBuf;
 use tempfile::TempDir;
 
@@ -34,8 +34,11 @@ fn the_shows_own_files_are_spared() {
     for name in FILES.into_iter().chain(["aside/../first.mtl"]) {
         let path = folder.path().join(name);
         let before = std::fs::read(&path).unwrap();
-        let call = Call::new(find("tracksheet").unwrap()).with("output", &path);
-        let refused = show.call(&call).unwrap_err().to_string();
+        let words = ["tracksheet".as_ref(), "-o".as_ref(), path.as_os_str()];
+        let refused = show
+            .call(&Verb::of(words).unwrap())
+            .unwrap_err()
+            .to_string();
         assert!(refused.contains("belongs to the show"), "{refused}");
         assert_eq!(std::fs::read(&path).unwrap(), before);
     }
@@ -123,18 +126,21 @@ fn a_part_of_a_show_is_played() {
         Ok(reply) => reply.text.to_string(),
         Err(error) => error.to_string(),
     };
-    let told = say("play --from 0:01 --to 0:02 -o a###.png");
+    let told = say("frames --from 0:01 --to 0:02 -o a###.png");
     assert!(told.starts_with("26 frames"), "{told}");
-    let told = say("play --from 0:01 --to 0:01 -o b.y4m");
+    let told = say("film --from 0:01 --to 0:01 -o b.y4m");
     assert!(told.starts_with("1 frame "), "{told}");
-    let cue = say("play --cue 3 -o c###.png");
+    let cue = say("frames --cue 3 -o c###.png");
     assert!(cue.contains("frames of 16x9"), "{cue}");
     for (line, said) in [
-        ("play --from 0:02 --to 0:01 -o d.y4m", "nothing is between"),
-        ("play --cue 3 --to 0:01 -o d.y4m", "say a cue, or from"),
-        ("play --cue 77 -o d.y4m", "there is no cue `77`"),
-        ("play --from 0:01 -o d.html", "are for frames"),
-        ("play --to visualiser -o d.y4m", "is not a time"),
+        ("film --from 0:02 --to 0:01 -o d.y4m", "nothing is between"),
+        (
+            "film --cue 3 --to 0:01 -o d.y4m",
+            "`--cue N` does not go with `--to TIME`",
+        ),
+        ("film --cue 77 -o d.y4m", "there is no cue `77`"),
+        ("play --from 0:01 -o d.html", "does not go with"),
+        ("film --to visualiser -o d.y4m", "is not a time"),
     ] {
         let told = say(line);
         assert!(told.contains(said), "{line}: {told}");

@@ -1,15 +1,16 @@
 //! Comparisons with references, from the verb to the file.
 
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use crate::operator::Altered;
 use crate::{Ticking, prompt};
-use footlight_engine::{Ended, Goal, Host, Refinement, Way};
+use footlight_engine::{Ended, Goal, Host, Way};
 use footlight_host::files::{Disk, Folder, MemoryStore, Store};
 use footlight_picture::Image;
 use footlight_picture::exr::{self, Precision};
-use footlight_prompt::{Call, Repl, find};
-use footlight_report::{Record, StudyKind};
+use footlight_prompt::{Repl, Verb};
+use footlight_report::{Kind, Record};
 use footlight_show::diagnostic::Style;
 use footlight_transport::Quality;
 use std::sync::Arc;
@@ -49,9 +50,8 @@ fn scaled(image: &Image, factor: f32) -> Image {
 }
 
 fn compare(show: &mut Repl) -> serde_json::Value {
-    let call = Call::new(find("compare").unwrap()).with("reference", "refs");
-    let call = call.with("quality", "1").with("json", "");
-    serde_json::from_str(&show.call(&call).unwrap().text).unwrap()
+    let line = "compare --reference refs --quality 1 --json";
+    serde_json::from_str(&show.execute(line).unwrap().text).unwrap()
 }
 
 #[test]
@@ -107,10 +107,11 @@ fn cornell_meets_the_pictures_beside_it() {
     };
     let mut show = prompt("cornell.lxq", text.as_bytes(), host).unwrap();
     for (quality, most) in [("1", 0.011), ("2", 0.006)] {
-        let call = Call::new(find("compare").unwrap()).with("reference", &folder);
-        let call = call.with("quality", quality).with("json", "");
+        let words = "compare --json --quality".split(' ').map(OsStr::new);
+        let folder = [quality.as_ref(), "--reference".as_ref(), folder.as_os_str()];
+        let verb = Verb::of(words.chain(folder)).unwrap();
         let found: serde_json::Value =
-            serde_json::from_str(&show.call(&call).unwrap().text).unwrap();
+            serde_json::from_str(&show.call(&verb).unwrap().text).unwrap();
         let banks = found["banks"].as_array().unwrap();
         let error = |bank: &serde_json::Value| bank["rmse_noise_free_no_emitters"].as_f64();
         let errors: Vec<f64> = banks.iter().map(|bank| error(bank).unwrap()).collect();
@@ -182,7 +183,7 @@ fn the_chart_of_the_scale_comes_as_a_record_and_as_a_drawing() {
     let record: Record = serde_json::from_slice(&bytes).unwrap();
     assert_eq!(
         (record.kind, record.subject.as_str()),
-        (StudyKind::Transport, "Furnace")
+        (Kind::Transport, "Furnace")
     );
     let mean = &record.series[0];
     let curve = record.curve(mean, "quality", "error");
@@ -257,12 +258,12 @@ fn stubborn() -> Repl {
 fn a_renderer_that_ignores_quality_leaves_no_error_and_nothing_to_refine() {
     for way in [Way::Paper, Way::Auto] {
         let mut show = stubborn();
-        let wanted = Refinement::from(Goal::until(0.01)).by(way);
-        let ended = show.engine_mut().refine(wanted).unwrap().ended;
+        show.engine_mut().set_way(way);
+        let ended = show.engine_mut().refine(Goal::until(0.01)).unwrap().ended;
         assert_eq!(ended, Some(Ended::Complete), "{way:?}");
-        assert_eq!(show.engine().estimate().refined(), 0);
-        assert_eq!(show.engine().estimate().predicted_error().unwrap(), 0.0);
-        let pool = show.engine().estimate().pool().unwrap();
+        assert_eq!(show.engine().refined(), 0);
+        assert_eq!(show.engine().predicted_error().unwrap(), 0.0);
+        let pool = show.engine().pool().unwrap();
         assert!(pool.has_no_estimated_error(), "{way:?}");
     }
 }
@@ -272,9 +273,9 @@ fn what_is_no_chart_is_refused() {
     let store = MemoryStore::default();
     let mut show = furnace(&store);
     for (line, said) in [
-        ("chart", "`chart transport`"),
+        ("chart", "`chart transport -o"),
         ("chart plan", "was removed"),
-        ("chart scale", "`chart transport`"),
+        ("chart scale", "`chart transport -o"),
         ("chart transport --truth", "was removed"),
         ("session x", "was removed"),
         (

@@ -80,7 +80,7 @@ fn the_exposure_is_told_everywhere_and_what_holds_it_can_be_typed() {
         let text = said(&mut show, line);
         assert!(text.contains(&told), "{line}: {text}");
     }
-    let light = said(&mut show, "play -o keys.exr");
+    let light = said(&mut show, "frames -o keys.exr");
     assert!(!light.contains("exposure"), "{light}");
     let status = said(&mut show, "status");
     said(&mut show, status.lines().last().unwrap().trim());

@@ -1,32 +1,54 @@
 //! Edits of the show's text by verbs: delete, copy, rename.
 
-use super::usage;
-use crate::argument::cue;
-use crate::{Call, Error, Repl, Reply};
-use footlight_show::lang::edit::Edit;
-use footlight_show::units::CueNumber;
+use clap::Args;
 
-pub fn delete(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    match call.words().as_slice() {
-        [] => usage("say what: delete cue 5, delete look night"),
-        words => edited(repl, &Edit::Remove(words.join(" "))),
-    }
+use super::usage;
+use crate::argument::{check_cue, number};
+use crate::error::Error;
+use crate::repl::{Repl, Reply};
+use footlight_show::lang::edit::Edit;
+
+/// The declaration that `delete` takes out.
+#[derive(Args, Clone, Debug)]
+pub struct Delete {
+    #[arg(value_name = "cue N | WORD NAME", required = true)]
+    words: Vec<String>,
 }
 
-pub fn copy(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let ["cue", from, "to", to] = call.words()[..] else {
+/// The cue that `copy` copies, and its new number.
+#[derive(Args, Clone, Debug)]
+pub struct Copy {
+    #[arg(value_name = "cue N to NUMBER", required = true)]
+    words: Vec<String>,
+}
+
+/// The name that `rename` changes, and the new one.
+#[derive(Args, Clone, Debug)]
+pub struct Rename {
+    #[arg(value_name = "NAME to NEW", required = true)]
+    words: Vec<String>,
+}
+
+pub fn delete(repl: &mut Repl, asked: &Delete) -> Result<Reply, Error> {
+    edited(repl, &Edit::Remove(asked.words.join(" ")))
+}
+
+pub fn copy(repl: &mut Repl, asked: &Copy) -> Result<Reply, Error> {
+    let [cue, from, to, copy] = asked.words.as_slice() else {
         return usage("say from and to: copy cue 5 to 7");
     };
-    let from = cue(&repl.engine, from)?;
-    let number = CueNumber::parse(to);
-    let to = number.ok_or_else(|| {
-        Error::Usage(format!("`{to}` is not a cue number; write it as 12 or 2.5"))
-    })?;
+    if (cue.as_str(), to.as_str()) != ("cue", "to") {
+        return usage("say from and to: copy cue 5 to 7");
+    }
+    let from = number(from).map_err(Error::Usage)?;
+    check_cue(&repl.engine, from)?;
+    let to = number(copy).map_err(Error::Usage)?;
     edited(repl, &Edit::CopyCue { from, to })
 }
 
-pub fn rename(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let (from, to) = match call.words()[..] {
+pub fn rename(repl: &mut Repl, asked: &Rename) -> Result<Reply, Error> {
+    let words: Vec<&str> = asked.words.iter().map(String::as_str).collect();
+    let (from, to) = match words[..] {
         [from, to] | [from, "to", to] => (from.to_owned(), to.to_owned()),
         _ => return usage("say both names: rename lamps to practicals"),
     };

@@ -2,17 +2,29 @@
 
 use std::collections::BTreeMap;
 
-use super::usage;
-use crate::{Call, Error, Repl, Reply};
+use clap::{Args, ValueHint};
+
+use crate::argument::Output;
+use crate::error::Error;
+use crate::repl::{Repl, Reply};
 use footlight_desk::{ExportError, qlc, usitt};
 use footlight_engine as engine;
 use footlight_report::{exchange, format};
 
+/// The file that `export` writes.
+#[derive(Args, Clone, Debug)]
+pub struct Export {
+    /// Print data instead of words
+    #[arg(long)]
+    json: bool,
+    /// Write a .asc (USITT ASCII) or a .qxw (QLC+)
+    #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    output: Output,
+}
+
 /// Writes the show as the file's ending says, and reports what is not in it.
-pub fn export(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let Some(path) = call.output(&format::EXCHANGE)? else {
-        return usage("say a file: export -o show.asc");
-    };
+pub fn export(repl: &mut Repl, asked: &Export) -> Result<Reply, Error> {
+    let path = repl.output(&asked.output, &format::EXCHANGE)?;
     let document = repl.engine.document();
     let (show, timeline) = (document.show(), document.timeline());
     let write = match format::ending(path).as_str() {
@@ -34,7 +46,7 @@ pub fn export(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         loss.line = cue.copied().flatten();
     }
     let mut reply = repl.written(path, carried.text.as_bytes(), "")?;
-    if call.has("json") {
+    if asked.json {
         let wrote = [path.display().to_string()];
         let json = exchange::json(&wrote, &carried.losses, &[])?;
         Ok(Reply::text(footlight_show::printable::json(&json)))

@@ -2,37 +2,56 @@
 
 use std::fmt::Write as _;
 
-use crate::{Call, Error, Repl, Reply, VERBS, find};
+use clap::{Args, Command};
+
+use crate::error::Error;
+use crate::refusal::find;
+use crate::repl::Reply;
+use crate::usage;
 use footlight_show::lang;
 
-pub fn help(_: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    match call.words().into_iter().next() {
-        Some(name) => Ok(Reply::text(of(name)?)),
-        None => Ok(Reply::text(all())),
-    }
+/// The word that `help` explains.
+#[derive(Args, Clone, Debug)]
+pub struct Help {
+    #[arg(value_name = "VERB")]
+    word: Option<String>,
+}
+
+pub fn help(verbs: &Command, asked: &Help) -> Result<Reply, Error> {
+    Ok(Reply::text(match &asked.word {
+        Some(word) => of(verbs, word)?,
+        None => all(verbs),
+    }))
 }
 
 /// What a verb or a declaration is, in words.
-pub fn of(name: &str) -> Result<String, Error> {
+pub fn of(verbs: &Command, name: &str) -> Result<String, Error> {
     let declared = of_statement(name);
-    let spec = match (find(name), declared.is_empty()) {
+    let verb = match (find(verbs, name), declared.is_empty()) {
         (Err(_), false) => return Ok(declared),
         (found, _) => found?,
     };
-    let mut text = format!("{}\n  {}\n", spec.usage(), spec.about);
-    for option in spec.options {
-        let name = match option.letter {
-            Some(letter) => format!("-{letter}, --{}", option.name),
-            None => format!("--{}", option.name),
+    let mut text = format!("{}\n  {}\n", usage::of(verb), about(verb));
+    for option in verb.get_arguments().filter(|a| !a.is_positional()) {
+        let long = option.get_long().unwrap_or_default();
+        let name = match option.get_short() {
+            Some(letter) => format!("-{letter}, --{long} {}", usage::value(option)),
+            None => format!("--{long} {}", usage::value(option)),
         };
-        let name = format!("{name} {}", option.value.unwrap_or_default());
-        let _ = writeln!(text, "  {name:<22} {}", option.about);
+        let about = option.get_help().map(ToString::to_string);
+        let _ = writeln!(text, "  {name:<22} {}", about.unwrap_or_default());
     }
-    let _ = write!(text, "example: {}", spec.example);
+    let _ = write!(text, "example: {}", usage::example(verb));
     if !declared.is_empty() {
         let _ = write!(text, "\n\n{declared}");
     }
     Ok(text)
+}
+
+fn about(verb: &Command) -> String {
+    verb.get_about()
+        .map(ToString::to_string)
+        .unwrap_or_default()
 }
 
 /// The manual of the language, whose tables explain its words.
@@ -98,10 +117,10 @@ pub fn of_word(statement: &str, word: &str) -> Option<(String, String)> {
     Some((usage.replace("`, `", ", "), meaning.join("; ")))
 }
 
-fn all() -> String {
+fn all(verbs: &Command) -> String {
     let mut text = String::from("verbs\n");
-    for spec in VERBS {
-        let _ = writeln!(text, "  {:<11} {}", spec.name, spec.about);
+    for verb in verbs.get_subcommands() {
+        let _ = writeln!(text, "  {:<11} {}", verb.get_name(), about(verb));
     }
     let _ = write!(
         text,
@@ -168,7 +187,7 @@ mod tests {
         for word in footlight_show::lang::keywords() {
             assert!(!super::of_statement(word).is_empty(), "{word}");
         }
-        let look = super::of("look").unwrap();
+        let look = super::of(crate::verbs(), "look").unwrap();
         assert!(
             look.starts_with("look NAME { LEVELS }\n  levels with a name"),
             "{look}"
@@ -177,7 +196,7 @@ mod tests {
 
     #[test]
     fn the_list_of_verbs_fits_80_columns() {
-        for line in super::all().lines() {
+        for line in super::all(crate::verbs()).lines() {
             assert!(line.chars().count() <= 80, "{line}");
         }
     }

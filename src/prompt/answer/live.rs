@@ -1,24 +1,77 @@
 //! Live control: moves in time, levels that are tried, blind edits.
 
-use super::{picture, usage};
-use crate::argument::{cue, duration, share, time_of};
-use crate::{Call, Error, Repl, Reply, find};
+use clap::Args;
+
+use super::picture::{self, Picture};
+use super::usage;
+use crate::argument::{Moment, check_cue, fade_times, number, share};
+use crate::error::Error;
+use crate::repl::{Repl, Reply};
 use footlight_engine::{self as engine, Moves};
 use footlight_report::document;
 use footlight_show::lang;
 use footlight_show::printable::Printable;
 use footlight_show::units::{CueNumber, Time};
 
-pub fn at(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let words = call.words();
-    let released = match words.as_slice() {
-        [] => Vec::new(),
-        ["cue", number] => {
-            let number = cue(&repl.engine, number)?;
+/// The moment that `at` moves to.
+#[derive(Args, Clone, Debug)]
+pub struct At {
+    #[arg(value_name = "TIME | cue N [+ TIME]")]
+    moment: Vec<String>,
+}
+
+/// The cue that `goto` moves to.
+#[derive(Args, Clone, Debug)]
+pub struct Goto {
+    #[arg(value_name = "CUE [at PART%]", required = true)]
+    words: Vec<String>,
+}
+
+/// The levels that `set` tries.
+#[derive(Args, Clone, Debug)]
+pub struct Set {
+    #[arg(value_name = "LEVEL…", allow_hyphen_values = true)]
+    levels: Vec<String>,
+}
+
+/// The cue that `record` writes.
+#[derive(Args, Clone, Debug)]
+pub struct Record {
+    #[arg(value_name = "NUMBER", value_parser = number)]
+    number: Option<CueNumber>,
+    #[arg(value_name = "LABEL", default_value = "", hide_default_value = true)]
+    label: String,
+    /// The new cue's time, such as 3 or 4/6
+    #[arg(long, value_name = "TIME", value_parser = fade_times)]
+    time: Option<(Time, Time)>,
+}
+
+/// The cue that `insert` writes.
+#[derive(Args, Clone, Debug)]
+pub struct Insert {
+    #[arg(value_name = "LABEL", default_value = "", hide_default_value = true)]
+    label: String,
+    /// The new cue's time, such as 3 or 4/6
+    #[arg(long, value_name = "TIME", value_parser = fade_times)]
+    time: Option<(Time, Time)>,
+}
+
+/// Whether `blind` ends.
+#[derive(Args, Clone, Debug)]
+pub struct Blind {
+    #[arg(value_parser = ["off"])]
+    off: Option<String>,
+}
+
+pub fn at(repl: &mut Repl, asked: &At) -> Result<Reply, Error> {
+    let released = match Moment::of(&asked.moment)? {
+        None => Vec::new(),
+        Some(Moment::Cue(number, None)) => {
+            check_cue(&repl.engine, number)?;
             repl.live.goto(repl.engine.document(), number, None)?
         }
-        words => {
-            let time = time_of(&repl.engine, words)?;
+        Some(moment) => {
+            let time = moment.time(&repl.engine)?;
             repl.live.move_to(repl.engine.document(), time)?
         }
     };
@@ -26,24 +79,26 @@ pub fn at(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     Ok(moment(repl))
 }
 
-pub fn go(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
+pub fn go(repl: &mut Repl) -> Result<Reply, Error> {
     let released = repl.live.go(repl.engine.document())?;
     moved(repl, &released)
 }
 
-pub fn back(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
+pub fn back(repl: &mut Repl) -> Result<Reply, Error> {
     let released = repl.live.back(repl.engine.document())?;
     moved(repl, &released)
 }
 
-pub fn goto(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let (number, part) = match call.words()[..] {
-        [number] => (number, None),
-        [number, "at", part] => (number, Some(share(part)?)),
+pub fn goto(repl: &mut Repl, asked: &Goto) -> Result<Reply, Error> {
+    let words: Vec<&str> = asked.words.iter().map(String::as_str).collect();
+    let (cue, part) = match words[..] {
+        [cue] => (cue, None),
+        [cue, "at", part] => (cue, Some(share(part).map_err(Error::Usage)?)),
         _ => return usage("say which cue: goto 12, goto 12 at 50%"),
     };
-    let number = cue(&repl.engine, number)?;
-    let released = repl.live.goto(repl.engine.document(), number, part)?;
+    let cue = number(cue).map_err(Error::Usage)?;
+    check_cue(&repl.engine, cue)?;
+    let released = repl.live.goto(repl.engine.document(), cue, part)?;
     moved(repl, &released)
 }
 
@@ -71,10 +126,10 @@ fn moment(repl: &Repl) -> Reply {
 /// Levels there, and a picture where the pool can give one at once.
 fn pictured_moment(repl: &mut Repl) -> Result<Reply, Error> {
     let levels = moment(repl);
-    if repl.engine.estimate().pool().is_none() {
+    if repl.engine.pool().is_none() {
         return Ok(levels);
     }
-    let picture = picture::picture(repl, &Call::new(find("picture")?))?;
+    let picture = picture::picture(repl, &Picture::default())?;
     Ok(Reply {
         picture: picture.picture,
         ..levels
@@ -82,8 +137,8 @@ fn pictured_moment(repl: &mut Repl) -> Result<Reply, Error> {
 }
 
 /// Tries levels on top of what the cues say at the current time.
-pub fn set(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    if call.words.is_empty() {
+pub fn set(repl: &mut Repl, asked: &Set) -> Result<Reply, Error> {
+    if asked.levels.is_empty() {
         let text = if !repl.live.is_trying() {
             "nothing is being tried: `set lamps 40`".to_owned()
         } else {
@@ -93,7 +148,7 @@ pub fn set(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     }
     let document = repl.engine.document();
     let files = repl.engine.host().files.as_ref();
-    let moves = Moves::read(document, &absolute(repl, &call.words()), files)?;
+    let moves = Moves::read(document, &absolute(repl, &asked.levels), files)?;
     repl.live.set(document, moves)?;
     let mut reply = pictured_moment(repl)?;
     reply
@@ -103,24 +158,24 @@ pub fn set(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 }
 
 /// Words in which `warm +10` and `sky -5` are levels, from those at this moment.
-fn absolute(repl: &Repl, words: &[&str]) -> String {
+fn absolute(repl: &Repl, words: &[String]) -> String {
     let document = repl.engine.document();
     let show = document.show();
     let (levels, firsts) = (repl.live.levels(document), show.first_parameters());
     let mut out: Vec<String> = Vec::new();
     for word in words {
         let by = word.strip_prefix('+').map(str::to_owned);
-        let by = by.or_else(|| word.starts_with('-').then(|| (*word).to_owned()));
+        let by = by.or_else(|| word.starts_with('-').then(|| word.clone()));
         let by = by.and_then(|by| by.trim_end_matches('%').parse::<f64>().ok());
         let (Some(by), Some(name)) = (by, out.last()) else {
-            out.push((*word).to_owned());
+            out.push(word.clone());
             continue;
         };
         let group = show.groups.iter().find(|group| group.name == *name);
         let bank = show.banks.iter().position(|bank| bank.name == *name);
         let banks = group.map_or_else(|| bank.into_iter().collect(), |group| group.banks.clone());
         if banks.is_empty() {
-            out.push((*word).to_owned());
+            out.push(word.clone());
             continue;
         }
         out.pop();
@@ -135,14 +190,14 @@ fn absolute(repl: &Repl, words: &[&str]) -> String {
 }
 
 /// Writes what is tried into the cue that stands.
-pub fn update(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
-    let before = repl.engine.estimate().refined();
+pub fn update(repl: &mut Repl) -> Result<Reply, Error> {
+    let before = repl.engine.refined();
     let edited = repl.live.update(&mut repl.engine)?;
     Ok(Reply::text(repl.describe_edit(&edited, before)))
 }
 
 /// Writes what is tried as a new cue behind the one that stands, under a number between.
-pub fn insert(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+pub fn insert(repl: &mut Repl, asked: &Insert) -> Result<Reply, Error> {
     let document = repl.engine.document();
     let cues = &document.show().cues;
     let index = repl.live.cue(document).ok_or(engine::Error::NoCues)?;
@@ -156,9 +211,7 @@ pub fn insert(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
                 "there is no number between this cue and the next: rename one of them".to_owned(),
             )
         })?;
-    let label = call.words().first().copied().unwrap_or("");
-    let times = call.option("time").map(fade_times).transpose()?;
-    recorded(repl, number, label, times)
+    recorded(repl, number, &asked.label, asked.time)
 }
 
 /// The roundest number between two, in thousandths; behind the last cue the next whole one.
@@ -173,7 +226,7 @@ fn between(this: u32, next: Option<u32>) -> Option<u32> {
     })
 }
 
-pub fn release(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
+pub fn release(repl: &mut Repl) -> Result<Reply, Error> {
     if repl.live.release() {
         pictured_moment(repl)
     } else {
@@ -182,23 +235,14 @@ pub fn release(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
 }
 
 /// Keeps blind edits, or what is being tried as a cue.
-pub fn record(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let (number, label) = match call.words()[..] {
-        [] => return keep_blind(repl),
-        [number] => (number, ""),
-        [number, label] => (number, label),
-        _ => return usage("usage: record NUMBER \"LABEL\""),
+pub fn record(repl: &mut Repl, asked: &Record) -> Result<Reply, Error> {
+    let Some(number) = asked.number else {
+        return keep_blind(repl);
     };
     if !repl.live.is_trying() {
         return Err(engine::Error::NothingTried.into());
     }
-    let times = call.option("time").map(fade_times).transpose()?;
-    let cue = CueNumber::parse(number).ok_or_else(|| {
-        Error::Usage(format!(
-            "`{number}` is not a cue number; write it as 12 or 2.5"
-        ))
-    })?;
-    recorded(repl, cue, label, times)
+    recorded(repl, number, &asked.label, asked.time)
 }
 
 fn recorded(
@@ -207,7 +251,7 @@ fn recorded(
     label: &str,
     times: Option<(Time, Time)>,
 ) -> Result<Reply, Error> {
-    let before = repl.engine.estimate().refined();
+    let before = repl.engine.refined();
     let edited = repl.live.record(&mut repl.engine, cue, label, times)?;
     let text = repl.engine.document().text();
     let place = lang::edit::locate(text, &format!("cue {cue}"));
@@ -226,14 +270,6 @@ fn recorded(
     Ok(Reply::text(recorded))
 }
 
-/// `3`, or `4/6` for what goes up and what goes down.
-fn fade_times(text: &str) -> Result<(Time, Time), Error> {
-    match text.split_once('/') {
-        Some((up, down)) => Ok((duration(up)?, duration(down)?)),
-        None => duration(text).map(|time| (time, time)),
-    }
-}
-
 fn keep_blind(repl: &mut Repl) -> Result<Reply, Error> {
     match repl.live.keep_blind() {
         Ok(()) => Ok(Reply::text(
@@ -245,22 +281,19 @@ fn keep_blind(repl: &mut Repl) -> Result<Reply, Error> {
     }
 }
 
-pub fn blind(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    match call.words().as_slice() {
-        [] => Ok(Reply::text(
-            if repl.live.begin_blind(repl.engine.document()) {
-                "blind: edits are shown, `record` keeps them, `blind off` drops them"
-            } else {
-                "blind already: `record` keeps the edits, `blind off` drops them"
-            },
-        )),
-        ["off"] => {
-            repl.live.drop_blind(&mut repl.engine)?;
-            let headline = repl.headline();
-            Ok(Reply::text(format!(
-                "the blind edits are dropped\n{headline}"
-            )))
-        }
-        _ => usage("usage: blind [off]"),
+pub fn blind(repl: &mut Repl, asked: &Blind) -> Result<Reply, Error> {
+    if asked.off.is_some() {
+        repl.live.drop_blind(&mut repl.engine)?;
+        let headline = repl.headline();
+        return Ok(Reply::text(format!(
+            "the blind edits are dropped\n{headline}"
+        )));
     }
+    Ok(Reply::text(
+        if repl.live.begin_blind(repl.engine.document()) {
+            "blind: edits are shown, `record` keeps them, `blind off` drops them"
+        } else {
+            "blind already: `record` keeps the edits, `blind off` drops them"
+        },
+    ))
 }

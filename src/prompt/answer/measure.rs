@@ -1,39 +1,77 @@
 //! Measurements: of quality, against references, as charts.
 
-use super::usage;
-use crate::argument::quality as step;
-use crate::{Call, Error, Repl, Reply, removed};
-use footlight_engine as engine;
+use std::path::PathBuf;
+
+use clap::{Args, ValueHint};
+
+use crate::argument::{Output, check_quality, step};
+use crate::error::Error;
+use crate::repl::{Repl, Reply};
 use footlight_report::chart::Theme;
 use footlight_report::format::{self, DRAWING, RECORD};
 use footlight_report::{self as report, comparison, tradeoff};
+use footlight_transport::Quality;
 
-pub fn quality(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    call.without_words(": quality tells of all steps")?;
-    let forecast = engine::measure::quality::measure(&repl.engine, call.has("measure"))?;
-    if call.has("json") {
+/// What `quality` measures.
+#[derive(Args, Clone, Debug)]
+pub struct Scale {
+    /// Print data instead of words
+    #[arg(long)]
+    json: bool,
+    /// Render at every step too, and print the seconds it took
+    #[arg(long)]
+    measure: bool,
+}
+
+/// The pictures that `compare` compares.
+#[derive(Args, Clone, Debug)]
+pub struct Compare {
+    /// The folder of BANK.exr, or of the halves BANK_A.exr and BANK_B.exr
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    reference: PathBuf,
+    /// The step of the scale, 1 to 3 (default: that of the show's coarse pictures)
+    #[arg(long, value_name = "Q", value_parser = step)]
+    quality: Option<Quality>,
+    /// Print data instead of words
+    #[arg(long)]
+    json: bool,
+    /// Write the differences as a .png or an .svg
+    #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    output: Option<Output>,
+}
+
+/// What `chart` draws.
+#[derive(Args, Clone, Debug)]
+pub struct Chart {
+    /// What to draw
+    #[arg(value_name = "KIND", value_parser = ["transport"])]
+    kind: String,
+    /// The folder of reference pictures (default: the finest step is the reference)
+    #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    reference: Option<PathBuf>,
+    /// Light lines on a dark ground, in a file too
+    #[arg(long)]
+    dark: bool,
+    /// Write a .png, an .svg, or the figures as .csv or .json
+    #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    output: Option<Output>,
+}
+
+pub fn quality(repl: &mut Repl, asked: &Scale) -> Result<Reply, Error> {
+    let forecast = repl.engine.measure_quality(asked.measure)?;
+    if asked.json {
         Reply::json(&forecast)
     } else {
         Ok(Reply::text(report::quality::describe(&forecast)))
     }
 }
 
-pub fn compare(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    call.without_words("; the folder stands behind --reference")?;
-    let Some(folder) = call.path("reference") else {
-        return usage(
-            "say where the reference pictures are: compare --reference DIR, with DIR/BANK.exr for \
-             every bank, or its halves BANK_A.exr and BANK_B.exr",
-        );
-    };
-    let quality = match call.option("quality") {
-        Some(text) => step(&repl.engine, text)?,
-        None => repl.engine.estimate().coarse_steps()[1],
-    };
-    let path = call.output(&DRAWING)?;
-    let compared = engine::measure::comparison::compare(&repl.engine, folder, quality)?;
-    let json = call.has("json");
-    let reply = if json {
+pub fn compare(repl: &mut Repl, asked: &Compare) -> Result<Reply, Error> {
+    let quality = asked.quality.unwrap_or(repl.engine.coarse_steps()[1]);
+    check_quality(&repl.engine, quality)?;
+    let path = repl.optional_output(asked.output.as_ref(), &DRAWING)?;
+    let compared = repl.engine.compare(&asked.reference, quality)?;
+    let reply = if asked.json {
         Reply::json(&compared.comparison)?
     } else {
         Reply::text(comparison::describe(&compared.comparison))
@@ -45,23 +83,17 @@ pub fn compare(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let drawing = drawing.map_err(report::Error::from)?;
     let bytes = format::drawing(&drawing, 1.0, path)?;
     let written = repl.written(path, &bytes, &reply.text)?;
-    Ok(if json { reply } else { written })
+    Ok(if asked.json { reply } else { written })
 }
 
-pub fn chart(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    if call.words()[..] != ["transport"] {
-        let words = call.words().join(" ");
-        return usage(removed(&format!("chart {words}")).unwrap_or_else(|| {
-            "`chart transport` draws error against time over the scale of quality".to_owned()
-        }));
-    }
-    let path = call.output(&RECORD)?;
-    let theme = if call.has("dark") {
+pub fn chart(repl: &mut Repl, asked: &Chart) -> Result<Reply, Error> {
+    let path = repl.optional_output(asked.output.as_ref(), &RECORD)?;
+    let theme = if asked.dark {
         Theme::Dark
     } else {
         Theme::Light
     };
-    let found = engine::measure::tradeoff::measure(&repl.engine, call.path("reference"))?;
+    let found = repl.engine.measure_tradeoff(asked.reference.as_deref())?;
     let (text, record) = (tradeoff::describe(&found), || tradeoff::record(&found));
     repl.deliver(
         text,

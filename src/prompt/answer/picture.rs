@@ -1,50 +1,78 @@
 //! One picture.
 
+use clap::{Args, ValueHint};
+
 use super::usage;
-use crate::argument::{precision, quality, time, time_of};
-use crate::{Call, Error, Repl, Reply};
-use footlight_engine::UnlitBank;
+use crate::argument::{self, FromView, Moment, Output, check_quality, number, step};
+use crate::error::Error;
+use crate::repl::{Repl, Reply};
 use footlight_picture::Image;
+use footlight_picture::exr::Precision;
 use footlight_picture::tone::{self, Tone};
 use footlight_report::film::Shown;
 use footlight_report::format::{self, PICTURE, ending};
 use footlight_report::words::count;
+use footlight_show::units::{CueNumber, Time};
+use footlight_transport::Quality;
 
-pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let said = [!call.words.is_empty(), call.has("at"), call.has("cue")];
-    if said.iter().filter(|said| **said).count() > 1 {
-        if let (Some(cue), false) = (call.option("cue"), call.words.is_empty()) {
-            let behind = call.words().join(" ");
-            return usage(format!(
-                "a picture is of one moment: say it in quotes, `picture 'cue {cue} {behind}'`"
-            ));
-        }
-        return usage("a picture is of one moment: say one time");
+/// What `picture` shows.
+#[derive(Args, Clone, Debug, Default)]
+pub struct Picture {
+    #[arg(value_name = "TIME | cue N [+ TIME]", conflicts_with_all = ["at", "cue"])]
+    moment: Vec<String>,
+    /// The moment (default: the current time, or the start)
+    #[arg(long, value_name = "TIME", value_parser = argument::duration)]
+    at: Option<Time>,
+    /// The moment at which this cue is complete
+    #[arg(long, value_name = "N", value_parser = number, conflicts_with = "at")]
+    cue: Option<CueNumber>,
+    /// This bank alone, at full
+    #[arg(long, value_name = "BANK")]
+    bank: Option<String>,
+    /// Render again at this step of the scale, 1 to 3
+    #[arg(long, value_name = "Q", value_parser = step)]
+    quality: Option<Quality>,
+    /// How bright the light shows (default: that of the sequence; of a bank alone its own)
+    #[arg(long, value_name = "STOPS", value_parser = argument::exposure)]
+    #[arg(allow_negative_numbers = true)]
+    exposure: Option<f64>,
+    #[command(flatten)]
+    pub from: FromView,
+    /// An .exr in 32 bits a number (default: 16, the relative error 2^-11)
+    #[arg(long)]
+    float: bool,
+    /// Write a .png (as displayed) or an .exr (linear)
+    #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    output: Option<Output>,
+}
+
+pub fn picture(repl: &mut Repl, asked: &Picture) -> Result<Reply, Error> {
+    let path = repl.optional_output(asked.output.as_ref(), &PICTURE)?;
+    // An .exr is light, which no exposure changes.
+    let shown = path.is_none_or(|p| ending(p) != "exr");
+    if asked.float && shown {
+        return usage("`--float` is for an .exr");
     }
     let now = repl.live.time();
-    let moment = match (
-        call.option("at"),
-        call.option("cue"),
-        call.words().as_slice(),
-    ) {
-        (Some(text), ..) => time(&repl.engine, text)?,
-        (None, Some(number), _) => time_of(&repl.engine, &["cue", number])?,
-        (None, None, []) => now,
-        (None, None, words) => time_of(&repl.engine, words)?,
+    let complete = asked.cue.map(|cue| Moment::Cue(cue, None));
+    let said = asked.at.map(Moment::Time).or(complete);
+    let moment = match said.or(Moment::of(&asked.moment)?) {
+        Some(moment) => moment.time(&repl.engine)?,
+        None => now,
     };
-    let setting = match call.option("bank") {
-        Some(name) => repl.engine.document().alone(name)?,
+    let setting = match &asked.bank {
+        Some(name) => repl.engine.alone(name)?,
         None if moment == now => repl.live.setting(repl.engine.document()),
-        None => repl.engine.document().setting(moment),
+        None => repl.engine.setting(moment),
     };
-    let image = match call.option("quality") {
-        Some(text) => {
-            let quality = quality(&repl.engine, text)?;
+    let image = match asked.quality {
+        Some(quality) => {
+            check_quality(&repl.engine, quality)?;
             repl.engine.render(&setting, quality)?
         }
         None => repl.engine.picture_of(&setting)?,
     };
-    let what = match call.option("bank") {
+    let what = match &asked.bank {
         Some(name) => format!("{name} alone at full"),
         None => format!("{moment}"),
     };
@@ -52,24 +80,22 @@ pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
         0 => String::new(),
         n => format!("; {} a little below zero, shown as 0", count(n, "value")),
     };
-    let path = call.path("output");
-    // An .exr is light, which no exposure changes.
-    let shown = path.is_none_or(|p| ending(p) != "exr");
-    let tone = shown.then(|| exposed(repl, call, &image)).transpose()?;
+    let tone = shown.then(|| exposed(repl, asked, &image)).transpose()?;
     let exposure = match tone {
-        _ if is_dark(repl, call, &image) => ", dark: no light in sight".to_owned(),
-        Some(tone) => format!(", exposure {:.2}{}", tone.exposure, chosen(repl, call)),
+        _ if is_dark(repl, asked, &image) => ", dark: no light in sight".to_owned(),
+        Some(tone) => format!(", exposure {:.2}{}", tone.exposure, chosen(repl, asked)),
         None => String::new(),
     };
-    let text = format!("{what}: {}{exposure}{below}", made_of(repl, call));
-    let tone = tone.unwrap_or_else(|| repl.engine.document().tone_at(0.0));
-    if call.has("float") && path.is_none_or(|p| ending(p) != "exr") {
-        return usage("`--float` is for an .exr");
-    }
+    let text = format!("{what}: {}{exposure}{below}", made_of(repl, asked));
+    let tone = tone.unwrap_or_else(|| repl.engine.tone_at(0.0));
     match path {
         Some(p) => {
-            PICTURE.check(p)?;
-            let about = (precision(call), text.as_str());
+            let precision = if asked.float {
+                Precision::Float
+            } else {
+                Precision::Half
+            };
+            let about = (precision, text.as_str());
             let bytes = format::picture(&image, || Ok(tone), about, p)?;
             repl.written(p, &bytes, &text)
         }
@@ -82,56 +108,47 @@ pub fn picture(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 }
 
 /// What the picture was made of.
-fn made_of(repl: &Repl, call: &Call) -> String {
-    if let Some(text) = call.option("quality") {
-        return format!("quality {text}");
+fn made_of(repl: &Repl, asked: &Picture) -> String {
+    if let Some(Quality(step)) = asked.quality {
+        return format!("quality {step}");
     }
-    if repl.engine.estimate().is_final() {
+    if repl.engine.is_final() {
         return "the sum of the banks".to_owned();
     }
-    match repl.engine.estimate().refined() {
+    match repl.engine.refined() {
         0 => "coarse alone, nothing refined yet".to_owned(),
         n => format!("coarse, and {}", count(n, "refined picture")),
     }
 }
 
 /// Whether nothing of a picture, or of a bank alone, can be seen.
-fn is_dark(repl: &mut Repl, call: &Call, image: &Image) -> bool {
-    let unlit = |name: &str| {
-        UnlitBank::find(&mut repl.engine)
-            .iter()
-            .any(|b| b.name == name)
-    };
-    image.data().iter().all(|light| *light <= 0.0) || call.option("bank").is_some_and(unlit)
+fn is_dark(repl: &mut Repl, asked: &Picture, image: &Image) -> bool {
+    let unlit = |name: &str| repl.engine.unlit_banks().iter().any(|b| b.name == name);
+    image.data().iter().all(|light| *light <= 0.0) || asked.bank.as_deref().is_some_and(unlit)
 }
 
 /// How the exposure came about, where it was not set.
-fn chosen(repl: &Repl, call: &Call) -> &'static str {
-    match call.has("exposure") || repl.engine.show().preview.exposure.is_some() {
+fn chosen(repl: &Repl, asked: &Picture) -> &'static str {
+    match asked.exposure.is_some() || repl.engine.show().preview.exposure.is_some() {
         true => "",
-        false if of_picture(repl, call) => " (auto, for this picture)",
+        false if of_picture(repl, asked) => " (auto, for this picture)",
         false => " (auto)",
     }
 }
 
 /// True for what is exposed by itself, as no sequence shows it.
-fn of_picture(repl: &Repl, call: &Call) -> bool {
-    call.has("bank") || repl.engine.show().cues.is_empty()
+fn of_picture(repl: &Repl, asked: &Picture) -> bool {
+    asked.bank.is_some() || repl.engine.show().cues.is_empty()
 }
 
 /// The exposure that is said, else that of the whole sequence, so that pictures of different moments
 /// compare. A bank alone and a show without cues are exposed for the picture itself.
-fn exposed(repl: &mut Repl, call: &Call, image: &Image) -> Result<Tone, Error> {
-    if let Some(text) = call.option("exposure") {
-        let stops = text.parse::<f64>().ok();
-        let stops = stops.filter(|stops| (-30.0..=30.0).contains(stops));
-        let stops = stops.ok_or_else(|| {
-            Error::Usage(format!("`{text}` is no exposure: it is -30 to 30 stops"))
-        })?;
-        return Ok(repl.engine.document().tone_at(stops));
+fn exposed(repl: &mut Repl, asked: &Picture, image: &Image) -> Result<Tone, Error> {
+    if let Some(stops) = asked.exposure {
+        return Ok(repl.engine.tone_at(stops));
     }
-    if of_picture(repl, call) {
-        Ok(repl.engine.document().tone_of([image]))
+    if of_picture(repl, asked) {
+        Ok(repl.engine.tone_of([image]))
     } else {
         Ok(repl.engine.tone()?)
     }

@@ -1,28 +1,146 @@
-//! The sequence, on a canvas or into files.
+//! The sequence: on a canvas, as a page, as a film, as pictures.
 
 use std::path::Path;
 
-use super::usage;
-use crate::argument::{cue, target, time_of};
-use crate::{Call, Error, Repl, Reply};
-use footlight_report::film::{self, PlayedSpan};
-use footlight_report::target::{Sequence, Target};
-use footlight_report::words::exposure;
+use clap::{Args, ValueHint};
 
-pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let options = [
-        "sacn", "priority", "artnet", "bind", "patch", "osc", "osc-to",
-    ];
-    if let Some(option) = options.into_iter().find(|option| call.has(option)) {
+use super::usage;
+use crate::argument::{FromView, Moment, Output, check_cue, number, one_of};
+use crate::error::Error;
+use crate::repl::{Repl, Reply};
+use footlight_picture::exr::Precision;
+use footlight_picture::y4m::Chroma;
+use footlight_report::film::{self, Span};
+use footlight_report::target::{Layers, Sequence, Target, TargetOptions};
+use footlight_report::words::exposure;
+use footlight_show::units::CueNumber;
+
+/// A part of the show.
+#[derive(Args, Clone, Debug)]
+struct Part {
+    /// The first moment, such as 1:30 or "cue 5"
+    #[arg(long, value_name = "TIME", value_parser = Moment::parse)]
+    from: Option<Moment>,
+    /// The last moment
+    #[arg(long, value_name = "TIME", value_parser = Moment::parse)]
+    to: Option<Moment>,
+    /// This cue alone, from its GO until it is complete
+    #[arg(long, value_name = "N", value_parser = number, conflicts_with_all = ["from", "to"])]
+    cue: Option<CueNumber>,
+}
+
+/// What `play` plays.
+#[derive(Args, Clone, Debug)]
+pub struct Play {
+    #[command(flatten)]
+    pub from: FromView,
+    #[command(flatten)]
+    part: Part,
+    /// Write a .html, a page that plays in a browser
+    #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    #[arg(conflicts_with = "Part")]
+    output: Option<Output>,
+}
+
+/// The film that `film` writes.
+#[derive(Args, Clone, Debug)]
+pub struct Film {
+    #[command(flatten)]
+    pub from: FromView,
+    #[command(flatten)]
+    part: Part,
+    /// Colour of a .y4m or of standard output: 420 (default) or 444, BT.709
+    #[arg(long, value_name = "C", value_parser = one_of(CHROMA), hide_possible_values = true)]
+    chroma: Option<Chroma>,
+    /// Write a .mp4 or a .webm (by ffmpeg), a .y4m, or `-` (standard output)
+    #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    output: Output,
+}
+
+const CHROMA: &[(&str, Chroma)] = &[("420", Chroma::Quarter), ("444", Chroma::Full)];
+
+/// The pictures that `frames` writes.
+#[derive(Args, Clone, Debug)]
+pub struct Frames {
+    #[command(flatten)]
+    pub from: FromView,
+    #[command(flatten)]
+    part: Part,
+    /// Layers of one .exr: keys (default), banks (each alone at full) or basis (the refined pictures)
+    #[arg(long, value_name = "WHAT", value_parser = one_of(LAYERS), hide_possible_values = true)]
+    layers: Option<Layers>,
+    /// An .exr in 32 bits a number (default: 16, the relative error 2^-11)
+    #[arg(long)]
+    float: bool,
+    /// Write numbered pictures, such as frames/####.png, or an .exr of layers
+    #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    output: Output,
+}
+
+const LAYERS: &[(&str, Layers)] = &[
+    ("keys", Layers::Keys),
+    ("banks", Layers::Banks),
+    ("basis", Layers::Basis),
+];
+
+const NO_OPTIONS: TargetOptions = TargetOptions {
+    layers: None,
+    chroma: None,
+    precision: None,
+};
+
+pub fn play(repl: &mut Repl, asked: &Play) -> Result<Reply, Error> {
+    let path = asked.output.as_ref().map(|output| repl.spared(output));
+    let target = path
+        .transpose()?
+        .map(|path| target("play", path, NO_OPTIONS));
+    sequence(repl, &asked.part, target.transpose()?)
+}
+
+pub fn film(repl: &mut Repl, asked: &Film) -> Result<Reply, Error> {
+    let options = TargetOptions {
+        chroma: asked.chroma,
+        ..NO_OPTIONS
+    };
+    let target = target("film", repl.spared(&asked.output)?, options)?;
+    sequence(repl, &asked.part, Some(target))
+}
+
+pub fn frames(repl: &mut Repl, asked: &Frames) -> Result<Reply, Error> {
+    let options = TargetOptions {
+        layers: asked.layers,
+        precision: asked.float.then_some(Precision::Float),
+        ..NO_OPTIONS
+    };
+    let target = target("frames", repl.spared(&asked.output)?, options)?;
+    sequence(repl, &asked.part, Some(target))
+}
+
+/// What `verb` writes to `path`. A file of another verb is refused, and an option that this kind of
+/// file would silently ignore.
+fn target(verb: &str, path: &Path, options: TargetOptions) -> Result<Target, Error> {
+    let target = Target::of(path, options)?;
+    let own = match target {
+        Target::Page(_) => "play",
+        Target::Film(_) | Target::Video(..) => "film",
+        Target::Numbered(..) | Target::Layers(..) => "frames",
+    };
+    if own != verb {
+        let path = path.display();
         return usage(format!(
-            "`--{option}` is for sending, which is a command: footlight play show.lxq --artnet \
-             127.0.0.1"
+            "`{verb}` does not write `{path}`: `{own} -o {path}` does"
         ));
     }
-    let target = call.path("output").map(|path| checked(path, call));
-    let target = target.transpose()?;
-    let said = said_span(repl, call)?;
-    let span = said.unwrap_or(PlayedSpan::whole(&repl.engine));
+    match target.idle(options) {
+        Some((option, file)) => usage(format!("`--{option}` is for {file}")),
+        None => Ok(target),
+    }
+}
+
+/// Plays the sequence, or writes it to a target.
+fn sequence(repl: &mut Repl, part: &Part, target: Option<Target>) -> Result<Reply, Error> {
+    let said = said_span(repl, part)?;
+    let span = said.unwrap_or(Span::whole(&repl.engine));
     if let Some(target) = &target {
         if said.is_some() && !target.has_frames() {
             return usage("`--from`, `--to` and `--cue` are for frames: this file has the keys");
@@ -33,7 +151,7 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let (engine, console) = (&repl.engine, &repl.console);
     let sequence = Sequence {
         engine,
-        tone: engine.document().tone_of(playback.images()),
+        tone: engine.tone_of(playback.images()),
         playback,
         span,
     };
@@ -51,7 +169,7 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     let (player, now) = (sequence.player()?, repl.live.time());
     // From here on, or all of it where this is the end.
     let span = said.unwrap_or(if now < span.to {
-        PlayedSpan { from: now, ..span }
+        Span { from: now, ..span }
     } else {
         span
     });
@@ -68,99 +186,99 @@ pub fn play(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     })
 }
 
-/// The part of the show that a call asks for, if it does: from a moment, to one, or a cue from its
-/// GO until it is complete.
-fn said_span(repl: &Repl, call: &Call) -> Result<Option<PlayedSpan>, Error> {
+/// The span of a part that is said: from a moment, to one, or a cue from its GO until it is complete.
+fn said_span(repl: &Repl, part: &Part) -> Result<Option<Span>, Error> {
     let engine = &repl.engine;
-    let moment = |option: &str| {
-        let words = call
-            .option(option)
-            .map(|text| text.split_whitespace().collect());
-        words
-            .map(|words: Vec<&str>| time_of(engine, &words))
-            .transpose()
-    };
-    let (from, to) = (moment("from")?, moment("to")?);
-    let mut span = PlayedSpan::whole(engine);
-    if let Some(text) = call.option("cue") {
-        if from.is_some() || to.is_some() {
-            return usage("say a cue, or from where to where");
-        }
-        let number = cue(engine, text)?;
+    let mut span = Span::whole(engine);
+    if let Some(number) = part.cue {
+        check_cue(engine, number)?;
         let place = engine.show().cues.iter().position(|c| c.number == number);
         let times = place.and_then(|at| engine.document().timeline().cues().get(at));
-        span = times.map_or(span, |cue| PlayedSpan {
+        return Ok(Some(times.map_or(span, |cue| Span {
             from: cue.go,
             to: cue.completion,
-        });
-        return Ok(Some(span));
+        })));
     }
-    span.from = from.unwrap_or(span.from);
-    span.to = to.unwrap_or(span.to);
+    if let Some(from) = part.from {
+        span.from = from.time(engine)?;
+    }
+    if let Some(to) = part.to {
+        span.to = to.time(engine)?;
+    }
     if span.to < span.from {
         return usage(format!(
             "{} is before {}: nothing is between them",
             span.to, span.from
         ));
     }
-    Ok((from.is_some() || to.is_some()).then_some(span))
-}
-
-/// What to write to `path`; options that this kind of file would silently ignore are refused.
-fn checked(path: &Path, call: &Call) -> Result<Target, Error> {
-    let options = target(call)?;
-    let target = Target::of(path, options)?;
-    match target.idle(options) {
-        Some((option, file)) => usage(format!("`--{option}` is for {file}")),
-        None => Ok(target),
-    }
+    Ok((part.from.is_some() || part.to.is_some()).then_some(span))
 }
 
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
+    #![allow(clippy::unwrap_used, clippy::panic, reason = "tests")]
 
     use super::*;
-    use footlight_picture::exr::Precision;
-    use footlight_picture::y4m::Chroma;
-    use footlight_report::layers::Layers;
-    use footlight_report::numbered::FrameFormat;
+    use crate::Verb;
+    use footlight_report::target::Kind;
 
-    fn of(words: &str) -> Result<Target, Error> {
-        let call = Call::parse(&format!("play {words}"))?;
-        checked(call.path("output").unwrap(), &call)
+    fn of(line: &str) -> Result<Target, Error> {
+        let options = TargetOptions { ..NO_OPTIONS };
+        match Verb::parse(line)? {
+            Verb::Play(asked) => target("play", &asked.output.unwrap().0, options),
+            Verb::Film(asked) => {
+                let chroma = asked.chroma;
+                target("film", &asked.output.0, TargetOptions { chroma, ..options })
+            }
+            Verb::Frames(asked) => {
+                let options = TargetOptions {
+                    layers: asked.layers,
+                    precision: asked.float.then_some(Precision::Float),
+                    ..options
+                };
+                target("frames", &asked.output.0, options)
+            }
+            other => panic!("{other:?}"),
+        }
     }
 
     #[test]
     fn endings_and_options_choose() {
-        assert!(matches!(of("-o a.webm"), Ok(Target::Film(_))));
+        assert!(matches!(of("film -o a.webm"), Ok(Target::Film(_))));
         assert!(matches!(
-            of("-o -"),
+            of("film -o -"),
             Ok(Target::Video(None, Chroma::Quarter))
         ));
         assert!(matches!(
-            of("-o a.y4m --chroma 444"),
+            of("film -o a.y4m --chroma 444"),
             Ok(Target::Video(Some(_), Chroma::Full))
         ));
         assert!(matches!(
-            of("-o a##.exr --float"),
-            Ok(Target::Numbered(_, FrameFormat::Exr(Precision::Float)))
+            of("frames -o a##.exr --float"),
+            Ok(Target::Numbered(_, Kind::Exr(Precision::Float)))
         ));
         assert!(matches!(
-            of("-o a.exr --layers banks"),
+            of("frames -o a.exr --layers banks"),
             Ok(Target::Layers(_, Layers::Banks, Precision::Half))
         ));
-        for (words, said) in [
-            ("-o a.avi", "use a .mp4 or .webm (film), a .y4m"),
-            ("-o a", "numbered pictures"),
-            ("-o a.html --layers keys", "`--layers` is for an .exr"),
-            ("-o a.exr --chroma 444", "`--chroma` is for a .y4m"),
-            ("-o a.y4m --float", "`--float` is for an .exr"),
-            ("-o a.exr --layers lamps", "keys, banks or basis"),
-            ("-o a.y4m --chroma 422", "420 or 444"),
+        for (line, said) in [
+            ("play -o a.avi", "use a .mp4 or .webm (film), a .y4m"),
+            ("film -o a", "numbered pictures"),
+            ("film", "`film` needs `--output FILE`"),
+            ("play -o a.mp4", "`film -o a.mp4`"),
+            ("play -o -", "`film -o -`"),
+            ("play -o f/####.png", "`frames -o f/####.png`"),
+            ("film -o a.html", "`play -o a.html`"),
+            ("play -o a.html --layers keys", "`frames -o banks.exr"),
+            ("play -o a.y4m --chroma 444", "`film -o show.y4m"),
+            ("play --sacn 1", "`footlight send show.lxq"),
+            ("film -o a.mp4 --chroma 444", "`--chroma` is for a .y4m"),
+            ("frames -o a##.png --float", "`--float` is for an .exr"),
+            ("frames -o a.exr --layers lamps", "keys, banks, basis"),
+            ("film -o a.y4m --chroma 422", "420, 444"),
         ] {
-            let error = of(words).unwrap_err().to_string();
-            assert!(error.contains(said), "{words}: {error}");
+            let error = of(line).unwrap_err().to_string();
+            assert!(error.contains(said), "{line}: {error}");
         }
     }
 }

@@ -1,33 +1,53 @@
 //! What the show and its plan look like.
 
+use clap::{Args, ValueHint};
+
 use super::usage;
-use crate::argument::tolerance;
-use crate::{Call, Error, Repl, Reply};
+use crate::argument::{self, Output, tolerance};
+use crate::error::Error;
+use crate::repl::{Repl, Reply};
 use footlight_report::chart::{Drawing, Theme};
 use footlight_report::curves::{curves, moving};
 use footlight_report::format::DRAWING;
 use footlight_report::words::{count, percent};
 use footlight_report::{self as report, results};
 use footlight_show::lang::nearest;
+use footlight_show::units::Tolerance;
+
+/// What `plot` draws.
+#[derive(Args, Clone, Debug)]
+pub struct Plot {
+    #[arg(value_name = "BANK… | keys | spectrum | basis | error")]
+    words: Vec<String>,
+    /// Error allowed, of spectrum, such as 2% or 1.5steps (default: the show's preview)
+    #[arg(long, value_name = "X", value_parser = argument::error)]
+    tolerance: Option<Tolerance>,
+    /// Light lines on a dark ground, in a file too
+    #[arg(long)]
+    dark: bool,
+    /// Write a .png or an .svg
+    #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    output: Option<Output>,
+}
 
 /// What is drawn instead of banks where its word stands alone.
 const SUBJECTS: [&str; 4] = ["keys", "spectrum", "basis", "error"];
 
-pub fn plot(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let words = call.words();
-    let path = call.output(&DRAWING)?;
-    if call.has("tolerance") && words != ["spectrum"] {
+pub fn plot(repl: &mut Repl, asked: &Plot) -> Result<Reply, Error> {
+    let words: Vec<&str> = asked.words.iter().map(String::as_str).collect();
+    let path = repl.optional_output(asked.output.as_ref(), &DRAWING)?;
+    if asked.tolerance.is_some() && words != ["spectrum"] {
         return usage("`--tolerance` is for `plot spectrum`");
     }
     // In a terminal it is dark around.
-    let theme = if call.has("dark") || path.is_none() {
+    let theme = if asked.dark || path.is_none() {
         Theme::Dark
     } else {
         Theme::Light
     };
     let (drawing, text) = match words.as_slice() {
         ["keys"] => report::plot::keys(repl.engine.document(), theme),
-        ["spectrum"] => spectrum(repl, call, theme)?,
+        ["spectrum"] => spectrum(repl, asked.tolerance, theme)?,
         ["basis"] => basis(repl, theme)?,
         ["error"] => error(repl, theme)?,
         names => {
@@ -90,18 +110,19 @@ fn banks_of(repl: &Repl, name: &str) -> Result<Vec<usize>, Error> {
 }
 
 /// The singular values and what they leave, with the tolerance.
-fn spectrum(repl: &mut Repl, call: &Call, theme: Theme) -> Result<(Drawing, String), Error> {
+fn spectrum(
+    repl: &mut Repl,
+    said: Option<Tolerance>,
+    theme: Theme,
+) -> Result<(Drawing, String), Error> {
     repl.engine.take_up()?;
-    let plan = repl
-        .engine
-        .estimate()
-        .plan(tolerance(&repl.engine, call, "tolerance")?)?;
+    let plan = repl.engine.plan(tolerance(&repl.engine, said))?;
     Ok(report::plot::spectrum(&plan, theme))
 }
 
 fn basis(repl: &mut Repl, theme: Theme) -> Result<(Drawing, String), Error> {
     repl.engine.coarse()?;
-    let text = match repl.engine.estimate().refined() {
+    let text = match repl.engine.refined() {
         0 => format!(
             "nothing is refined yet: the coarse pictures of {}",
             count(repl.engine.show().coordinates().len(), "source")
@@ -117,8 +138,8 @@ fn error(repl: &mut Repl, theme: Theme) -> Result<(Drawing, String), Error> {
     let tolerance = repl.engine.show().preview.tolerance;
     let text = format!(
         "{}: predicted error {} %",
-        count(repl.engine.estimate().refined(), "refined picture"),
-        percent(repl.engine.estimate().predicted_error()?)
+        count(repl.engine.refined(), "refined picture"),
+        percent(repl.engine.predicted_error()?)
     );
     let chart = results::error_chart(&repl.engine, tolerance, theme)?;
     Ok((chart, text))

@@ -3,45 +3,130 @@
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
+use clap::{Args, ValueHint};
+
 use super::usage;
-use crate::argument::{duration, error, goal, tolerance, way, whole};
-use crate::{Call, Error, Repl, Reply};
-use footlight_engine::{self as engine, Ended, Goal, Refinement, TaskList};
+use crate::argument::{self, ByWay, FromView, Output, duration, tolerance, whole};
+use crate::error::Error;
+use crate::repl::{Repl, Reply};
+use footlight_engine::{Ended, Goal};
 use footlight_report::words::{count, exposure, qualities};
 use footlight_report::{self as report, refine as words, run as whole_loop};
+use footlight_show::units::{Time, Tolerance};
 
-/// Steps that `plan --next` lists unless another number is given.
-const LISTED: usize = 5;
+/// What `plan` lists.
+#[derive(Args, Clone, Debug)]
+pub struct Plan {
+    /// Print data instead of words
+    #[arg(long)]
+    json: bool,
+    /// The next N pictures to refine (default: 5), their seconds and what they leave
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "5")]
+    #[arg(value_parser = whole)]
+    next: Option<usize>,
+    /// Error allowed, such as 2% or 1.5steps (default: the show's preview)
+    #[arg(long, value_name = "X", value_parser = argument::error, conflicts_with = "next")]
+    tolerance: Option<Tolerance>,
+    #[command(flatten)]
+    pub by: ByWay,
+    #[command(flatten)]
+    pub from: FromView,
+    /// Write the pictures that are missing for the tolerance as tasks for `work`
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    #[arg(conflicts_with_all = ["next", "json"])]
+    tasks: Option<Output>,
+}
 
-pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    if let Some(path) = call.path("tasks") {
-        return tasks(repl, call, path);
+/// What `refine` renders.
+#[derive(Args, Clone, Debug)]
+pub struct Refine {
+    #[arg(value_name = "[N | until X | for TIME] [&]")]
+    words: Vec<String>,
+    #[command(flatten)]
+    pub from: FromView,
+    #[command(flatten)]
+    pub by: ByWay,
+    #[command(flatten)]
+    on: OnFarm,
+}
+
+/// Where pictures are rendered.
+#[derive(Args, Clone, Debug)]
+struct OnFarm {
+    /// Have it rendered by other machines (the manual's page `farm`)
+    #[arg(long, value_name = "NAME", value_parser = ["slurm"])]
+    farm: Option<String>,
+}
+
+/// When `stop` stops.
+#[derive(Args, Clone, Debug)]
+pub struct Stop {
+    #[arg(value_parser = ["now"])]
+    now: Option<String>,
+}
+
+/// What `run` does.
+#[derive(Args, Clone, Debug)]
+pub struct Run {
+    /// Refine until this error, such as 2% or 1.5steps (default: the show's preview)
+    #[arg(long, value_name = "X", value_parser = argument::error)]
+    until: Option<Tolerance>,
+    /// Refine until there are N pictures, stored ones included
+    #[arg(long, value_name = "N", value_parser = whole)]
+    count: Option<usize>,
+    /// Stop refining when this time is used up
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    budget: Option<Time>,
+    #[command(flatten)]
+    pub from: FromView,
+    #[command(flatten)]
+    pub by: ByWay,
+    #[command(flatten)]
+    on: OnFarm,
+    /// Write the key images too, as linear .exr
+    #[arg(long)]
+    keys: bool,
+    /// Where the results go (default: out/ and the show's file name)
+    #[arg(long, short, value_name = "DIR", value_hint = ValueHint::DirPath)]
+    output: Option<Output>,
+}
+
+/// What `pool` drops.
+#[derive(Args, Clone, Debug)]
+pub struct Pool {
+    #[arg(value_name = "drop [unused | all]")]
+    words: Vec<String>,
+}
+
+pub fn plan(repl: &mut Repl, asked: &Plan) -> Result<Reply, Error> {
+    let tolerance = tolerance(&repl.engine, asked.tolerance);
+    if let Some(tasks) = &asked.tasks {
+        let path = repl.spared(tasks)?;
+        let list = repl.engine.tasks(Goal::until(tolerance))?;
+        report::tasks::write(repl.engine.host().store.as_ref(), path, &list)?;
+        return Ok(Reply::text(report::tasks::listed(&list, path)));
     }
-    if call.has("next") {
-        return next(repl, call);
+    if let Some(count) = asked.next {
+        return next(repl, count, asked.json);
     }
-    call.without_words("; a number of steps stands behind --next")?;
     repl.engine.take_up()?;
-    let tolerance = tolerance(&repl.engine, call, "tolerance")?;
-    let plan = repl.engine.estimate().plan(tolerance)?;
-    if call.has("json") {
+    let plan = repl.engine.plan(tolerance)?;
+    if asked.json {
         return Reply::json(&report::plan::form(&plan));
     }
     let mut text = report::plan::describe(&plan);
-    if repl.engine.estimate().pool().is_none() {
+    if repl.engine.pool().is_none() {
         text.push_str("by levels alone; counted again once there are pictures\n");
     }
     if let Some(now) = words::so_far(&repl.engine) {
         text.push_str(&now);
     }
-    if repl.engine.document().setup().is_some() {
+    if repl.engine.setup().is_some() {
         let goal = Goal::until(tolerance);
-        text.push_str(&report::ways::describe(
-            &repl.engine.ways(wanted(call, goal)?)?,
-            &goal,
-        ));
+        repl.engine.calibrate_cost()?;
+        text.push_str(&report::ways::describe(&repl.engine.ways(&goal)?, &goal));
     }
-    if repl.engine.estimate().pool().is_some() && !repl.engine.estimate().is_final() {
+    if repl.engine.pool().is_some() && !repl.engine.is_final() {
         let at = qualities(&repl.engine);
         text.push_str(&format!(
             "measured by coarse pictures {at}, rendered first\n"
@@ -50,38 +135,19 @@ pub fn plan(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     Ok(Reply::text(text))
 }
 
-/// Lists the pictures that the tolerance needs for others to render.
-fn tasks(repl: &mut Repl, call: &Call, path: &Path) -> Result<Reply, Error> {
-    for other in ["next", "json"] {
-        if call.has(other) {
-            return usage(format!("--{other} does not go with --tasks"));
-        }
-    }
-    call.without_words("; the file of tasks stands behind --tasks")?;
-    let goal = Goal::until(tolerance(&repl.engine, call, "tolerance")?);
-    let list = TaskList::of(&mut repl.engine, wanted(call, goal)?)?;
-    report::tasks::write(repl.engine.host().store.as_ref(), path, &list)?;
-    Ok(Reply::text(report::tasks::listed(&list, path)))
-}
-
 /// Has a goal's pictures rendered by the farm of this name, where one is said; what is left of the goal
 /// then needs no rendering. How many pictures were rendered so is returned with it.
-fn on_farm(repl: &mut Repl, call: &Call, goal: Goal) -> Result<(Goal, usize), Error> {
-    let Some(name) = call.option("farm") else {
+fn on_farm(repl: &mut Repl, on: &OnFarm, goal: Goal) -> Result<(Goal, usize), Error> {
+    let Some(name) = &on.farm else {
         return Ok((goal, 0));
     };
-    if name != "slurm" {
-        return usage(format!(
-            "there is no farm `{name}`; it is slurm (others: the manual's page `farm`)"
-        ));
-    }
     if goal.budget.is_some() {
         return usage("a farm's time is its own: say how many pictures, or until which error");
     }
     let Some(farm) = &repl.console.farm else {
         return usage("there is no farm here");
     };
-    let rendered = report::farm::refine(&mut repl.engine, wanted(call, goal)?, farm.as_ref())?;
+    let rendered = report::farm::refine(&mut repl.engine, goal, farm.as_ref())?;
     if rendered > 0 {
         let pictures = count(rendered, "picture");
         repl.unheard
@@ -94,47 +160,49 @@ fn on_farm(repl: &mut Repl, call: &Call, goal: Goal) -> Result<(Goal, usize), Er
     Ok((left, rendered))
 }
 
-/// A goal by the way that is said.
-fn wanted(call: &Call, goal: Goal) -> Result<Refinement, Error> {
-    let way = call.option("way").map(way).transpose()?;
-    Ok(Refinement::from(goal).by(way.unwrap_or_default()))
-}
-
-fn next(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let listed = match call.words().as_slice() {
-        [] => LISTED,
-        [number] => whole(number)?,
-        [_, word, ..] => return usage(format!("`{word}` is left over: plan --next [N]")),
-    };
-    if call.has("tolerance") {
-        return usage(
-            "--tolerance belongs to the plan of the whole show, not to --next: the next steps \
-             follow from the pictures that are there",
-        );
-    }
+fn next(repl: &mut Repl, count: usize, json: bool) -> Result<Reply, Error> {
     repl.engine.coarse()?;
-    repl.engine.calibrate()?;
-    let mut forecast = repl.engine.estimate().forecast()?;
+    repl.engine.calibrate_cost()?;
+    let mut forecast = repl.engine.forecast()?;
     let all = forecast.steps.len();
-    forecast.steps.truncate(listed);
-    if call.has("json") {
+    forecast.steps.truncate(count);
+    if json {
         Reply::json(&forecast)
     } else {
         Ok(Reply::text(words::forecast(&repl.engine, &forecast, all)))
     }
 }
 
-pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let mut call = call.clone();
-    if let Some(words) = in_background(&mut call) {
-        if call.has("farm") {
+/// The goal that `refine` is asked for.
+fn goal(words: &[&str]) -> Result<Goal, Error> {
+    let read = |text: &str| argument::error(text).map(Goal::until);
+    let goal = match *words {
+        [] => Ok(Goal::default()),
+        ["until", text] => read(text),
+        ["until", number, unit @ ("step" | "steps")] => read(&format!("{number}{unit}")),
+        ["for", time] => duration(time).map(|time| Goal {
+            budget: Some(time.seconds()),
+            ..Goal::default()
+        }),
+        [number] => whole(number).map(Goal::count),
+        _ => return usage("usage: refine [N | until X | for TIME] [&]"),
+    };
+    goal.map_err(Error::Usage)
+}
+
+pub fn refine(repl: &mut Repl, asked: &Refine) -> Result<Reply, Error> {
+    let typed = asked.words.join(" ");
+    let foreground = typed.strip_suffix('&').unwrap_or(&typed);
+    let words: Vec<&str> = foreground.split_whitespace().collect();
+    let goal = goal(&words)?;
+    let is_farmed = asked.on.farm.is_some();
+    repl.engine.idle()?;
+    if typed.ends_with('&') {
+        if is_farmed {
             return usage("a farm is waited for: say it without `&`");
         }
-        if repl.engine.is_busy() {
-            return Err(engine::Error::Busy.into());
-        }
-        repl.engine.start(wanted(&call, goal(&call)?)?)?;
-        repl.refining = words;
+        repl.engine.start(goal)?;
+        repl.refining = in_background(asked, &words);
         let notes = repl.event_notes();
         return Ok(Reply::text(if notes.is_empty() {
             "refining in the background: `status` shows how far it is".to_owned()
@@ -142,18 +210,13 @@ pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
             notes.join("\n")
         }));
     }
-    let goal = goal(&call)?;
-    if repl.engine.is_busy() {
-        return Err(engine::Error::Busy.into());
-    }
     let mut before = repl.engine.steps().len();
-    let (goal, _) = on_farm(repl, &call, goal)?;
-    let wanted = wanted(&call, goal)?;
-    repl.engine.coarse_for(wanted.clone())?;
-    if !call.has("farm") {
+    let (goal, _) = on_farm(repl, &asked.on, goal)?;
+    repl.engine.coarse_for(goal)?;
+    if !is_farmed {
         before = repl.engine.steps().len();
     }
-    let done = repl.engine.refine(wanted)?;
+    let done = repl.engine.refine(goal)?;
     let text = words::refined(&repl.engine, &done, before.saturating_sub(1));
     Ok(Reply {
         stopped: done.ended == Some(Ended::Stopped),
@@ -161,54 +224,46 @@ pub fn refine(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     })
 }
 
-/// Takes the `&` off that asks for work in the background; the line without its options, if it was
-/// there.
-fn in_background(call: &mut Call) -> Option<String> {
-    let last = call.words.last_mut()?;
-    *last = last.to_str()?.strip_suffix('&')?.into();
-    call.words.retain(|w| !w.is_empty());
+/// The line that asks for a refinement in the background.
+fn in_background(asked: &Refine, words: &[&str]) -> String {
     let mut line = String::from("refine ");
-    for word in call.words() {
+    for word in words {
         let _ = write!(line, "{word} ");
     }
-    for (name, value) in &call.options {
-        let _ = write!(line, "--{name} ");
-        if !value.is_empty() {
-            let _ = write!(line, "{} ", value.to_string_lossy());
-        }
+    if let Some(view) = &asked.from.view {
+        let _ = write!(line, "--view {view} ");
+    }
+    if let Some(way) = asked.by.way {
+        let _ = write!(line, "--way {} ", way.name());
     }
     line.push('&');
-    Some(line)
+    line
 }
 
-pub fn status(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
+pub fn status(repl: &mut Repl) -> Result<Reply, Error> {
     if let Some(status) = repl.engine.status() {
         return Ok(Reply::text(words::status(&status, repl.background())));
     }
     let mut text = words::idle(&repl.engine);
     // Before the first pictures none is chosen.
-    if repl.engine.estimate().pool().is_some() {
+    if repl.engine.pool().is_some() {
         let stops = repl.engine.tone()?.exposure;
         text = format!("{text}\n{}", exposure(repl.engine.show(), stops));
     }
     Ok(Reply::text(text))
 }
 
-pub fn wait(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+pub fn wait(repl: &mut Repl) -> Result<Reply, Error> {
     if !repl.engine.is_busy() {
-        return status(repl, call);
+        return status(repl);
     }
     Ok(Reply::text(repl.wait()?.join("\n")))
 }
 
-pub fn stop(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let at_once = match call.words().as_slice() {
-        [] => false,
-        ["now"] => true,
-        _ => return usage("usage: stop [now]"),
-    };
+pub fn stop(repl: &mut Repl, asked: &Stop) -> Result<Reply, Error> {
+    let at_once = asked.now.is_some();
     if !repl.engine.is_busy() {
-        return status(repl, call);
+        return status(repl);
     }
     repl.engine.stop(at_once);
     let notes = repl.event_notes();
@@ -221,39 +276,33 @@ pub fn stop(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     }))
 }
 
-pub fn run(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let seconds = |text: &str| duration(text).map(|t| t.seconds());
+pub fn run(repl: &mut Repl, asked: &Run) -> Result<Reply, Error> {
     let mut goal = Goal {
-        until: call.option("until").map(error).transpose()?,
-        count: call.option("count").map(whole).transpose()?,
-        budget: call.option("budget").map(seconds).transpose()?,
+        until: asked.until,
+        count: asked.count,
+        budget: asked.budget.map(|time| time.seconds()),
     };
     if goal == Goal::default() {
         goal.until = Some(repl.engine.show().preview.tolerance);
     }
-    let folder = call.path("output").map(Path::to_owned);
-    let folder = folder.unwrap_or_else(|| default_folder(repl));
-    if repl.engine.is_busy() {
-        return Err(engine::Error::Busy.into());
-    }
-    let before = repl.engine.images().statistics();
+    let folder = match &asked.output {
+        Some(output) => repl.spared(output)?.to_owned(),
+        None => default_folder(repl),
+    };
+    repl.engine.idle()?;
+    let before = repl.engine.statistics();
     let mut farmed = 0;
     if let Some(count) = goal.count {
         // Those that are there are counted once the coarse ones are.
-        farmed += on_farm(repl, call, Goal::count(0))?.1;
-        let left = count.saturating_sub(repl.engine.estimate().refined());
-        farmed += on_farm(repl, call, Goal::count(left))?.1;
+        farmed += on_farm(repl, &asked.on, Goal::count(0))?.1;
+        let left = count.saturating_sub(repl.engine.refined());
+        farmed += on_farm(repl, &asked.on, Goal::count(left))?.1;
     } else {
-        farmed += on_farm(repl, call, goal)?.1;
+        farmed += on_farm(repl, &asked.on, goal)?.1;
     }
-    let summary = whole_loop::run(
-        &mut repl.engine,
-        &wanted(call, goal)?,
-        &folder,
-        call.has("keys"),
-    )?;
+    let summary = whole_loop::run(&mut repl.engine, goal, &folder, asked.keys)?;
     let images = whole_loop::ImageSources {
-        statistics: repl.engine.images().statistics().since(before),
+        statistics: repl.engine.statistics().since(before),
         farmed,
     };
     Ok(Reply::text(whole_loop::describe(
@@ -269,8 +318,9 @@ fn default_folder(repl: &Repl) -> PathBuf {
     Path::new("out").join(show.file_stem().unwrap_or_default())
 }
 
-pub fn pool(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    let all = match call.words().as_slice() {
+pub fn pool(repl: &mut Repl, asked: &Pool) -> Result<Reply, Error> {
+    let words: Vec<&str> = asked.words.iter().map(String::as_str).collect();
+    let all = match words[..] {
         [] => return Ok(Reply::text(report::pool::describe(&repl.engine)?)),
         ["drop"] | ["drop", "unused"] => false,
         ["drop", "all"] => true,

@@ -2,37 +2,95 @@
 
 use std::path::{Path, PathBuf};
 
+use clap::{Args, ValueHint};
+
 use super::usage;
-use crate::{Call, Error, Repl, Reply};
-use footlight_engine::{self as engine, ManyKeys, StageMaterial, UnlitBank, Version};
+use crate::argument::Output;
+use crate::error::Error;
+use crate::repl::{Repl, Reply};
+use footlight_engine::{self as engine, Version};
+use footlight_host::files::is_same;
 use footlight_host::work::Cancelled;
-use footlight_report::format::{self, WIDTH};
+use footlight_report::format::{self, DRAWING, TABLE, WIDTH};
 use footlight_report::table::Table;
-use footlight_report::versions::VersionComparison;
+use footlight_report::versions::Comparison;
 use footlight_report::words::count;
 use footlight_report::{self as report, document};
 use footlight_report::{sheet, stage};
 use footlight_transport::contract::check_memory;
 
-pub fn check(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
+/// What `show` prints.
+#[derive(Args, Clone, Debug)]
+pub struct Show {
+    #[arg(value_name = "NAME | cue N")]
+    words: Vec<String>,
+}
+
+/// The view that `view` takes.
+#[derive(Args, Clone, Debug)]
+pub struct LookFrom {
+    #[arg(value_name = "VIEW")]
+    view: Option<String>,
+}
+
+/// What `fmt` does.
+#[derive(Args, Clone, Debug)]
+pub struct Fmt {
+    /// Only say whether the layout is canonical
+    #[arg(long)]
+    check: bool,
+}
+
+/// The versions that `diff` compares.
+#[derive(Args, Clone, Debug)]
+pub struct Diff {
+    /// The older version (default: as read or saved)
+    #[arg(value_name = "FILE")]
+    old: Option<PathBuf>,
+    /// Draw the changed curves as a .png or an .svg
+    #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    output: Option<Output>,
+}
+
+/// Where a table goes.
+#[derive(Args, Clone, Debug)]
+pub struct Sheet {
+    /// Write a .md, .csv or .txt
+    #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
+    output: Option<Output>,
+}
+
+/// The code that `explain` explains.
+#[derive(Args, Clone, Debug)]
+pub struct Explain {
+    #[arg(value_name = "CODE")]
+    code: String,
+}
+
+/// Where `save` writes.
+#[derive(Args, Clone, Debug)]
+pub struct Save {
+    #[arg(value_name = "FILE")]
+    path: Option<PathBuf>,
+}
+
+pub fn check(repl: &mut Repl) -> Result<Reply, Error> {
     let style = repl.console.style;
-    let long = engine::measure::wait::long_run(&repl.engine)?;
-    let unlit = UnlitBank::find(&mut repl.engine);
-    let setup = repl.engine.document().setup();
-    let materials = setup.map_or(Vec::new(), |setup| StageMaterial::all(&setup.scene));
-    let transparent = stage::transparent(&materials);
+    let long = repl.engine.long_run()?;
+    let unlit = repl.engine.unlit_banks();
+    let transparent = stage::transparent(&repl.engine.stage_materials());
     let document = repl.engine.document();
-    let many = ManyKeys::of(document, repl.engine.host().memory);
+    let many = repl.engine.key_images_beyond_memory();
     let text = document::check(document, (long, many), unlit, &transparent, style);
     Ok(Reply::text(text))
 }
 
-pub fn show(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+pub fn show(repl: &mut Repl, asked: &Show) -> Result<Reply, Error> {
     let document = repl.engine.document();
-    if call.words.is_empty() {
+    if asked.words.is_empty() {
         return Ok(Reply::text(document::listing(document)));
     }
-    let name = call.words().join(" ");
+    let name = asked.words.join(" ");
     let texts = document::declarations(document, &name);
     if texts.is_empty() {
         usage(format!("nothing in the show is called `{name}`"))
@@ -41,20 +99,18 @@ pub fn show(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     }
 }
 
-pub fn view(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    match call.words().as_slice() {
-        [] => {}
-        [name] => drop(repl.engine.look_from(name)?),
-        _ => return usage("say one name: view stalls"),
+pub fn view(repl: &mut Repl, asked: &LookFrom) -> Result<Reply, Error> {
+    if let Some(view) = &asked.view {
+        repl.engine.look_from(view)?;
     }
     Ok(Reply::text(document::views(repl.engine.document())))
 }
 
-pub fn undo(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
+pub fn undo(repl: &mut Repl) -> Result<Reply, Error> {
     through_history(repl, true)
 }
 
-pub fn redo(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
+pub fn redo(repl: &mut Repl) -> Result<Reply, Error> {
     through_history(repl, false)
 }
 
@@ -74,9 +130,9 @@ fn through_history(repl: &mut Repl, back: bool) -> Result<Reply, Error> {
     Ok(Reply::text(format!("{text}\n{left} to undo")))
 }
 
-pub fn fmt(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+pub fn fmt(repl: &mut Repl, asked: &Fmt) -> Result<Reply, Error> {
     let document = repl.engine.document();
-    if call.has("check") {
+    if asked.check {
         let laid_out = engine::format(document.name(), document.text().as_bytes())?;
         return Ok(Reply::text(if laid_out == document.text() {
             "already in its canonical layout"
@@ -92,49 +148,58 @@ pub fn fmt(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
 }
 
 /// The text against what was last read or saved, or against a file.
-pub fn diff(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+pub fn diff(repl: &mut Repl, asked: &Diff) -> Result<Reply, Error> {
+    let output = repl.optional_output(asked.output.as_ref(), &DRAWING)?;
     let (document, host) = (repl.engine.document(), repl.engine.host());
-    let (name, old) = match call.words().as_slice() {
-        [] => ("as saved", document.saved_text().as_bytes().to_vec()),
-        [path] => (*path, host.store.read(Path::new(path), engine::TEXT_LIMIT)?),
-        _ => return usage("say one file, or none: diff old.lxq"),
+    let (name, old) = match &asked.old {
+        None => (
+            "as saved".to_owned(),
+            document.saved_text().as_bytes().to_vec(),
+        ),
+        Some(old) => {
+            if let Some(output) = output.filter(|output| is_same(old, output)) {
+                return Err(report::Error::ShowsFile(output.to_owned()).into());
+            }
+            let bytes = host.store.read(old, engine::TEXT_LIMIT)?;
+            (old.display().to_string(), bytes)
+        }
     };
     let files = host.files.as_ref();
-    let old = Version::read(name, &old, files)?;
+    let old = Version::read(&name, &old, files)?;
     let new = Version::read(document.name(), document.text().as_bytes(), files)?;
-    let compared = VersionComparison::new(old, new);
+    let compared = Comparison::new(old, new);
     let text = match compared.text() {
         text if text.is_empty() => "nothing changed".to_owned(),
         text => text,
     };
-    match call.path("output") {
+    match output {
         None => Ok(Reply::text(text)),
         Some(path) => repl.written(path, &compared.chart(path)?, &text),
     }
 }
 
-pub fn tracksheet(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+pub fn tracksheet(repl: &mut Repl, asked: &Sheet) -> Result<Reply, Error> {
     let memory = repl.engine.work().memory;
     let work = repl.engine.host().work();
     let sheet = sheet::track_sheet(repl.engine.show(), work);
     check_memory("the track sheet", sheet.bytes(), memory).map_err(engine::Error::from)?;
-    table(repl, call, &|| sheet.table(), &|| sheet.words())
+    table(repl, asked, &|| sheet.table(), &|| sheet.words())
 }
 
-pub fn cuesheet(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+pub fn cuesheet(repl: &mut Repl, asked: &Sheet) -> Result<Reply, Error> {
     let document = repl.engine.document();
     let sheet = sheet::cue_sheet(document.show(), document.timeline());
-    table(repl, call, &|| Ok(sheet.clone()), &|| Ok(sheet.clone()))
+    table(repl, asked, &|| Ok(sheet.clone()), &|| Ok(sheet.clone()))
 }
 
 /// A table in words, or into a file: Markdown, or `plain` as CSV.
 fn table(
     repl: &Repl,
-    call: &Call,
+    asked: &Sheet,
     table: &dyn Fn() -> Result<Table, Cancelled>,
     plain: &dyn Fn() -> Result<Table, Cancelled>,
 ) -> Result<Reply, Error> {
-    let Some(path) = call.path("output") else {
+    let Some(path) = repl.optional_output(asked.output.as_ref(), &TABLE)? else {
         let table = table().map_err(engine::Error::from)?;
         return Ok(Reply::text(table.text(2, WIDTH)));
     };
@@ -142,19 +207,13 @@ fn table(
     repl.written(path, written.as_bytes(), "")
 }
 
-pub fn explain(_: &mut Repl, call: &Call) -> Result<Reply, Error> {
-    match call.words().as_slice() {
-        [code] => Ok(Reply::text(report::explain::explain(code)?)),
-        _ => usage("say which code: explain E012"),
-    }
+pub fn explain(asked: &Explain) -> Result<Reply, Error> {
+    Ok(Reply::text(report::explain::explain(&asked.code)?))
 }
 
-pub fn save(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
+pub fn save(repl: &mut Repl, asked: &Save) -> Result<Reply, Error> {
     let own = repl.engine.document().path().map(Path::to_owned);
-    let path = match call.words.first() {
-        Some(word) => PathBuf::from(word),
-        None => own.ok_or(engine::Error::NoFile)?,
-    };
+    let path = asked.path.clone().or(own).ok_or(engine::Error::NoFile)?;
     if repl.live.is_blind() {
         return Err(engine::Error::BlindEdits.into());
     }
@@ -162,14 +221,14 @@ pub fn save(repl: &mut Repl, call: &Call) -> Result<Reply, Error> {
     Ok(Reply::text(format!("saved {}", path.display())))
 }
 
-pub fn quit(repl: &mut Repl, _: &Call) -> Result<Reply, Error> {
+pub fn quit(repl: &mut Repl) -> Result<Reply, Error> {
     if repl.engine.document().is_unsaved() && !repl.warned {
         repl.warned = true;
         let said = "the edits are not saved: `save`, or `quit` again to drop them";
         return Ok(Reply::text(said));
     }
-    // What is being rendered in the background is given up with the engine.
-    repl.engine.stop(true);
+    // What is being rendered in the background is given up with it.
+    repl.engine.abandon();
     Ok(Reply {
         quit: true,
         ..Reply::default()

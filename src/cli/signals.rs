@@ -1,0 +1,129 @@
+//! What stops the program from outside: Ctrl-C, SIGTERM, SIGHUP, the limit of time.
+//!
+//! A signal is a cancel: the loop at work sees it and the command ends as after an error. Where no
+//! loop has seen it within [`GRACE`], and where nothing is at work, the process is ended from here.
+//! That loses nothing but what is in hand: files are replaced whole, and the programs that were
+//! started, with their folders, are ended and removed first.
+
+use std::process::exit;
+use std::thread;
+use std::time::Duration;
+#[cfg(unix)]
+use std::{
+    io::{self, IsTerminal as _},
+    sync::{Mutex, PoisonError},
+};
+
+#[cfg(unix)]
+use nix::sys::termios::{self, SetArg, Termios};
+
+use super::screen::Screen;
+use super::slurm;
+use super::stop::INTERRUPTED;
+use footlight_engine as engine;
+use footlight_host::files::process;
+use footlight_host::work::Cancelled;
+
+/// How long a command may take to end by itself.
+const GRACE: Duration = Duration::from_millis(500);
+
+/// Makes signals stop what `screen` shows.
+pub fn install(screen: &Screen) {
+    let screen = screen.clone();
+    // Without a handler a signal ends the process at once, which loses nothing but the wait.
+    listen(move |code| {
+        let stop = screen.stop();
+        if stop.take(code) {
+            let grace = if stop.is_insisted() {
+                Duration::ZERO
+            } else {
+                GRACE
+            };
+            let cancelled = engine::Error::Cancelled(Cancelled);
+            end_after(grace, &screen, cancelled);
+        }
+    });
+}
+
+/// Ends the process where it still runs when its limit of time, and the grace, are over.
+pub fn limit(time: Duration, screen: &Screen) {
+    let seconds = time.as_secs_f64();
+    let late = engine::Error::OutOfTime { seconds };
+    end_after(time.saturating_add(GRACE), screen, late);
+}
+
+/// Ends the process after a time, for this reason.
+fn end_after(time: Duration, screen: &Screen, reason: engine::Error) {
+    let screen = screen.clone();
+    // A system without threads to spare has none at work either.
+    let _ = thread::Builder::new().spawn(move || {
+        thread::sleep(time);
+        slurm::cancel_all();
+        process::end_all();
+        restore_terminal();
+        screen.fail(&reason.into());
+        exit(i32::from(screen.stop().code()));
+    });
+}
+
+/// The terminal as it was before the line editor changed it, which ends where the process does.
+#[cfg(unix)]
+static TERMINAL: Mutex<Option<Termios>> = Mutex::new(None);
+
+/// Keeps how the terminal is now, for the case that the process ends while a line is being typed.
+#[cfg(unix)]
+pub fn keep_terminal() {
+    let mut kept = TERMINAL.lock().unwrap_or_else(PoisonError::into_inner);
+    *kept = termios::tcgetattr(io::stdin()).ok();
+}
+
+#[cfg(not(unix))]
+pub fn keep_terminal() {}
+
+/// Makes the terminal what it was, and ends the line that was being typed.
+#[cfg(unix)]
+fn restore_terminal() {
+    let mut kept = TERMINAL.lock().unwrap_or_else(PoisonError::into_inner);
+    let Some(before) = kept.take() else { return };
+    // A terminal that has gone needs nothing.
+    let _ = termios::tcsetattr(io::stdin(), SetArg::TCSANOW, &before);
+    if io::stdout().is_terminal() {
+        // The line editor had asked for the marks of what is pasted.
+        super::draw("\u{1b}[?2004l\n");
+    }
+}
+
+#[cfg(not(unix))]
+fn restore_terminal() {}
+
+/// Calls `take` with the exit code of each signal.
+#[cfg(unix)]
+fn listen(take: impl Fn(u8) + Send + 'static) {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+
+    let all = [SIGINT, SIGTERM, SIGHUP];
+    // `nohup` starts a program with SIGHUP ignored, which is to stay so.
+    let wanted = all.iter().filter(|s| **s != SIGHUP || !is_ignored(SIGHUP));
+    let Ok(mut signals) = signal_hook::iterator::Signals::new(wanted) else {
+        return;
+    };
+    let _ = thread::Builder::new().spawn(move || {
+        for signal in signals.forever() {
+            take(u8::try_from(128 + signal).unwrap_or(INTERRUPTED));
+        }
+    });
+}
+
+/// True where the process was started with a signal ignored, as far as the system says.
+#[cfg(unix)]
+fn is_ignored(signal: i32) -> bool {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    let mask = mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok());
+    mask.is_some_and(|mask| mask >> (signal - 1) & 1 == 1)
+}
+
+#[cfg(not(unix))]
+fn listen(take: impl Fn(u8) + Send + 'static) {
+    let _ = ctrlc::set_handler(move || take(INTERRUPTED));
+}

@@ -1,0 +1,77 @@
+//! Why a typed line is no verb: one sentence that says what is wrong, and a way out.
+
+use clap::Command;
+use clap::error::{ContextKind, ContextValue, ErrorKind};
+
+use super::error::{Error, usage};
+use super::removed::removed;
+use super::usage;
+use footlight_show::lang::nearest;
+
+/// The command of a verb.
+pub fn find<'c>(verbs: &'c Command, name: &str) -> Result<&'c Command, Error> {
+    if let Some(found) = verbs.find_subcommand(name) {
+        return Ok(found);
+    }
+    if let Some(message) = removed(name, "") {
+        return usage(message);
+    }
+    let names = verbs.get_subcommands().map(Command::get_name);
+    let hint = match nearest(name, names) {
+        _ if name == "send" => "`footlight help send` explains the command".to_owned(),
+        Some(near) => format!("did you mean `{near}`?"),
+        None => "`help` lists the verbs".to_owned(),
+    };
+    usage(format!("there is no verb or declaration `{name}`; {hint}"))
+}
+
+/// The refusal of what was typed behind a verb.
+pub fn refused(verb: &Command, error: &clap::Error) -> Error {
+    let name = verb.get_name();
+    let said = |kind| match error.get(kind) {
+        Some(ContextValue::String(word)) => word.replace(['<', '>'], ""),
+        Some(ContextValue::Strings(words)) => words.join(", ").replace(['<', '>'], ""),
+        _ => String::new(),
+    };
+    let argument = said(ContextKind::InvalidArg);
+    let value = said(ContextKind::InvalidValue);
+    let way_out = || format!("such as `{}`", usage::example(verb));
+    let old = [argument.as_str(), value.as_str()];
+    if let Some(message) = old.into_iter().find_map(|word| removed(name, word)) {
+        return Error::Usage(message);
+    }
+    Error::Usage(match error.kind() {
+        ErrorKind::UnknownArgument if argument.starts_with('-') => {
+            match said(ContextKind::SuggestedArg) {
+                near if near.is_empty() => {
+                    format!("`{name}` has no option `{argument}`: {}", usage::of(verb))
+                }
+                near => format!("`{name}` has no option `{argument}`; did you mean `{near}`?"),
+            }
+        }
+        ErrorKind::UnknownArgument | ErrorKind::TooManyValues => {
+            format!("`{argument}` is left over: {}", usage::of(verb))
+        }
+        ErrorKind::InvalidValue if value.is_empty() => {
+            let option = argument.split(' ').next().unwrap_or_default();
+            let what = argument.get(option.len()..).unwrap_or_default();
+            format!("`{option}` needs a value{what}: {}", usage::of(verb))
+        }
+        ErrorKind::InvalidValue => {
+            let known = said(ContextKind::ValidValue);
+            format!("`{value}` is not one of {known}: {}", way_out())
+        }
+        ErrorKind::ValueValidation => match std::error::Error::source(error) {
+            Some(reason) => reason.to_string(),
+            None => format!("`{value}` is no value of `{argument}`, {}", way_out()),
+        },
+        ErrorKind::MissingRequiredArgument => {
+            format!("`{name}` needs `{argument}`, {}", way_out())
+        }
+        ErrorKind::ArgumentConflict => {
+            let other = said(ContextKind::PriorArg);
+            format!("`{argument}` does not go with `{other}`")
+        }
+        _ => format!("{}: {}", error.kind(), usage::of(verb)),
+    })
+}

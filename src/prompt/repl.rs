@@ -1,0 +1,377 @@
+//! The state of a prompt: its engine, the moment that is looked at, and what was reported already.
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::Error;
+use super::argument::Output;
+use footlight_engine::{Edited, Engine, Event, LiveControl, Way};
+use footlight_report::chart::Drawing;
+use footlight_report::farm::Farm;
+use footlight_report::film::{Canvas, Outlets, Shown};
+use footlight_report::format::Formats;
+use footlight_report::sheet::{self, Difference};
+use footlight_report::{self as report, document, refine, versions};
+use footlight_show::diagnostic::Style;
+use footlight_show::lang::edit::Edit;
+use footlight_show::printable::{self, Printable};
+
+/// What an embedding program gives a prompt besides the engine's means.
+pub struct Console {
+    /// How diagnostics are written into replies.
+    pub style: Style,
+    /// What `-o -` writes to, such as standard output, and what encodes films.
+    pub outlets: Outlets,
+    /// Shows frames as `play` makes them; without it `play` only reports how fast it is.
+    pub canvas: Option<Box<dyn Canvas>>,
+    /// What `--farm` hands pictures to; without it that is refused.
+    pub farm: Option<Box<dyn Farm>>,
+}
+
+impl Default for Console {
+    /// Plain text, no outlets, no canvas, no farm.
+    fn default() -> Console {
+        Console {
+            style: Style::Plain,
+            outlets: Outlets::default(),
+            canvas: None,
+            farm: None,
+        }
+    }
+}
+
+/// What a verb answers.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Reply {
+    /// Words, ending in a newline unless empty.
+    pub text: Printable,
+    /// A picture to show with them.
+    pub picture: Option<Shown>,
+    /// Warnings for the user that were not given before: one line each.
+    pub notes: Vec<Printable>,
+    /// The user wants to leave.
+    pub quit: bool,
+    /// The pipe carries a file: the words go elsewhere.
+    pub beside: bool,
+    /// The user stopped it before its end; what is reported was done.
+    pub stopped: bool,
+}
+
+impl Reply {
+    /// Data instead of words.
+    pub(super) fn json(data: &impl Serialize) -> Result<Reply, Error> {
+        let text = serde_json::to_string_pretty(data).map_err(report::Error::from)?;
+        Ok(Reply::text(printable::json(&text)))
+    }
+
+    /// A drawing with words.
+    pub(super) fn drawn(drawing: &Drawing, text: String) -> Result<Reply, Error> {
+        let (width, height, rgb) = drawing.rgb8().map_err(report::Error::from)?;
+        let size = (width, height);
+        Ok(Reply::pictured(Shown { size, rgb }, text))
+    }
+
+    /// A picture with words.
+    pub(super) fn pictured(picture: Shown, text: String) -> Reply {
+        Reply {
+            picture: Some(picture),
+            ..Reply::text(text)
+        }
+    }
+
+    pub(super) fn text(text: impl Into<Printable>) -> Reply {
+        let mut text = text.into();
+        if !text.is_empty() && !text.ends_with('\n') {
+            text.push("\n");
+        }
+        Reply {
+            text,
+            ..Reply::default()
+        }
+    }
+}
+
+/// What taking another text came to.
+#[derive(Debug)]
+pub struct Reloaded {
+    /// The changes in a designer's words.
+    pub reply: Reply,
+    /// What changed.
+    pub difference: Difference,
+}
+
+/// A prompt: an engine, the moment that is looked at, and what was reported already.
+///
+/// ```
+/// use footlight_engine::{Engine, Host};
+/// use footlight_prompt::{Console, Repl};
+///
+/// # fn main() -> Result<(), Box<dyn std::error::Error>> {
+/// let show = b"show \"S\"\nlight x spot at 0,0,3 aim 0,0,0 beam 20 field 30 900 cd\nbank a = x\n\
+///     cue 1 at 0:00 { snap  a 50 }\n";
+/// let mut repl = Repl::new(
+///     Engine::from_text("s.lxq", show, Host::default())?,
+///     Console::default(),
+/// );
+/// assert!(repl.execute("at 0")?.text.contains("50.0"));
+/// # Ok(())
+/// # }
+/// ```
+pub struct Repl {
+    pub(super) engine: Engine,
+    pub(super) live: LiveControl,
+    pub(super) console: Console,
+    /// How the refinement in the background was asked for.
+    pub(super) refining: String,
+    /// The user asked to leave with unsaved edits and was warned.
+    pub(super) warned: bool,
+    /// Warnings that were given, each once.
+    reported: BTreeSet<Printable>,
+    /// What the next reply reports.
+    pub(super) unheard: Vec<Printable>,
+}
+
+impl std::fmt::Debug for Repl {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.engine.fmt(f)
+    }
+}
+
+impl From<Engine> for Repl {
+    /// A prompt in plain text, without pipe and canvas.
+    fn from(engine: Engine) -> Repl {
+        Repl::new(engine, Console::default())
+    }
+}
+
+impl Repl {
+    /// A prompt for an engine.
+    pub fn new(engine: Engine, console: Console) -> Repl {
+        Repl {
+            live: LiveControl::new(engine.document()),
+            engine,
+            console,
+            refining: String::new(),
+            warned: false,
+            reported: BTreeSet::new(),
+            unheard: Vec::new(),
+        }
+    }
+
+    /// The engine.
+    pub fn engine(&self) -> &Engine {
+        &self.engine
+    }
+
+    /// The engine, to be called directly; what its text is edited to is followed with the next
+    /// line.
+    pub fn engine_mut(&mut self) -> &mut Engine {
+        &mut self.engine
+    }
+
+    /// The moment and the levels being tried.
+    pub fn live(&self) -> &LiveControl {
+        &self.live
+    }
+
+    /// Does something for the user, who first reads what ended in the background: with the
+    /// next reply where there is none now.
+    pub(super) fn serve(
+        &mut self,
+        something: impl FnOnce(&mut Repl) -> Result<Reply, Error>,
+    ) -> Result<Reply, Error> {
+        let notes = self.poll();
+        self.unheard.extend(notes);
+        self.live.follow(self.engine.document());
+        let call = self.engine.begin_call();
+        let done = something(self);
+        let exceeded = call.exceeded();
+        let late = call.exceeded_by(self.engine.now());
+        drop(call);
+        self.live.follow(self.engine.document());
+        let events = self.event_notes();
+        self.unheard.extend(events);
+        let mut reply = done.map_err(|error| match exceeded {
+            Some(seconds) => error.late(seconds),
+            None => error.busy(self.background()),
+        })?;
+        if let Some(seconds) = late {
+            // What no loop was told of is done to its end, and still no success.
+            reply.stopped = true;
+            let limit = format!("the limit of time ({seconds} s) is reached");
+            reply.notes.push(limit.into());
+        }
+        let mut notes = std::mem::take(&mut self.unheard);
+        notes.append(&mut reply.notes);
+        Ok(Reply { notes, ..reply })
+    }
+
+    /// Takes in what was rendered in the background and starts what comes next; what there is to
+    /// report of it. Cheap while nothing is finished; every verb does it first.
+    pub fn poll(&mut self) -> Vec<Printable> {
+        let events = self.engine.poll();
+        self.in_words(&events)
+    }
+
+    /// How the refinement in the background was asked for.
+    pub(super) fn background(&self) -> &str {
+        match self.refining.as_str() {
+            "" => "refine &",
+            words => words,
+        }
+    }
+
+    /// What happened, in words.
+    pub(super) fn event_notes(&mut self) -> Vec<Printable> {
+        let events = self.engine.take_events();
+        self.in_words(&events)
+    }
+
+    fn in_words(&self, events: &[Event]) -> Vec<Printable> {
+        let words = self.background();
+        events
+            .iter()
+            .flat_map(|event| refine::event(event, words))
+            .map(Printable::from)
+            .collect()
+    }
+
+    /// Waits until the refinement in the background has ended; what there is to report of it.
+    ///
+    /// # Errors
+    /// As [`Engine::wait`]; the refinement then goes on.
+    pub fn wait(&mut self) -> Result<Vec<Printable>, Error> {
+        self.engine.wait()?;
+        Ok(self.event_notes())
+    }
+
+    /// Warnings of the renderer and the store that were not given before.
+    pub(super) fn warnings(&mut self) -> Vec<Printable> {
+        let (remarks, store) = self.engine.warnings();
+        let mut all: Vec<Printable> = Vec::new();
+        all.extend(remarks.iter().map(ToString::to_string).map(Printable::from));
+        all.extend(store.iter().map(|note| Printable::from(note.to_string())));
+        all.extend(refine::clamped(&self.engine).map(Printable::from));
+        all.retain(|warning| self.reported.insert(warning.clone()));
+        all
+    }
+
+    /// Does something as seen from a view and by a way, which hold for it alone.
+    pub(super) fn within(
+        &mut self,
+        view: Option<&str>,
+        way: Option<Way>,
+        act: impl FnOnce(&mut Repl) -> Result<Reply, Error>,
+    ) -> Result<Reply, Error> {
+        let usual_way = self.engine.way();
+        let usual_view = self.engine.document().view().map(str::to_owned);
+        if let Some(view) = view {
+            self.engine.look_from(view)?;
+        }
+        self.engine.set_way(way.unwrap_or(usual_way));
+        let reply = act(self);
+        self.engine.set_way(usual_way);
+        if let Some(usual) = usual_view.filter(|_| view.is_some()) {
+            self.engine.look_from(&usual)?;
+        }
+        reply
+    }
+
+    /// The path of a file to write, whose ending must be one of `formats`.
+    pub(super) fn output<'o>(
+        &self,
+        output: &'o Output,
+        formats: &Formats,
+    ) -> Result<&'o Path, Error> {
+        let path = self.spared(output)?;
+        formats.check(path)?;
+        Ok(path)
+    }
+
+    /// The same where none may be said.
+    pub(super) fn optional_output<'o>(
+        &self,
+        output: Option<&'o Output>,
+        formats: &Formats,
+    ) -> Result<Option<&'o Path>, Error> {
+        output
+            .map(|output| self.output(output, formats))
+            .transpose()
+    }
+
+    /// The path of a file or folder to write. A file that the show is read from is refused; what an
+    /// earlier process left unfinished there is removed.
+    pub(super) fn spared<'o>(&self, Output(path): &'o Output) -> Result<&'o Path, Error> {
+        let host = self.engine.host();
+        if self.engine.document().reads(path, host.files.as_ref()) {
+            return Err(report::Error::ShowsFile(path.to_owned()).into());
+        }
+        host.store.sweep(path.parent().unwrap_or(Path::new("")));
+        Ok(path)
+    }
+
+    /// Changes the show by declarations as typed.
+    pub(super) fn declare(&mut self, declarations: &str) -> Result<Reply, Error> {
+        let before = self.engine.refined();
+        let edit = Edit::Declare(declarations.to_owned());
+        let edited = self.engine.edit(&edit)?;
+        Ok(Reply::text(self.describe_edit(&edited, before)))
+    }
+
+    /// What an edit came to, where there were so many refined images before it.
+    pub(super) fn describe_edit(&self, edited: &Edited, before: usize) -> Printable {
+        let refined = [before, self.engine.refined()];
+        let document = self.engine.document();
+        document::edited(document, edited, refined, self.console.style)
+    }
+
+    /// Takes a text as a whole, with everything rendered that still means the same; `undo` has the
+    /// old one.
+    ///
+    /// # Errors
+    /// As [`Engine::replace`]; the show is then as it was.
+    pub fn reload(&mut self, text: &str) -> Result<Reloaded, Error> {
+        let before = self.engine.refined();
+        let old = self.engine.document().compiled();
+        let edited = self.engine.replace(text)?;
+        self.live.follow(self.engine.document());
+        let difference =
+            sheet::difference(&old.version, &self.engine.document().compiled().version);
+        let text = match versions::describe(&difference) {
+            text if text.is_empty() => self.describe_edit(&edited, before),
+            text => text.into(),
+        };
+        let mut notes = std::mem::take(&mut self.unheard);
+        notes.extend(self.event_notes());
+        let reply = Reply {
+            notes,
+            ..Reply::text(text)
+        };
+        Ok(Reloaded { reply, difference })
+    }
+
+    /// What a person sees first at the prompt.
+    pub fn greeting(&self) -> Printable {
+        let document = self.engine.document();
+        let warnings = match document.diagnostics().warnings() {
+            0 => String::new(),
+            n => format!(
+                "{}: `check` tells them\n",
+                report::words::count(n, "warning")
+            ),
+        };
+        format!(
+            "Footlight {}. {}\n{warnings}`help` lists the verbs; declarations change the show.\n",
+            env!("CARGO_PKG_VERSION"),
+            document::headline(document)
+        )
+        .into()
+    }
+
+    /// Where the show is, for a prompt: the cue's number and label; empty before the first.
+    pub fn place(&self) -> Printable {
+        document::place(self.engine.document(), &self.live).into()
+    }
+}
