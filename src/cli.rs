@@ -62,11 +62,12 @@ pub fn main() -> ExitCode {
             return ExitCode::SUCCESS;
         }
         Err(error) => {
+            if let Some(message) = removed_argument(&error) {
+                complain(format!("error: {message}\n"));
+                return ExitCode::from(2);
+            }
             // Standard error may be closed.
             complain(error.render().to_string());
-            if let Some(message) = removed_argument(&error) {
-                complain(format!("\n{message}\n"));
-            }
             if let Some(show) = sole_show(std::env::args_os()) {
                 complain(format!(
                     "\na verb comes first: `footlight check {show}`, `footlight repl {show}`\n"

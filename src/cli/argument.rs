@@ -29,7 +29,7 @@ pub enum Task {
 // doc comment here would be the program's description.
 #[derive(Debug, Subcommand)]
 pub enum OwnCommand {
-    /// open the prompt on a show
+    /// Open the prompt on a show
     #[command(after_help = "`help` at the prompt lists what can be typed there.\n\n\
         Example:\n  footlight repl show.lxq\n  \
         footlight repl show.lxq -c 'set lamps 40' -c 'record 2.5 \"Lamp up\"' -c save")]
@@ -39,7 +39,7 @@ pub enum OwnCommand {
         #[arg(short = 'c', value_name = "LINE", help = LINE)]
         commands: Vec<String>,
     },
-    /// bring shows into their canonical layout, comments and groups kept
+    /// Bring shows into their canonical layout, comments and groups kept
     #[command(after_help = "Example:\n  footlight fmt show.lxq\n  footlight fmt --check *.lxq")]
     Fmt {
         /// The shows' files (.lxq), written in place
@@ -49,7 +49,7 @@ pub enum OwnCommand {
         #[arg(long)]
         check: bool,
     },
-    /// what changed between two versions of a show, in cues and in light
+    /// What changed between two versions of a show, in cues and in light
     #[command(
         after_help = "Exits with 0 when nothing changed, 1 when something did, 2 when it \
         cannot tell.\n\nExample:\n  footlight diff old.lxq show.lxq -o changes.png"
@@ -58,29 +58,29 @@ pub enum OwnCommand {
         /// The older and the newer file; or the seven words of git's diff drivers
         #[arg(id = "FILE", value_name = "FILE", required = true)]
         files: Vec<PathBuf>,
-        /// draw the changed curves as a .png or an .svg
+        /// Draw the changed curves as a .png or an .svg
         #[arg(long, short, value_name = "FILE")]
         output: Option<PathBuf>,
     },
-    /// what a message's code means, with a wrong sheet and its correction
+    /// What a message's code means, with a wrong sheet and its correction
     #[command(after_help = "Example:\n  footlight explain E012")]
     Explain {
         /// Such as E012
         #[arg(id = "CODE")]
         code: String,
     },
-    /// what a stage's file holds: extent, polygons, materials, lights, cameras
+    /// What a stage's file holds: extent, polygons, materials, lights, cameras
     #[command(after_help = "Example:\n  footlight stage set.obj")]
     Stage {
         /// An OBJ or glTF file
         #[arg(id = "FILE", value_name = "FILE")]
         file: PathBuf,
     },
-    /// the text of a show for a file of another program: a desk's cues, a plan's rig
+    /// The text of a show for a file of another program: a desk's cues, a plan's rig
     #[command(after_help = "Example:\n  footlight import house.asc -o house.lxq\n  \
         footlight import plan.mvr -o rig.lxq")]
     Import(Imported),
-    /// render a task of a list that `plan --tasks` wrote, or whatever of it is free
+    /// Render a task of a list that `plan --tasks` wrote, or whatever of it is free
     #[command(
         after_help = "Exits with 0 when it is done or was already, 75 when it is to be tried again (others \
         are at work on it, or it could not be stored), 65 when the list is of another version of \
@@ -88,7 +88,7 @@ pub enum OwnCommand {
         footlight plan show.lxq --tasks tasks.json\n  footlight work tasks.json"
     )]
     Work(Worker),
-    /// how far a list of tasks is: what is missing, and why
+    /// How far a list of tasks is: what is missing, and why
     #[command(
         after_help = "Exits with 0 when everything is there, else with 75.\n\n\
         Example:\n  footlight collect tasks.json"
@@ -101,7 +101,7 @@ pub enum OwnCommand {
         #[arg(long)]
         json: bool,
     },
-    /// serve a show's page to browsers of this machine, from the file as it is edited
+    /// Serve a show's page to browsers of this machine, from the file as it is edited
     #[cfg(feature = "serve")]
     #[command(
         after_help = "The first address that it prints runs the show, the second follows it. \
@@ -111,21 +111,21 @@ pub enum OwnCommand {
         /// The show's file (.lxq)
         #[arg(id = "SHOW")]
         show: PathBuf,
-        /// the port to listen at (default: any that is free)
+        /// The port to listen at (default: any that is free)
         #[arg(long, value_name = "N", value_parser = value_parser!(u16).range(1..))]
         port: Option<u16>,
     },
-    /// serve an editor by the language server protocol, on standard input and output
+    /// Serve an editor by the language server protocol, on standard input and output
     #[cfg(feature = "lsp")]
     #[command(
         after_help = "Editors start it; the manual's page `editors` has the lines for them.\n\n\
         Example:\n  footlight lsp"
     )]
     Lsp,
-    /// send the levels of a show to lamps or a visualiser, as E1.31 (sACN) or Art-Net
+    /// Send the levels of a show to lamps or a visualiser, as E1.31 (sACN) or Art-Net
     #[command(after_help = "Example:\n  footlight send show.lxq --artnet 127.0.0.1")]
     Send(Sent),
-    /// print a script that completes this program's commands in a shell
+    /// Print a script that completes this program's commands in a shell
     #[command(after_help = "Example:\n  footlight completions bash > footlight.bash")]
     Completions {
         /// The shell

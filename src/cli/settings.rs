@@ -21,6 +21,7 @@ const LINE: &str = "Run this line instead of opening the prompt; may be repeated
 // What holds for every command, and the lines to run where there is none. A doc comment here would
 // be the program's description.
 #[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Options of every command")]
 pub struct Settings {
     /// No progress bars and no pictures in the terminal
     #[arg(long, global = true)]

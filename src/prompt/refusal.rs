@@ -59,7 +59,12 @@ pub fn refused(verb: &Command, error: &clap::Error) -> Error {
         }
         ErrorKind::InvalidValue => {
             let known = said(ContextKind::ValidValue);
-            format!("`{value}` is not one of {known}: {}", way_out())
+            let option = argument.split(' ').next().filter(|a| a.starts_with('-'));
+            let whose = option.unwrap_or(name);
+            format!(
+                "`{whose}` takes {known}, not `{value}`: {}",
+                usage::of(verb)
+            )
         }
         ErrorKind::ValueValidation => match std::error::Error::source(error) {
             Some(reason) => reason.to_string(),

@@ -29,25 +29,24 @@ pub fn of(verb: &Command) -> String {
 /// The words that stand behind a verb without dashes: `[TIME | cue N [+ TIME]]`.
 pub fn words(argument: &Arg) -> String {
     let known = argument.get_possible_values();
-    let names: Vec<&str> = known.iter().map(|known| known.get_name()).collect();
-    let text = match names.as_slice() {
-        [] => value(argument),
-        names => names.join(" | "),
-    };
-    match text {
-        text if text.starts_with('[') => text,
-        text => optional(argument, text),
+    let known: Vec<&str> = known.iter().map(|known| known.get_name()).collect();
+    if !known.is_empty() {
+        return optional(argument, known.join(" | "));
     }
+    let names = argument.get_value_names().unwrap_or_default().iter();
+    let words: Vec<String> = names.map(|n| optional(argument, n.to_string())).collect();
+    words.join(" ")
 }
 
-/// The name of an argument's value; empty for a switch.
-pub fn value(argument: &Arg) -> String {
-    let names = argument.get_value_names().unwrap_or_default();
-    let name = names.first().map_or("", |name| name.as_str());
-    match argument.get_num_args() {
-        _ if !argument.get_action().takes_values() => String::new(),
-        Some(count) if count.min_values() == 0 && !argument.is_positional() => format!("[{name}]"),
-        _ => name.to_owned(),
+/// The name of an option's value; empty for a switch.
+pub fn value(option: &Arg) -> String {
+    let takes_values = option.get_action().takes_values();
+    let names = option.get_value_names().filter(|_| takes_values);
+    let may_stand_alone = option.get_num_args().is_some_and(|n| n.min_values() == 0);
+    match names.unwrap_or_default().first() {
+        Some(name) if may_stand_alone => format!("[{name}]"),
+        Some(name) => name.to_string(),
+        None => String::new(),
     }
 }
 

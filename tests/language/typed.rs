@@ -60,13 +60,14 @@ fn faults(text: &str) -> BTreeSet<String> {
 
 /// Whether words work somewhere: at the prompt, on the command line or in a show.
 fn works(words: &str) -> bool {
-    let line = words.strip_prefix("footlight ").unwrap_or(words);
+    let filled = words.replace("NAME", "n").replace("NUMBER", "9");
+    let filled = filled.replace('…', "");
+    let line = filled.strip_prefix("footlight ").unwrap_or(&filled);
     let first = line.split_whitespace().next().unwrap_or_default();
     let is_verb = verbs().find_subcommand(first).is_some() && !lang::is_declaration(line);
     if is_verb && Verb::parse(line).is_ok() {
         return true;
     }
-    let filled = words.replace("NAME", "n").replace('…', "");
     PLACES
         .iter()
         .any(|place| faults(&place.replace('@', &filled)).is_empty())

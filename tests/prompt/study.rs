@@ -275,7 +275,7 @@ fn what_is_no_chart_is_refused() {
     for (line, said) in [
         ("chart", "`chart transport -o"),
         ("chart plan", "was removed"),
-        ("chart scale", "`chart transport -o"),
+        ("chart scale", "chart transport"),
         ("chart transport --truth", "was removed"),
         ("session x", "was removed"),
         (

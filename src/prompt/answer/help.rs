@@ -31,17 +31,16 @@ pub fn of(verbs: &Command, name: &str) -> Result<String, Error> {
         (Err(_), false) => return Ok(declared),
         (found, _) => found?,
     };
-    let mut text = format!("{}\n  {}\n", usage::of(verb), about(verb));
-    for option in verb.get_arguments().filter(|a| !a.is_positional()) {
-        let long = option.get_long().unwrap_or_default();
-        let name = match option.get_short() {
-            Some(letter) => format!("-{letter}, --{long} {}", usage::value(option)),
-            None => format!("--{long} {}", usage::value(option)),
-        };
-        let about = option.get_help().map(ToString::to_string);
-        let _ = writeln!(text, "  {name:<22} {}", about.unwrap_or_default());
-    }
-    let _ = write!(text, "example: {}", usage::example(verb));
+    let has_options = verb
+        .get_arguments()
+        .any(|argument| !argument.is_positional());
+    let options = if has_options { "{options}\n" } else { "" };
+    let template = format!(
+        "{}\n  {{about}}\n{options}example: {{after-help}}",
+        usage::of(verb)
+    );
+    let help = verb.clone().help_template(template).render_help();
+    let mut text = help.to_string().trim_end().to_owned();
     if !declared.is_empty() {
         let _ = write!(text, "\n\n{declared}");
     }

@@ -19,7 +19,7 @@ use footlight_show::units::Tolerance;
 pub struct Plot {
     #[arg(value_name = "BANK… | keys | spectrum | basis | error")]
     words: Vec<String>,
-    /// Error allowed, of spectrum, such as 2% or 1.5steps (default: the show's preview)
+    /// Error allowed in `spectrum`, such as 2% or 1.5steps (default: the show's preview)
     #[arg(long, value_name = "X", value_parser = argument::error)]
     tolerance: Option<Tolerance>,
     /// Light lines on a dark ground, in a file too

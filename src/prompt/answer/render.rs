@@ -40,7 +40,7 @@ pub struct Plan {
 /// What `refine` renders.
 #[derive(Args, Clone, Debug)]
 pub struct Refine {
-    #[arg(value_name = "[N | until X | for TIME] [&]")]
+    #[arg(num_args = 0.., value_names = ["N | until X | for TIME", "&"])]
     words: Vec<String>,
     #[command(flatten)]
     pub from: FromView,
