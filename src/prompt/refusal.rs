@@ -25,12 +25,17 @@ pub fn find<'c>(verbs: &'c Command, name: &str) -> Result<&'c Command, Error> {
     usage(format!("there is no verb or declaration `{name}`; {hint}"))
 }
 
+/// An argument as clap shows it, without its brackets.
+fn plain(argument: &str) -> String {
+    argument.replace(['<', '>'], "").replace("...", "")
+}
+
 /// The refusal of what was typed behind a verb.
 pub fn refused(verb: &Command, error: &clap::Error) -> Error {
     let name = verb.get_name();
     let said = |kind| match error.get(kind) {
-        Some(ContextValue::String(word)) => word.replace(['<', '>'], ""),
-        Some(ContextValue::Strings(words)) => words.join(", ").replace(['<', '>'], ""),
+        Some(ContextValue::String(word)) => plain(word),
+        Some(ContextValue::Strings(words)) => plain(&words.join(", ")),
         _ => String::new(),
     };
     let argument = said(ContextKind::InvalidArg);

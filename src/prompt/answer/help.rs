@@ -35,12 +35,9 @@ pub fn of(verbs: &Command, name: &str) -> Result<String, Error> {
         .get_arguments()
         .any(|argument| !argument.is_positional());
     let options = if has_options { "{options}\n" } else { "" };
-    let template = format!(
-        "{}\n  {{about}}\n{options}example: {{after-help}}",
-        usage::of(verb)
-    );
+    let template = format!("{}\n  {{about}}\n{options}", usage::of(verb));
     let help = verb.clone().help_template(template).render_help();
-    let mut text = help.to_string().trim_end().to_owned();
+    let mut text = format!("{help}example: {}", usage::example(verb));
     if !declared.is_empty() {
         let _ = write!(text, "\n\n{declared}");
     }
