@@ -103,7 +103,7 @@ impl Settings {
     }
 
     /// The renderer to use in place of the program's own.
-    pub fn renderer(&self) -> Option<outside::Call> {
+    pub fn renderer(&self) -> Option<outside::RendererCall> {
         let mut call = self.renderer.clone()?.call;
         call.version.clone_from(&self.renderer_version);
         if let Some(seconds) = self.renderer_timeout {
@@ -142,12 +142,12 @@ impl Settings {
 #[derive(Clone, Debug)]
 struct RendererLine {
     line: String,
-    call: outside::Call,
+    call: outside::RendererCall,
 }
 
 impl RendererLine {
     fn parse(line: &str) -> Result<RendererLine, String> {
-        let call = outside::Call::parse(line).map_err(|e| e.to_string())?;
+        let call = outside::RendererCall::parse(line).map_err(|e| e.to_string())?;
         Ok(RendererLine {
             line: line.to_owned(),
             call,

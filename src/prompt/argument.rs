@@ -7,7 +7,7 @@ use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 use super::Error;
-use footlight_engine::{Engine, LiveControl, Way};
+use footlight_engine::{Engine, Goal, LiveControl, Refinement, Way};
 use footlight_show::lang;
 use footlight_show::units::{CueNumber, Time, Tolerance};
 use footlight_transport::Quality;
@@ -38,6 +38,13 @@ pub struct ByWay {
     /// quality (alone) (default: auto)
     #[arg(long, value_name = "WAY", value_parser = one_of(WAYS))]
     pub way: Option<Way>,
+}
+
+impl ByWay {
+    /// A goal by this way.
+    pub fn refinement(&self, goal: Goal) -> Refinement {
+        Refinement::from(goal).by(self.way.unwrap_or_default())
+    }
 }
 
 const WAYS: &[(&str, Way)] = &[
@@ -193,7 +200,7 @@ pub fn check_cue(engine: &Engine, number: CueNumber) -> Result<(), Error> {
 
 /// Refuses a step of quality that the renderer does not have.
 pub fn check_quality(engine: &Engine, quality: Quality) -> Result<(), Error> {
-    let (Quality(step), Quality(finest)) = (quality, engine.finest());
+    let (Quality(step), Quality(finest)) = (quality, engine.estimate().finest());
     if step <= finest {
         return Ok(());
     }

@@ -7,12 +7,12 @@ use serde::Serialize;
 
 use super::Error;
 use super::argument::Output;
-use footlight_engine::{Edited, Engine, Event, LiveControl, Way};
+use footlight_engine::{Edited, Engine, Event, LiveControl};
 use footlight_report::chart::Drawing;
 use footlight_report::farm::Farm;
 use footlight_report::film::{Canvas, Outlets, Shown};
 use footlight_report::format::Formats;
-use footlight_report::sheet::{self, Difference};
+use footlight_report::sheet::{self, ShowDifference};
 use footlight_report::{self as report, document, refine, versions};
 use footlight_show::diagnostic::Style;
 use footlight_show::lang::edit::Edit;
@@ -99,7 +99,7 @@ pub struct Reloaded {
     /// The changes in a designer's words.
     pub reply: Reply,
     /// What changed.
-    pub difference: Difference,
+    pub difference: ShowDifference,
 }
 
 /// A prompt: an engine, the moment that is looked at, and what was reported already.
@@ -188,7 +188,7 @@ impl Repl {
         let call = self.engine.begin_call();
         let done = something(self);
         let exceeded = call.exceeded();
-        let late = call.exceeded_by(self.engine.now());
+        let late = call.exceeded_by(self.engine.host().clock.seconds());
         drop(call);
         self.live.follow(self.engine.document());
         let events = self.event_notes();
@@ -225,7 +225,7 @@ impl Repl {
 
     /// What happened, in words.
     pub(super) fn event_notes(&mut self) -> Vec<Printable> {
-        let events = self.engine.take_events();
+        let events = self.engine.poll();
         self.in_words(&events)
     }
 
@@ -258,22 +258,18 @@ impl Repl {
         all
     }
 
-    /// Does something as seen from a view and by a way, which hold for it alone.
-    pub(super) fn within(
+    /// Does something as seen from a view, which holds for it alone.
+    pub(super) fn seen_from(
         &mut self,
         view: Option<&str>,
-        way: Option<Way>,
         act: impl FnOnce(&mut Repl) -> Result<Reply, Error>,
     ) -> Result<Reply, Error> {
-        let usual_way = self.engine.way();
-        let usual_view = self.engine.document().view().map(str::to_owned);
+        let usual = self.engine.document().view().map(str::to_owned);
         if let Some(view) = view {
             self.engine.look_from(view)?;
         }
-        self.engine.set_way(way.unwrap_or(usual_way));
         let reply = act(self);
-        self.engine.set_way(usual_way);
-        if let Some(usual) = usual_view.filter(|_| view.is_some()) {
+        if let Some(usual) = usual.filter(|_| view.is_some()) {
             self.engine.look_from(&usual)?;
         }
         reply
@@ -314,7 +310,7 @@ impl Repl {
 
     /// Changes the show by declarations as typed.
     pub(super) fn declare(&mut self, declarations: &str) -> Result<Reply, Error> {
-        let before = self.engine.refined();
+        let before = self.engine.estimate().refined();
         let edit = Edit::Declare(declarations.to_owned());
         let edited = self.engine.edit(&edit)?;
         Ok(Reply::text(self.describe_edit(&edited, before)))
@@ -322,7 +318,7 @@ impl Repl {
 
     /// What an edit came to, where there were so many refined images before it.
     pub(super) fn describe_edit(&self, edited: &Edited, before: usize) -> Printable {
-        let refined = [before, self.engine.refined()];
+        let refined = [before, self.engine.estimate().refined()];
         let document = self.engine.document();
         document::edited(document, edited, refined, self.console.style)
     }
@@ -333,7 +329,7 @@ impl Repl {
     /// # Errors
     /// As [`Engine::replace`]; the show is then as it was.
     pub fn reload(&mut self, text: &str) -> Result<Reloaded, Error> {
-        let before = self.engine.refined();
+        let before = self.engine.estimate().refined();
         let old = self.engine.document().compiled();
         let edited = self.engine.replace(text)?;
         self.live.follow(self.engine.document());

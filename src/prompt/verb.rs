@@ -163,31 +163,31 @@ impl Verb {
             Verb::Check => text::check(repl),
             Verb::Show(asked) => text::show(repl, asked),
             Verb::At(asked) => live::at(repl, asked),
-            Verb::Plan(asked) => repl.within(asked.from.view.as_deref(), asked.by.way, |repl| {
-                render::plan(repl, asked)
-            }),
-            Verb::Picture(asked) => repl.within(asked.from.view.as_deref(), None, |repl| {
+            Verb::Plan(asked) => {
+                repl.seen_from(asked.from.view.as_deref(), |repl| render::plan(repl, asked))
+            }
+            Verb::Picture(asked) => repl.seen_from(asked.from.view.as_deref(), |repl| {
                 picture::picture(repl, asked)
             }),
-            Verb::Refine(asked) => repl.within(asked.from.view.as_deref(), asked.by.way, |repl| {
+            Verb::Refine(asked) => repl.seen_from(asked.from.view.as_deref(), |repl| {
                 render::refine(repl, asked)
             }),
             Verb::Status => render::status(repl),
             Verb::Wait => render::wait(repl),
             Verb::Stop(asked) => render::stop(repl, asked),
-            Verb::Play(asked) => repl.within(asked.from.view.as_deref(), None, |repl| {
-                play::play(repl, asked)
-            }),
-            Verb::Film(asked) => repl.within(asked.from.view.as_deref(), None, |repl| {
-                play::film(repl, asked)
-            }),
-            Verb::Frames(asked) => repl.within(asked.from.view.as_deref(), None, |repl| {
-                play::frames(repl, asked)
-            }),
+            Verb::Play(asked) => {
+                repl.seen_from(asked.from.view.as_deref(), |repl| play::play(repl, asked))
+            }
+            Verb::Film(asked) => {
+                repl.seen_from(asked.from.view.as_deref(), |repl| play::film(repl, asked))
+            }
+            Verb::Frames(asked) => {
+                repl.seen_from(asked.from.view.as_deref(), |repl| play::frames(repl, asked))
+            }
             Verb::Plot(asked) => plot::plot(repl, asked),
-            Verb::Run(asked) => repl.within(asked.from.view.as_deref(), asked.by.way, |repl| {
-                render::run(repl, asked)
-            }),
+            Verb::Run(asked) => {
+                repl.seen_from(asked.from.view.as_deref(), |repl| render::run(repl, asked))
+            }
             Verb::Compare(asked) => measure::compare(repl, asked),
             Verb::Quality(asked) => measure::quality(repl, asked),
             Verb::Chart(asked) => measure::chart(repl, asked),

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use crate::operator::Altered;
 use crate::{Ticking, prompt};
-use footlight_engine::{Ended, Goal, Host, Way};
+use footlight_engine::{Ended, Goal, Host, Refinement, Way};
 use footlight_host::files::{Disk, Folder, MemoryStore, Store};
 use footlight_picture::Image;
 use footlight_picture::exr::{self, Precision};
 use footlight_prompt::{Repl, Verb};
-use footlight_report::{Kind, Record};
+use footlight_report::{Record, StudyKind};
 use footlight_show::diagnostic::Style;
 use footlight_transport::Quality;
 use std::sync::Arc;
@@ -183,7 +183,7 @@ fn the_chart_of_the_scale_comes_as_a_record_and_as_a_drawing() {
     let record: Record = serde_json::from_slice(&bytes).unwrap();
     assert_eq!(
         (record.kind, record.subject.as_str()),
-        (Kind::Transport, "Furnace")
+        (StudyKind::Transport, "Furnace")
     );
     let mean = &record.series[0];
     let curve = record.curve(mean, "quality", "error");
@@ -258,12 +258,12 @@ fn stubborn() -> Repl {
 fn a_renderer_that_ignores_quality_leaves_no_error_and_nothing_to_refine() {
     for way in [Way::Paper, Way::Auto] {
         let mut show = stubborn();
-        show.engine_mut().set_way(way);
-        let ended = show.engine_mut().refine(Goal::until(0.01)).unwrap().ended;
+        let wanted = Refinement::from(Goal::until(0.01)).by(way);
+        let ended = show.engine_mut().refine(wanted).unwrap().ended;
         assert_eq!(ended, Some(Ended::Complete), "{way:?}");
-        assert_eq!(show.engine().refined(), 0);
-        assert_eq!(show.engine().predicted_error().unwrap(), 0.0);
-        let pool = show.engine().pool().unwrap();
+        assert_eq!(show.engine().estimate().refined(), 0);
+        assert_eq!(show.engine().estimate().predicted_error().unwrap(), 0.0);
+        let pool = show.engine().estimate().pool().unwrap();
         assert!(pool.has_no_estimated_error(), "{way:?}");
     }
 }

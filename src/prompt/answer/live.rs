@@ -126,7 +126,7 @@ fn moment(repl: &Repl) -> Reply {
 /// Levels there, and a picture where the pool can give one at once.
 fn pictured_moment(repl: &mut Repl) -> Result<Reply, Error> {
     let levels = moment(repl);
-    if repl.engine.pool().is_none() {
+    if repl.engine.estimate().pool().is_none() {
         return Ok(levels);
     }
     let picture = picture::picture(repl, &Picture::default())?;
@@ -191,7 +191,7 @@ fn absolute(repl: &Repl, words: &[String]) -> String {
 
 /// Writes what is tried into the cue that stands.
 pub fn update(repl: &mut Repl) -> Result<Reply, Error> {
-    let before = repl.engine.refined();
+    let before = repl.engine.estimate().refined();
     let edited = repl.live.update(&mut repl.engine)?;
     Ok(Reply::text(repl.describe_edit(&edited, before)))
 }
@@ -251,7 +251,7 @@ fn recorded(
     label: &str,
     times: Option<(Time, Time)>,
 ) -> Result<Reply, Error> {
-    let before = repl.engine.refined();
+    let before = repl.engine.estimate().refined();
     let edited = repl.live.record(&mut repl.engine, cue, label, times)?;
     let text = repl.engine.document().text();
     let place = lang::edit::locate(text, &format!("cue {cue}"));

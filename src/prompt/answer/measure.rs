@@ -7,6 +7,7 @@ use clap::{Args, ValueHint};
 use crate::argument::{Output, check_quality, step};
 use crate::error::Error;
 use crate::repl::{Repl, Reply};
+use footlight_engine as engine;
 use footlight_report::chart::Theme;
 use footlight_report::format::{self, DRAWING, RECORD};
 use footlight_report::{self as report, comparison, tradeoff};
@@ -58,7 +59,7 @@ pub struct Chart {
 }
 
 pub fn quality(repl: &mut Repl, asked: &Scale) -> Result<Reply, Error> {
-    let forecast = repl.engine.measure_quality(asked.measure)?;
+    let forecast = engine::measure::quality::measure(&repl.engine, asked.measure)?;
     if asked.json {
         Reply::json(&forecast)
     } else {
@@ -67,10 +68,12 @@ pub fn quality(repl: &mut Repl, asked: &Scale) -> Result<Reply, Error> {
 }
 
 pub fn compare(repl: &mut Repl, asked: &Compare) -> Result<Reply, Error> {
-    let quality = asked.quality.unwrap_or(repl.engine.coarse_steps()[1]);
+    let quality = asked
+        .quality
+        .unwrap_or(repl.engine.estimate().coarse_steps()[1]);
     check_quality(&repl.engine, quality)?;
     let path = repl.optional_output(asked.output.as_ref(), &DRAWING)?;
-    let compared = repl.engine.compare(&asked.reference, quality)?;
+    let compared = engine::measure::comparison::compare(&repl.engine, &asked.reference, quality)?;
     let reply = if asked.json {
         Reply::json(&compared.comparison)?
     } else {
@@ -93,7 +96,7 @@ pub fn chart(repl: &mut Repl, asked: &Chart) -> Result<Reply, Error> {
     } else {
         Theme::Light
     };
-    let found = repl.engine.measure_tradeoff(asked.reference.as_deref())?;
+    let found = engine::measure::tradeoff::measure(&repl.engine, asked.reference.as_deref())?;
     let (text, record) = (tradeoff::describe(&found), || tradeoff::record(&found));
     repl.deliver(
         text,

@@ -6,6 +6,7 @@ use super::usage;
 use crate::argument::{self, FromView, Moment, Output, check_quality, number, step};
 use crate::error::Error;
 use crate::repl::{Repl, Reply};
+use footlight_engine::UnlitBank;
 use footlight_picture::Image;
 use footlight_picture::exr::Precision;
 use footlight_picture::tone::{self, Tone};
@@ -61,9 +62,9 @@ pub fn picture(repl: &mut Repl, asked: &Picture) -> Result<Reply, Error> {
         None => now,
     };
     let setting = match &asked.bank {
-        Some(name) => repl.engine.alone(name)?,
+        Some(name) => repl.engine.document().alone(name)?,
         None if moment == now => repl.live.setting(repl.engine.document()),
-        None => repl.engine.setting(moment),
+        None => repl.engine.document().setting(moment),
     };
     let image = match asked.quality {
         Some(quality) => {
@@ -87,7 +88,7 @@ pub fn picture(repl: &mut Repl, asked: &Picture) -> Result<Reply, Error> {
         None => String::new(),
     };
     let text = format!("{what}: {}{exposure}{below}", made_of(repl, asked));
-    let tone = tone.unwrap_or_else(|| repl.engine.tone_at(0.0));
+    let tone = tone.unwrap_or_else(|| repl.engine.document().tone_at(0.0));
     match path {
         Some(p) => {
             let precision = if asked.float {
@@ -112,10 +113,10 @@ fn made_of(repl: &Repl, asked: &Picture) -> String {
     if let Some(Quality(step)) = asked.quality {
         return format!("quality {step}");
     }
-    if repl.engine.is_final() {
+    if repl.engine.estimate().is_final() {
         return "the sum of the banks".to_owned();
     }
-    match repl.engine.refined() {
+    match repl.engine.estimate().refined() {
         0 => "coarse alone, nothing refined yet".to_owned(),
         n => format!("coarse, and {}", count(n, "refined picture")),
     }
@@ -123,7 +124,11 @@ fn made_of(repl: &Repl, asked: &Picture) -> String {
 
 /// Whether nothing of a picture, or of a bank alone, can be seen.
 fn is_dark(repl: &mut Repl, asked: &Picture, image: &Image) -> bool {
-    let unlit = |name: &str| repl.engine.unlit_banks().iter().any(|b| b.name == name);
+    let unlit = |name: &str| {
+        UnlitBank::find(&mut repl.engine)
+            .iter()
+            .any(|b| b.name == name)
+    };
     image.data().iter().all(|light| *light <= 0.0) || asked.bank.as_deref().is_some_and(unlit)
 }
 
@@ -145,10 +150,10 @@ fn of_picture(repl: &Repl, asked: &Picture) -> bool {
 /// compare. A bank alone and a show without cues are exposed for the picture itself.
 fn exposed(repl: &mut Repl, asked: &Picture, image: &Image) -> Result<Tone, Error> {
     if let Some(stops) = asked.exposure {
-        return Ok(repl.engine.tone_at(stops));
+        return Ok(repl.engine.document().tone_at(stops));
     }
     if of_picture(repl, asked) {
-        Ok(repl.engine.tone_of([image]))
+        Ok(repl.engine.document().tone_of([image]))
     } else {
         Ok(repl.engine.tone()?)
     }

@@ -10,8 +10,9 @@ use crate::error::Error;
 use crate::repl::{Repl, Reply};
 use footlight_picture::exr::Precision;
 use footlight_picture::y4m::Chroma;
-use footlight_report::film::{self, Span};
-use footlight_report::target::{Layers, Sequence, Target, TargetOptions};
+use footlight_report::film::{self, PlayedSpan};
+use footlight_report::layers::Layers;
+use footlight_report::target::{Sequence, Target, TargetOptions};
 use footlight_report::words::exposure;
 use footlight_show::units::CueNumber;
 
@@ -140,7 +141,7 @@ fn target(verb: &str, path: &Path, options: TargetOptions) -> Result<Target, Err
 /// Plays the sequence, or writes it to a target.
 fn sequence(repl: &mut Repl, part: &Part, target: Option<Target>) -> Result<Reply, Error> {
     let said = said_span(repl, part)?;
-    let span = said.unwrap_or(Span::whole(&repl.engine));
+    let span = said.unwrap_or(PlayedSpan::whole(&repl.engine));
     if let Some(target) = &target {
         if said.is_some() && !target.has_frames() {
             return usage("`--from`, `--to` and `--cue` are for frames: this file has the keys");
@@ -151,7 +152,7 @@ fn sequence(repl: &mut Repl, part: &Part, target: Option<Target>) -> Result<Repl
     let (engine, console) = (&repl.engine, &repl.console);
     let sequence = Sequence {
         engine,
-        tone: engine.tone_of(playback.images()),
+        tone: engine.document().tone_of(playback.images()),
         playback,
         span,
     };
@@ -169,7 +170,7 @@ fn sequence(repl: &mut Repl, part: &Part, target: Option<Target>) -> Result<Repl
     let (player, now) = (sequence.player()?, repl.live.time());
     // From here on, or all of it where this is the end.
     let span = said.unwrap_or(if now < span.to {
-        Span { from: now, ..span }
+        PlayedSpan { from: now, ..span }
     } else {
         span
     });
@@ -187,14 +188,14 @@ fn sequence(repl: &mut Repl, part: &Part, target: Option<Target>) -> Result<Repl
 }
 
 /// The span of a part that is said: from a moment, to one, or a cue from its GO until it is complete.
-fn said_span(repl: &Repl, part: &Part) -> Result<Option<Span>, Error> {
+fn said_span(repl: &Repl, part: &Part) -> Result<Option<PlayedSpan>, Error> {
     let engine = &repl.engine;
-    let mut span = Span::whole(engine);
+    let mut span = PlayedSpan::whole(engine);
     if let Some(number) = part.cue {
         check_cue(engine, number)?;
         let place = engine.show().cues.iter().position(|c| c.number == number);
         let times = place.and_then(|at| engine.document().timeline().cues().get(at));
-        return Ok(Some(times.map_or(span, |cue| Span {
+        return Ok(Some(times.map_or(span, |cue| PlayedSpan {
             from: cue.go,
             to: cue.completion,
         })));
@@ -220,7 +221,7 @@ mod tests {
 
     use super::*;
     use crate::Verb;
-    use footlight_report::target::Kind;
+    use footlight_report::numbered::FrameFormat;
 
     fn of(line: &str) -> Result<Target, Error> {
         let options = TargetOptions { ..NO_OPTIONS };
@@ -255,7 +256,7 @@ mod tests {
         ));
         assert!(matches!(
             of("frames -o a##.exr --float"),
-            Ok(Target::Numbered(_, Kind::Exr(Precision::Float)))
+            Ok(Target::Numbered(_, FrameFormat::Exr(Precision::Float)))
         ));
         assert!(matches!(
             of("frames -o a.exr --layers banks"),

@@ -116,13 +116,13 @@ fn spectrum(
     theme: Theme,
 ) -> Result<(Drawing, String), Error> {
     repl.engine.take_up()?;
-    let plan = repl.engine.plan(tolerance(&repl.engine, said))?;
+    let plan = repl.engine.estimate().plan(tolerance(&repl.engine, said))?;
     Ok(report::plot::spectrum(&plan, theme))
 }
 
 fn basis(repl: &mut Repl, theme: Theme) -> Result<(Drawing, String), Error> {
     repl.engine.coarse()?;
-    let text = match repl.engine.refined() {
+    let text = match repl.engine.estimate().refined() {
         0 => format!(
             "nothing is refined yet: the coarse pictures of {}",
             count(repl.engine.show().coordinates().len(), "source")
@@ -138,8 +138,8 @@ fn error(repl: &mut Repl, theme: Theme) -> Result<(Drawing, String), Error> {
     let tolerance = repl.engine.show().preview.tolerance;
     let text = format!(
         "{}: predicted error {} %",
-        count(repl.engine.refined(), "refined picture"),
-        percent(repl.engine.predicted_error()?)
+        count(repl.engine.estimate().refined(), "refined picture"),
+        percent(repl.engine.estimate().predicted_error()?)
     );
     let chart = results::error_chart(&repl.engine, tolerance, theme)?;
     Ok((chart, text))

@@ -9,7 +9,7 @@ use super::usage;
 use crate::argument::{self, ByWay, FromView, Output, duration, tolerance, whole};
 use crate::error::Error;
 use crate::repl::{Repl, Reply};
-use footlight_engine::{Ended, Goal};
+use footlight_engine::{self as engine, Ended, Goal, Refinement, TaskList};
 use footlight_report::words::{count, exposure, qualities};
 use footlight_report::{self as report, refine as words, run as whole_loop};
 use footlight_show::units::{Time, Tolerance};
@@ -102,7 +102,10 @@ pub fn plan(repl: &mut Repl, asked: &Plan) -> Result<Reply, Error> {
     let tolerance = tolerance(&repl.engine, asked.tolerance);
     if let Some(tasks) = &asked.tasks {
         let path = repl.spared(tasks)?;
-        let list = repl.engine.tasks(Goal::until(tolerance))?;
+        let list = TaskList::of(
+            &mut repl.engine,
+            asked.by.refinement(Goal::until(tolerance)),
+        )?;
         report::tasks::write(repl.engine.host().store.as_ref(), path, &list)?;
         return Ok(Reply::text(report::tasks::listed(&list, path)));
     }
@@ -110,23 +113,23 @@ pub fn plan(repl: &mut Repl, asked: &Plan) -> Result<Reply, Error> {
         return next(repl, count, asked.json);
     }
     repl.engine.take_up()?;
-    let plan = repl.engine.plan(tolerance)?;
+    let plan = repl.engine.estimate().plan(tolerance)?;
     if asked.json {
         return Reply::json(&report::plan::form(&plan));
     }
     let mut text = report::plan::describe(&plan);
-    if repl.engine.pool().is_none() {
+    if repl.engine.estimate().pool().is_none() {
         text.push_str("by levels alone; counted again once there are pictures\n");
     }
     if let Some(now) = words::so_far(&repl.engine) {
         text.push_str(&now);
     }
-    if repl.engine.setup().is_some() {
-        let goal = Goal::until(tolerance);
-        repl.engine.calibrate_cost()?;
-        text.push_str(&report::ways::describe(&repl.engine.ways(&goal)?, &goal));
+    if repl.engine.document().setup().is_some() {
+        let wanted = asked.by.refinement(Goal::until(tolerance));
+        let goal = wanted.goal;
+        text.push_str(&report::ways::describe(&repl.engine.ways(wanted)?, &goal));
     }
-    if repl.engine.pool().is_some() && !repl.engine.is_final() {
+    if repl.engine.estimate().pool().is_some() && !repl.engine.estimate().is_final() {
         let at = qualities(&repl.engine);
         text.push_str(&format!(
             "measured by coarse pictures {at}, rendered first\n"
@@ -137,7 +140,8 @@ pub fn plan(repl: &mut Repl, asked: &Plan) -> Result<Reply, Error> {
 
 /// Has a goal's pictures rendered by the farm of this name, where one is said; what is left of the goal
 /// then needs no rendering. How many pictures were rendered so is returned with it.
-fn on_farm(repl: &mut Repl, on: &OnFarm, goal: Goal) -> Result<(Goal, usize), Error> {
+fn on_farm(repl: &mut Repl, on: &OnFarm, wanted: Refinement) -> Result<(Goal, usize), Error> {
+    let goal = wanted.goal;
     let Some(name) = &on.farm else {
         return Ok((goal, 0));
     };
@@ -147,7 +151,7 @@ fn on_farm(repl: &mut Repl, on: &OnFarm, goal: Goal) -> Result<(Goal, usize), Er
     let Some(farm) = &repl.console.farm else {
         return usage("there is no farm here");
     };
-    let rendered = report::farm::refine(&mut repl.engine, goal, farm.as_ref())?;
+    let rendered = report::farm::refine(&mut repl.engine, wanted, farm.as_ref())?;
     if rendered > 0 {
         let pictures = count(rendered, "picture");
         repl.unheard
@@ -162,8 +166,8 @@ fn on_farm(repl: &mut Repl, on: &OnFarm, goal: Goal) -> Result<(Goal, usize), Er
 
 fn next(repl: &mut Repl, count: usize, json: bool) -> Result<Reply, Error> {
     repl.engine.coarse()?;
-    repl.engine.calibrate_cost()?;
-    let mut forecast = repl.engine.forecast()?;
+    repl.engine.calibrate()?;
+    let mut forecast = repl.engine.estimate().forecast()?;
     let all = forecast.steps.len();
     forecast.steps.truncate(count);
     if json {
@@ -196,12 +200,14 @@ pub fn refine(repl: &mut Repl, asked: &Refine) -> Result<Reply, Error> {
     let words: Vec<&str> = foreground.split_whitespace().collect();
     let goal = goal(&words)?;
     let is_farmed = asked.on.farm.is_some();
-    repl.engine.idle()?;
+    if repl.engine.is_busy() {
+        return Err(engine::Error::Busy.into());
+    }
     if typed.ends_with('&') {
         if is_farmed {
             return usage("a farm is waited for: say it without `&`");
         }
-        repl.engine.start(goal)?;
+        repl.engine.start(asked.by.refinement(goal))?;
         repl.refining = in_background(asked, &words);
         let notes = repl.event_notes();
         return Ok(Reply::text(if notes.is_empty() {
@@ -211,12 +217,13 @@ pub fn refine(repl: &mut Repl, asked: &Refine) -> Result<Reply, Error> {
         }));
     }
     let mut before = repl.engine.steps().len();
-    let (goal, _) = on_farm(repl, &asked.on, goal)?;
-    repl.engine.coarse_for(goal)?;
+    let (goal, _) = on_farm(repl, &asked.on, asked.by.refinement(goal))?;
+    let wanted = asked.by.refinement(goal);
+    repl.engine.coarse_for(wanted.clone())?;
     if !is_farmed {
         before = repl.engine.steps().len();
     }
-    let done = repl.engine.refine(goal)?;
+    let done = repl.engine.refine(wanted)?;
     let text = words::refined(&repl.engine, &done, before.saturating_sub(1));
     Ok(Reply {
         stopped: done.ended == Some(Ended::Stopped),
@@ -246,7 +253,7 @@ pub fn status(repl: &mut Repl) -> Result<Reply, Error> {
     }
     let mut text = words::idle(&repl.engine);
     // Before the first pictures none is chosen.
-    if repl.engine.pool().is_some() {
+    if repl.engine.estimate().pool().is_some() {
         let stops = repl.engine.tone()?.exposure;
         text = format!("{text}\n{}", exposure(repl.engine.show(), stops));
     }
@@ -289,20 +296,27 @@ pub fn run(repl: &mut Repl, asked: &Run) -> Result<Reply, Error> {
         Some(output) => repl.spared(output)?.to_owned(),
         None => default_folder(repl),
     };
-    repl.engine.idle()?;
-    let before = repl.engine.statistics();
+    if repl.engine.is_busy() {
+        return Err(engine::Error::Busy.into());
+    }
+    let before = repl.engine.images().statistics();
     let mut farmed = 0;
     if let Some(count) = goal.count {
         // Those that are there are counted once the coarse ones are.
-        farmed += on_farm(repl, &asked.on, Goal::count(0))?.1;
-        let left = count.saturating_sub(repl.engine.refined());
-        farmed += on_farm(repl, &asked.on, Goal::count(left))?.1;
+        farmed += on_farm(repl, &asked.on, asked.by.refinement(Goal::count(0)))?.1;
+        let left = count.saturating_sub(repl.engine.estimate().refined());
+        farmed += on_farm(repl, &asked.on, asked.by.refinement(Goal::count(left)))?.1;
     } else {
-        farmed += on_farm(repl, &asked.on, goal)?.1;
+        farmed += on_farm(repl, &asked.on, asked.by.refinement(goal))?.1;
     }
-    let summary = whole_loop::run(&mut repl.engine, goal, &folder, asked.keys)?;
+    let summary = whole_loop::run(
+        &mut repl.engine,
+        &asked.by.refinement(goal),
+        &folder,
+        asked.keys,
+    )?;
     let images = whole_loop::ImageSources {
-        statistics: repl.engine.statistics().since(before),
+        statistics: repl.engine.images().statistics().since(before),
         farmed,
     };
     Ok(Reply::text(whole_loop::describe(

@@ -8,12 +8,12 @@ use super::usage;
 use crate::argument::Output;
 use crate::error::Error;
 use crate::repl::{Repl, Reply};
-use footlight_engine::{self as engine, Version};
+use footlight_engine::{self as engine, ManyKeys, StageMaterial, UnlitBank, Version};
 use footlight_host::files::is_same;
 use footlight_host::work::Cancelled;
 use footlight_report::format::{self, DRAWING, TABLE, WIDTH};
 use footlight_report::table::Table;
-use footlight_report::versions::Comparison;
+use footlight_report::versions::VersionComparison;
 use footlight_report::words::count;
 use footlight_report::{self as report, document};
 use footlight_report::{sheet, stage};
@@ -76,11 +76,13 @@ pub struct Save {
 
 pub fn check(repl: &mut Repl) -> Result<Reply, Error> {
     let style = repl.console.style;
-    let long = repl.engine.long_run()?;
-    let unlit = repl.engine.unlit_banks();
-    let transparent = stage::transparent(&repl.engine.stage_materials());
+    let long = engine::measure::wait::long_run(&repl.engine)?;
+    let unlit = UnlitBank::find(&mut repl.engine);
+    let setup = repl.engine.document().setup();
+    let materials = setup.map_or(Vec::new(), |setup| StageMaterial::all(&setup.scene));
+    let transparent = stage::transparent(&materials);
     let document = repl.engine.document();
-    let many = repl.engine.key_images_beyond_memory();
+    let many = ManyKeys::of(document, repl.engine.host().memory);
     let text = document::check(document, (long, many), unlit, &transparent, style);
     Ok(Reply::text(text))
 }
@@ -167,7 +169,7 @@ pub fn diff(repl: &mut Repl, asked: &Diff) -> Result<Reply, Error> {
     let files = host.files.as_ref();
     let old = Version::read(&name, &old, files)?;
     let new = Version::read(document.name(), document.text().as_bytes(), files)?;
-    let compared = Comparison::new(old, new);
+    let compared = VersionComparison::new(old, new);
     let text = match compared.text() {
         text if text.is_empty() => "nothing changed".to_owned(),
         text => text,
@@ -227,8 +229,8 @@ pub fn quit(repl: &mut Repl) -> Result<Reply, Error> {
         let said = "the edits are not saved: `save`, or `quit` again to drop them";
         return Ok(Reply::text(said));
     }
-    // What is being rendered in the background is given up with it.
-    repl.engine.abandon();
+    // What is being rendered in the background is given up with the engine.
+    repl.engine.stop(true);
     Ok(Reply {
         quit: true,
         ..Reply::default()
