@@ -24,7 +24,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
     #[test]
-    fn keys_give_what_the_cues_say(seed in any::<u64>()) {
+    fn keys_give_what_the_cues_say(seed in proptest::prop_oneof![20 => any::<u64>(), 1 => Just(11_749_224_593_225_325_925)]) {
         let mut random = Random::new(seed);
         let show = wild(&mut random);
         let reference = Reference::new(&show);
@@ -37,8 +37,12 @@ proptest! {
                     match e {
                         TimelineError::Level { parameter, time, level: found, .. } => {
                             prop_assert!(!(0.0..=1.0).contains(&found));
-                            prop_assert!((level(parameter, time.micros()) - found).abs() < 1e-5
-                                || (level(parameter, time.micros() - 1) - found).abs() < 1e-5);
+                            // Where the level jumps, what it comes to from before counts.
+                            let at = |t: i64| level(parameter, t);
+                            let t = time.micros();
+                            let before = 2.0 * at(t - 1) - at(t - 2);
+                            prop_assert!((at(t) - found).abs() < 1e-5
+                                || (before - found).abs() < 1e-5);
                         }
                         TimelineError::Backwards { .. } => {}
                         other => prop_assert!(false, "{other:?}"),
