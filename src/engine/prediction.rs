@@ -59,7 +59,7 @@ impl Estimate<'_> {
     }
 
     /// Predicted error of the sequence, relative, where coarse images are left to show so much, as
-    /// estimated before calibration ([`Step::forecast`]).
+    /// estimated before calibration (`Step::forecast`).
     ///
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered.

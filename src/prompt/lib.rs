@@ -13,7 +13,7 @@ mod removed;
 mod repl;
 pub mod saves;
 mod usage;
-mod verb;
+pub mod verb;
 mod vocabulary;
 
 pub use self::answer::help::of_word as help_of_word;

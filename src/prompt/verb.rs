@@ -10,6 +10,19 @@ use super::Error;
 use super::answer::{edit, export, help, live, measure, picture, play, plot, render, text};
 use super::repl::{Repl, Reply};
 
+// What each verb is asked for.
+pub use super::answer::edit::{Copy, Delete, Rename};
+pub use super::answer::export::Export;
+pub use super::answer::help::Help;
+pub use super::answer::live::{At, Blind, Goto, Insert, Record, Set};
+pub use super::answer::measure::{Chart, Compare, Scale};
+pub use super::answer::picture::Picture;
+pub use super::answer::play::{Film, Frames, Play};
+pub use super::answer::plot::Plot;
+pub use super::answer::render::{Plan, Pool, Refine, Run, Stop};
+pub use super::answer::text::{Diff, Explain, Fmt, LookFrom, Save, Sheet, Show};
+pub use super::argument::{ByWay, FromView};
+
 /// A verb with its options, in the order of the manual. A comment is its help, `after_help` a line that
 /// can be typed at the prompt; a hidden verb is no command of its own on the command line.
 #[derive(Clone, Debug, Subcommand)]

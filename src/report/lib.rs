@@ -57,4 +57,5 @@ pub mod ways;
 pub mod words;
 
 pub use error::Error;
+pub use manifest::Results;
 pub use record::{Point, Quantity, Record, RecordSeries, StudyKind};

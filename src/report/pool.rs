@@ -12,7 +12,7 @@ use footlight_transport::Quality;
 /// Images in memory and in the store.
 ///
 /// # Errors
-/// As [`Engine::pool_summary`].
+/// As [`PoolSummary::of`].
 pub fn describe(engine: &Engine) -> Result<String, engine::Error> {
     let mut text = headline(engine.document()) + "\n";
     let summary = PoolSummary::of(engine)?;

@@ -4,15 +4,15 @@
 //! This module depends on neither a mesh nor rays; of lights it knows only which materials emit.
 
 pub mod camera;
-pub(crate) mod clipper;
+pub mod clipper;
 mod coverage;
 pub mod emitter_mask;
-pub(crate) mod facet;
-pub(crate) mod fragment;
+pub mod facet;
+pub mod fragment;
 pub mod hierarchy;
-pub(crate) mod lists;
+pub mod lists;
 pub(crate) mod raster;
-pub(crate) mod solid;
+pub mod solid;
 pub mod surface;
 
 /// Bytes of a polygon as facet and pieces, in the hierarchy and on both grids, about.

@@ -46,7 +46,7 @@ impl Reference {
     /// there are any.
     ///
     /// # Errors
-    /// [`ReferenceError`]; every bank without a reference is named.
+    /// [`Error::Reference`](crate::Error::Reference); every bank without a reference is named.
     pub fn load(
         store: &dyn Store,
         folder: &Path,

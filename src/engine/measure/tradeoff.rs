@@ -99,7 +99,7 @@ pub fn pareto(points: &[(f64, Option<f64>)]) -> Vec<bool> {
 /// are seen.
 ///
 /// # Errors
-/// As [`Engine::compare`].
+/// As [`compare`](super::comparison::compare).
 pub fn measure(engine: &Engine, folder: Option<&Path>) -> Result<Tradeoff, Error> {
     let names = bank_names(engine)?;
     let settings = alone_each(engine, &names)?;

@@ -13,7 +13,7 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// Moments whose errors count relative to their lights; what has less than [`NEARLY_OUT`] of the
+    /// Moments whose errors count relative to their lights; what has less than `NEARLY_OUT` of the
     /// brightest one's does not count.
     pub fn relative(settings: Vec<Vec<f64>>, light: impl Fn(&[f64]) -> f64) -> Vec<Moment> {
         let lights: Vec<f64> = settings.iter().map(|s| light(s)).collect();

@@ -185,7 +185,7 @@ struct Data<'a> {
     pictures: Vec<Picture>,
 }
 
-/// Bytes that [`write`] takes at most, about: a picture as it is coded on each thread, and the file
+/// Bytes that [`write()`] takes at most, about: a picture as it is coded on each thread, and the file
 /// twice, which holds no more than all pictures uncompressed in base64.
 pub fn bytes(contents: &Contents<'_>, budget: usize, threads: usize) -> usize {
     let pictures = contents.pictures.iter().chain(&contents.banks);

@@ -38,7 +38,7 @@ pub struct Picture {
     #[arg(allow_negative_numbers = true)]
     exposure: Option<f64>,
     #[command(flatten)]
-    pub from: FromView,
+    pub(crate) from: FromView,
     /// An .exr in 32 bits a number (default: 16, the relative error 2^-11)
     #[arg(long)]
     float: bool,

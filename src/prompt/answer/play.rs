@@ -34,7 +34,7 @@ struct Part {
 #[derive(Args, Clone, Debug)]
 pub struct Play {
     #[command(flatten)]
-    pub from: FromView,
+    pub(crate) from: FromView,
     #[command(flatten)]
     part: Part,
     /// Write a .html, a page that plays in a browser
@@ -47,7 +47,7 @@ pub struct Play {
 #[derive(Args, Clone, Debug)]
 pub struct Film {
     #[command(flatten)]
-    pub from: FromView,
+    pub(crate) from: FromView,
     #[command(flatten)]
     part: Part,
     /// Colour of a .y4m or of standard output: 420 (default) or 444, BT.709
@@ -64,7 +64,7 @@ const CHROMA: &[(&str, Chroma)] = &[("420", Chroma::Quarter), ("444", Chroma::Fu
 #[derive(Args, Clone, Debug)]
 pub struct Frames {
     #[command(flatten)]
-    pub from: FromView,
+    pub(crate) from: FromView,
     #[command(flatten)]
     part: Part,
     /// Layers of one .exr: keys (default), banks (each alone at full) or basis (the refined pictures)

@@ -28,9 +28,9 @@ pub struct Plan {
     #[arg(long, value_name = "X", value_parser = argument::error, conflicts_with = "next")]
     tolerance: Option<Tolerance>,
     #[command(flatten)]
-    pub by: ByWay,
+    pub(crate) by: ByWay,
     #[command(flatten)]
-    pub from: FromView,
+    pub(crate) from: FromView,
     /// Write the pictures that are missing for the tolerance as tasks for `work`
     #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
     #[arg(conflicts_with_all = ["next", "json"])]
@@ -43,9 +43,9 @@ pub struct Refine {
     #[arg(num_args = 0.., value_names = ["N | until X | for TIME", "&"])]
     words: Vec<String>,
     #[command(flatten)]
-    pub from: FromView,
+    pub(crate) from: FromView,
     #[command(flatten)]
-    pub by: ByWay,
+    pub(crate) by: ByWay,
     #[command(flatten)]
     on: OnFarm,
 }
@@ -78,9 +78,9 @@ pub struct Run {
     #[arg(long, value_name = "TIME", value_parser = duration)]
     budget: Option<Time>,
     #[command(flatten)]
-    pub from: FromView,
+    pub(crate) from: FromView,
     #[command(flatten)]
-    pub by: ByWay,
+    pub(crate) by: ByWay,
     #[command(flatten)]
     on: OnFarm,
     /// Write the key images too, as linear .exr

@@ -40,7 +40,7 @@ pub use explain::{Explanation, explain, pages};
 pub use format::format;
 pub use gels::gels_of_table;
 pub use levels::{SetLevel, levels};
-pub use names::{is_reserved, nearest};
+pub use names::{Kind, is_reserved, nearest};
 pub use outline::{
     Outlined, declarations, is_declaration, keywords, outline, statement_complete, statement_start,
     values, words,

@@ -13,7 +13,7 @@ mod triangle;
 pub use bernstein::{Bernstein, mass, mass_factor};
 pub(crate) use bernstein::{binomial, quadratic_roots};
 pub use orthogonal::{Dependent, Orthonormal, least_squares};
-pub use svd::{SvdError, svd};
+pub use svd::{Svd, SvdError, svd};
 pub use triangle::Triangle;
 
 /// A dense matrix of doubles, column by column.

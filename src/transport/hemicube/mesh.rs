@@ -12,11 +12,11 @@
     reason = "cells are addressed by row and column clamped to the grid"
 )]
 
-pub(crate) mod bsp;
+pub mod bsp;
 mod contact;
-pub(crate) mod element;
-pub(crate) mod grid;
-pub(crate) mod sample;
+pub mod element;
+pub mod grid;
+pub mod sample;
 
 use crate::hemicube::mesh::bsp::{BspTree, CellContactEdge, Line, SplitPlane};
 use crate::hemicube::mesh::contact::Contacts;
