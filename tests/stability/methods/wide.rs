@@ -15,7 +15,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// The unevaluated sum of two doubles, the second below half an ulp of the first.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
-pub struct Wide {
+pub(super) struct Wide {
     high: f64,
     low: f64,
 }
