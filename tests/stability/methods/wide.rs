@@ -128,7 +128,7 @@ const ROUNDING: f64 = 1e-31;
 
 /// All singular values of a matrix of doubles, descending, as many as the smaller of its sides.
 /// Entries must lie where squares neither overflow nor vanish, about 1e-140 to 1e150.
-pub fn singular_values(
+pub(super) fn singular_values(
     rows: usize,
     columns: usize,
     entry: impl Fn(usize, usize) -> f64,
