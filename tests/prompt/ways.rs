@@ -143,7 +143,7 @@ fn a_way_is_taken_by_name() {
     assert_eq!(show.engine().estimate().coarse_steps().map(|q| q.0), [1, 1]);
     assert!(show.engine().estimate().refined() > 0);
     let text = say(&mut show, "plan --way shortest");
-    assert!(text.contains("it is auto, paper or alone"), "{text}");
+    assert!(text.contains("takes auto, paper, alone"), "{text}");
 }
 
 /// Below what the finest step is itself off by nothing is left to do but to say so.
