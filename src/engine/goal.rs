@@ -126,7 +126,8 @@ pub struct Step {
 /// The moment that is predicted to be furthest off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorstMoment {
-    /// Which cue runs or is complete then.
+    /// Index into [`Show::cues`](footlight_show::model::Show::cues) of the cue that runs or is complete
+    /// then.
     pub cue: usize,
     /// When.
     pub time: Time,
@@ -147,7 +148,7 @@ pub enum Ended {
     Complete,
     /// The finest step is there; the error asked for is below what it is itself off by.
     Finest,
-    /// The user stopped it; what is finished is kept.
+    /// [`Engine::stop`](super::Engine::stop) or the host's progress stopped it; what is finished is kept.
     Stopped,
 }
 

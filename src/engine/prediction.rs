@@ -35,7 +35,9 @@ impl Estimate<'_> {
         is_within(wanted.error, error, self.refined(), is_stated)
     }
 
-    /// Predicted error of the sequence as the pool stands, relative.
+    /// Predicted error of the sequence as the pool stands: that of its worst moment, relative to the
+    /// light there. Where the operator states no errors, what its refined images are themselves off by
+    /// is not in it.
     ///
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered.

@@ -81,7 +81,9 @@ impl Engine {
     /// The predicted seconds decide whether another image still fits into a time; one is always
     /// rendered.
     ///
-    /// A cancel ends it at once: images that are finished are kept, those in hand are lost.
+    /// A cancel ends it at once. Images that are finished are kept, those in hand are lost. Before the
+    /// first refined image it is [`Error::Cancelled`], after it [`Ended::Stopped`]. The host's
+    /// progress hears "refined pictures" after each.
     ///
     /// # Errors
     /// [`Error::Busy`] while a refinement runs in the background, [`Error::NoSetup`], else what

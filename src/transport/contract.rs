@@ -1,6 +1,7 @@
 //! What every operator checks before it prepares or renders.
 
 use super::{Quality, TransportError};
+use footlight_picture::Image;
 
 /// Checks that a quality is on the scale from 1 to `finest`.
 ///
@@ -25,6 +26,28 @@ pub fn check_settings(settings: &[Vec<f64>], sources: usize) -> Result<(), Trans
     } else {
         Err(TransportError::Setting { expected: sources })
     }
+}
+
+/// Checks that an operator gave a picture of the view's size for each of so many settings.
+///
+/// # Errors
+/// [`TransportError::Pictures`] if not.
+pub fn check_pictures(
+    pictures: Vec<Image>,
+    settings: usize,
+    view: (usize, usize),
+) -> Result<Vec<Image>, TransportError> {
+    let sizes = pictures
+        .iter()
+        .map(|picture| (picture.width(), picture.height()));
+    if pictures.len() == settings && sizes.clone().all(|size| size == view) {
+        return Ok(pictures);
+    }
+    Err(TransportError::Pictures {
+        found: sizes.collect(),
+        settings,
+        view,
+    })
 }
 
 /// Checks that `needed` bytes for `what` are within a budget, bytes.

@@ -12,7 +12,7 @@
 
 use std::sync::Arc;
 
-use crate::contract::{check_memory, check_quality, check_settings};
+use crate::contract::{check_memory, check_pictures, check_quality, check_settings};
 use crate::{
     Cost, Prepared, Quality, QualityParameter, Setup, Transport, TransportError, TransportWarning,
 };
@@ -75,7 +75,7 @@ impl Transport for Layered<'_> {
         check_quality(quality, self.finest())?;
         let parts = SplitSetup::new(setup)?;
         if let (Some(inner), true) = (self.inner, parts.images.is_empty()) {
-            return inner.prepare(setup, quality, work);
+            return Checked::prepare(inner, setup, quality, work);
         }
         let view = &setup.view;
         let size = (view.width, view.height);
@@ -91,7 +91,7 @@ impl Transport for Layered<'_> {
         }
         let inner = self
             .inner
-            .map(|inner| inner.prepare(&parts.rest, quality, work))
+            .map(|inner| Checked::prepare(inner, &parts.rest, quality, work))
             .transpose()?;
         Ok(Box::new(Sum { inner, size, parts }))
     }
@@ -289,6 +289,41 @@ impl Prepared for Sum {
     }
 }
 
+/// An operator whose pictures are looked at before they are used.
+struct Checked {
+    inner: Box<dyn Prepared>,
+    view: (usize, usize),
+}
+
+impl Checked {
+    fn prepare(
+        operator: &dyn Transport,
+        setup: &Setup,
+        quality: Quality,
+        work: Work<'_>,
+    ) -> Result<Box<dyn Prepared>, TransportError> {
+        Ok(Box::new(Checked {
+            inner: operator.prepare(setup, quality, work)?,
+            view: (setup.view.width, setup.view.height),
+        }))
+    }
+}
+
+impl Prepared for Checked {
+    fn render(
+        &mut self,
+        settings: &[Vec<f64>],
+        work: Work<'_>,
+    ) -> Result<Vec<Image>, TransportError> {
+        let pictures = self.inner.render(settings, work)?;
+        check_pictures(pictures, settings.len(), self.view)
+    }
+
+    fn bytes(&self) -> usize {
+        self.inner.bytes()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -427,6 +462,35 @@ mod tests {
         assert_eq!((layered.finest(), layered.name()), (Quality(3), "painter"));
         let cost = layered.cost(&setup(&rig), Quality(1));
         assert!(cost.prepare == 1.0 && cost.per_source == 2.0 && cost.per_image > 3.0);
+    }
+
+    /// Gives one picture, whatever it is asked for.
+    struct One(Image);
+
+    impl Prepared for One {
+        fn render(&mut self, _: &[Vec<f64>], _: Work<'_>) -> Result<Vec<Image>, TransportError> {
+            Ok(vec![self.0.clone()])
+        }
+    }
+
+    #[test]
+    fn pictures_of_another_number_or_size_are_refused() {
+        let rendered = |image: Image, settings: usize| {
+            let inner: Box<dyn Prepared> = Box::new(One(image));
+            let mut operator = Checked {
+                inner,
+                view: (2, 1),
+            };
+            operator.render(&vec![vec![1.0]; settings], Work::silent())
+        };
+        assert!(rendered(Image::new(2, 1), 1).is_ok());
+        for (size, settings) in [((2, 1), 2), ((1, 2), 1)] {
+            let refused = rendered(Image::new(size.0, size.1), settings);
+            assert!(
+                matches!(refused, Err(TransportError::Pictures { .. })),
+                "{size:?}"
+            );
+        }
     }
 
     #[test]

@@ -168,6 +168,19 @@ pub enum TransportError {
         /// Number of sources of the rig.
         expected: usize,
     },
+    /// An operator gave too few pictures, too many, or some of another size than the view's.
+    #[error(
+        "the renderer gave {} for {settings} settings of a view of {}x{}: one of that size is due for \
+         each", gave(.found), view.0, view.1
+    )]
+    Pictures {
+        /// Width and height of each picture that it gave.
+        found: Vec<(usize, usize)>,
+        /// How many it was asked for.
+        settings: usize,
+        /// Width and height of the view.
+        view: (usize, usize),
+    },
     /// An outside renderer gave no picture.
     #[error(transparent)]
     Outside(#[from] outside::OutsideError),
@@ -303,11 +316,20 @@ pub trait Transport: Send + Sync {
 
 /// G for one setup and quality.
 pub trait Prepared: Send {
-    /// One picture for each of the `settings`, each with one finite number (of any sign) for every
-    /// source of the rig. Work that settings share is done once and kept for later calls.
+    /// One picture for each of the `settings`, in their order, each of the size of the view; a setting
+    /// has one finite number (of any sign) for every source of the rig. A pixel is the radiance that
+    /// comes from there, linear and not exposed: cd/m2 where the lights are in candela or lumens (a
+    /// matt surface sends reflectance / pi times its illuminance). The picture of a sum of settings
+    /// must be the sum of their pictures, as previews are made so. Work that settings share is done
+    /// once and kept for later calls.
+    ///
+    /// A loop that takes longer than a tenth of a second calls [`Work::check`], which says when to
+    /// stop, and may tell how far it is by `work.progress`; the engine itself tells no more than
+    /// "refined pictures", "banks" and "key images".
     ///
     /// # Errors
-    /// [`TransportError`] for a wrong setting, a budget too small, or on cancel.
+    /// [`TransportError`] for a wrong setting, a budget too small, or on cancel. The engine refuses
+    /// pictures of another number or size by [`TransportError::Pictures`].
     fn render(
         &mut self,
         settings: &[Vec<f64>],
@@ -318,6 +340,12 @@ pub trait Prepared: Send {
     fn bytes(&self) -> usize {
         0
     }
+}
+
+fn gave(found: &[(usize, usize)]) -> String {
+    let mut sizes: Vec<String> = found.iter().map(|(w, h)| format!("{w}x{h}")).collect();
+    sizes.dedup();
+    format!("{} pictures ({})", found.len(), sizes.join(", "))
 }
 
 /// What an operator with chance draws its numbers from for a setting at a quality: the same whenever the
