@@ -9,12 +9,11 @@ use clap::{Arg, ArgMatches, Args as _, Command, FromArgMatches, Subcommand, valu
 
 use super::import::Imported;
 use super::send::Sent;
-use super::settings::Settings;
+use super::settings::{LINE, Settings};
 use super::work::Worker;
 use footlight_prompt::{Verb, example};
 
 const SHOW: &str = "The show's file (.lxq); `-` reads standard input";
-const LINE: &str = "Run this line instead of opening the prompt; may be repeated";
 
 /// What to do.
 #[derive(Debug)]

@@ -16,10 +16,11 @@ use footlight_transport::outside;
 /// Bytes that the program takes beside a show.
 const PROGRAM: usize = 64 << 20;
 
-const LINE: &str = "Run this line instead of opening the prompt; may be repeated";
+/// What `-c` does.
+pub const LINE: &str = "Run this line instead of opening the prompt; may be repeated";
 
-// What holds for every command, and the lines to run where there is none. A doc comment here would
-// be the program's description.
+// Options of every command, and the lines to run where there is no command. A doc comment here
+// would be the program's description.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Options of every command")]
 pub struct Settings {
@@ -85,7 +86,7 @@ impl Settings {
         self.threads.unwrap_or_else(all)
     }
 
-    /// Whether the user, or the system, said how much memory a show may take.
+    /// True where the user, or the system, limits the memory of a show.
     pub fn is_memory_limited(&self) -> bool {
         self.memory.is_some() || files::is_limited()
     }

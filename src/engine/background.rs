@@ -181,7 +181,10 @@ impl Engine {
     }
 
     /// Refuses what would render the same images twice.
-    pub(super) fn idle(&self) -> Result<(), Error> {
+    ///
+    /// # Errors
+    /// [`Error::Busy`] while a refinement goes on in the background.
+    pub fn idle(&self) -> Result<(), Error> {
         match self.background {
             None => Ok(()),
             Some(_) => Err(Error::Busy),

@@ -3,7 +3,7 @@
 
 use super::Error;
 use super::document::Document;
-use super::goal::{Refinement, Way};
+use super::goal::{Refinement, Step, Way};
 use super::host::Host;
 use super::images::{Images, ViewImages};
 use super::rendering::SetupImages;
@@ -75,6 +75,11 @@ impl<'e> Estimate<'e> {
         let least = self.least_refined();
         self.known_rendering()
             .map_or(0, |r| r.refined(&self.images.cache, least))
+    }
+
+    /// The sequence after each refined image, coarse images alone first.
+    pub fn steps(&self) -> &'e [Step] {
+        self.of_view.map_or(&[], |of_view| &of_view.steps)
     }
 
     /// The two steps of quality at which sources are rendered alone, ascending; equal where one step

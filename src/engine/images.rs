@@ -91,32 +91,39 @@ impl Images {
     /// Keeps of the views in use what the document's setup still means: of the view that it looks
     /// from, and of `others` that are refined. A view that is new is shown at the steps of quality
     /// of the one before.
-    pub(super) fn renew(&mut self, document: &Document, host: &Host, others: &[&ViewName]) {
+    pub(super) fn renew<'v>(
+        &mut self,
+        document: &Document,
+        host: &Host,
+        others: impl Iterator<Item = &'v ViewName>,
+    ) {
         let version = host.renderer.results_version();
         let preview = &document.show().preview;
         let looked_from: ViewName = document.view().map(str::to_owned);
         let mut old = std::mem::take(&mut self.views);
         let shown = old.values().next().map(|v| v.rendering.shown());
-        for view in [&looked_from].into_iter().chain(others.iter().copied()) {
-            if self.views.contains_key(view) {
+        for view in others.cloned().chain([looked_from.clone()]) {
+            if self.views.contains_key(&view) {
                 continue;
             }
-            let setup = if *view == looked_from {
+            let setup = if view == looked_from {
                 document.setup().cloned()
             } else {
                 view.as_deref().and_then(|view| document.setup_from(view))
             };
             let Some(setup) = setup else { continue };
-            let (kept, steps) = match old.remove(view) {
-                Some(ViewImages { rendering, steps }) => (Some(rendering), steps),
-                None => (None, Vec::new()),
+            let version = version.as_deref();
+            let of_view = match old.remove(&view) {
+                Some(ViewImages { rendering, steps }) => ViewImages {
+                    rendering: rendering.renew(setup, preview, version),
+                    steps,
+                },
+                None => ViewImages {
+                    rendering: SetupImages::new(setup, preview, version, shown),
+                    steps: Vec::new(),
+                },
             };
-            let rendering = match kept {
-                Some(old) => old.renew(setup, preview, version.as_deref()),
-                None => SetupImages::new(setup, preview, version.as_deref(), shown),
-            };
-            let of_view = ViewImages { rendering, steps };
-            self.views.insert(view.clone(), of_view);
+            self.views.insert(view, of_view);
         }
     }
 

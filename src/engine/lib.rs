@@ -43,16 +43,16 @@ mod pace;
 pub mod plan;
 mod planning;
 pub mod playback;
-pub mod player;
+mod player;
 pub mod pool;
-pub mod pooled;
+mod pooled;
 mod prediction;
 mod refine;
 mod refiner;
 mod rendering;
 mod setup;
-pub mod stage;
-pub mod tasks;
+mod stage;
+mod tasks;
 mod ways;
 
 #[cfg(test)]
@@ -70,7 +70,7 @@ use footlight_show::lang::edit::Edit;
 use footlight_show::model::Show;
 use footlight_show::units::Time;
 use footlight_transport::contract::check_memory;
-use footlight_transport::{self as renderer, Quality};
+use footlight_transport::{Quality, TransportWarning};
 
 pub use self::background::{Ahead, Event, JobStatus, Status};
 pub use self::compile::{Compiled, Version};
@@ -289,23 +289,25 @@ impl Engine {
 
     /// Keeps of what is rendered what the document's setup still means.
     fn renew_images(&mut self) {
-        let refined = self.background.as_ref().map(|b| b.view().clone());
-        let others: Vec<&ViewName> = refined.iter().collect();
-        self.images.renew(&self.document, &self.host, &others);
+        self.renew_images_and(None);
+    }
+
+    /// The same, with those of one more view.
+    fn renew_images_and(&mut self, more: Option<&ViewName>) {
+        let refined = self.background.as_ref().map(|b| b.view());
+        let others = refined.into_iter().chain(more);
+        self.images.renew(&self.document, &self.host, others);
     }
 
     /// A refinement with the view that it is of, which is then at hand.
-    fn seen(&mut self, wanted: Refinement) -> Result<Refinement, Error> {
-        let Some(view) = &wanted.view else {
-            return Ok(Refinement {
-                view: self.looked_from().view,
-                ..wanted
-            });
-        };
-        self.document.check_view(view)?;
-        let refined = self.background.as_ref().map(|b| b.view().clone());
-        let others: Vec<&ViewName> = refined.iter().chain([&wanted.view]).collect();
-        self.images.renew(&self.document, &self.host, &others);
+    fn seen(&mut self, mut wanted: Refinement) -> Result<Refinement, Error> {
+        match &wanted.view {
+            None => wanted.view = self.looked_from().view,
+            Some(view) => {
+                self.document.check_view(view)?;
+                self.renew_images_and(Some(&wanted.view));
+            }
+        }
         Ok(wanted)
     }
 
@@ -409,8 +411,8 @@ impl Engine {
         images.pop().ok_or(Error::NoSetup)
     }
 
-    /// The image of each coordinate alone at full, as previews have it; the caller holds so many bytes
-    /// already.
+    /// The image of each coordinate alone at full, as previews have it. The caller already
+    /// holds `held` bytes.
     ///
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered; on cancel.
@@ -436,13 +438,8 @@ impl Engine {
 
     /// Warnings of the renderer about its images, as far as they are known by now, and what went
     /// wrong with stored images since this was called last.
-    pub fn warnings(&mut self) -> (Vec<renderer::TransportWarning>, Vec<Note>) {
+    pub fn warnings(&mut self) -> (Vec<TransportWarning>, Vec<Note>) {
         (self.host.renderer.warnings(), self.images.notes())
-    }
-
-    /// The sequence after each refined image, coarse images alone first.
-    pub fn steps(&self) -> &[Step] {
-        self.estimate().of_view.map_or(&[], |v| v.steps.as_slice())
     }
 
     /// The host's means, with the memory that images and operators leave, and those images that

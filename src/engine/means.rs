@@ -75,8 +75,8 @@ impl Means<'_> {
     pub fn record(&mut self, refinement: &Refinement, begin: f64) -> Result<(), Error> {
         let now = self.now();
         let estimate = self.estimate(refinement);
-        let forecast = estimate.uncalibrated_error()?;
-        let (refined, error) = (estimate.refined(), estimate.error_of(forecast)?);
+        let [error, forecast] = estimate.error_and_forecast()?;
+        let refined = estimate.refined();
         let (_, of_view) = self.images.split(&refinement.view)?;
         let spent = of_view.steps.last().map_or(0.0, |s| s.seconds);
         of_view.steps.push(Step {

@@ -50,14 +50,29 @@ impl Estimate<'_> {
     /// # Errors
     /// As [`Estimate::predicted_error`].
     pub fn predicted_in(&self, unit: ErrorUnit) -> Result<f64, Error> {
+        let left = self.left(unit)?;
+        Ok(left.map_or(0.0, |(pool, [alone, now])| pool.error(now, alone)))
+    }
+
+    /// The pool, with the errors before calibration of coarse images alone and with those that are
+    /// refined; `None` where none is estimated.
+    fn left(&self, unit: ErrorUnit) -> Result<Option<(&Pool, [f64; 2])>, Error> {
         let pool = self.rendered()?;
         if self.is_final() || pool.has_no_estimated_error() {
-            return Ok(0.0);
+            return Ok(None);
         }
-        match self.errors_left(pool, &[], unit)?[..] {
-            [alone, now] => Ok(pool.error(now, alone)),
-            _ => Ok(0.0),
-        }
+        Ok(match self.errors_left(pool, &[], unit)?[..] {
+            [alone, now] => Some((pool, [alone, now])),
+            _ => None,
+        })
+    }
+
+    /// The predicted error, relative, and the same before calibration ([`Step`](super::Step)).
+    pub(super) fn error_and_forecast(&self) -> Result<[f64; 2], Error> {
+        let left = self.left(ErrorUnit::Light)?;
+        Ok(left.map_or([0.0; 2], |(pool, [alone, now])| {
+            [pool.error(now, alone), now]
+        }))
     }
 
     /// Predicted error of the sequence, relative, where coarse images are left to show so much, as
@@ -66,12 +81,8 @@ impl Estimate<'_> {
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered.
     pub fn error_of(&self, left: f64) -> Result<f64, Error> {
-        let pool = self.rendered()?;
-        if self.is_final() || pool.has_no_estimated_error() {
-            return Ok(0.0);
-        }
-        let alone = self.errors_left(pool, &[], ErrorUnit::Light)?;
-        Ok(pool.error(left, alone.first().copied().unwrap_or(0.0)))
+        let known = self.left(ErrorUnit::Light)?;
+        Ok(known.map_or(0.0, |(pool, [alone, _])| pool.error(left, alone)))
     }
 
     /// Where the sequence is predicted to be worst, among the middle and the end of every cue's
@@ -97,14 +108,5 @@ impl Estimate<'_> {
             }
         }
         Ok(worst)
-    }
-
-    pub(super) fn uncalibrated_error(&self) -> Result<f64, Error> {
-        let pool = self.rendered()?;
-        if self.is_final() || pool.has_no_estimated_error() {
-            return Ok(0.0);
-        }
-        let left = self.errors_left(pool, &[], ErrorUnit::Light)?;
-        Ok(left.last().copied().unwrap_or(0.0))
     }
 }

@@ -7,7 +7,7 @@ use super::{Engine, Error};
 
 impl Engine {
     /// Renders the coarse images unless they are there, and takes up the refined ones that this
-    /// session and earlier ones left. The first of [`Engine::steps`] is made here, and one for each
+    /// session and earlier ones left. The first of [`Estimate::steps`](super::Estimate::steps) is made here, and one for each
     /// of those.
     ///
     /// # Errors

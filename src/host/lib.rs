@@ -16,7 +16,7 @@
 //!
 //! - A show reads only from its own folder downwards, whatever links or `..` a path holds.
 //! - Only regular files are read, up to a limit.
-//! - A file is never left half written: it is written beside its place and then renamed.
+//! - A file is never left half written: it is written next to its place, then renamed.
 //! - Programs are started without a shell and are ended with the process that started them.
 //!
 //! No other crate of the library touches `std::fs`, a process or a clock. This crate does not know

@@ -1,6 +1,6 @@
 //! The language server: a client's texts in, what the engine knows of them out.
 //!
-//! It has no idea of the language of its own: text is read by [`footlight_show::lang`], shows by the engine,
+//! It does not know the language: text is read by [`footlight_show::lang`], shows by the engine,
 //! completion and help are the prompt's. Open texts are the truth, not the disk; broken text keeps
 //! the last good show. One thread reads what is typed and answers, another works out what takes long, a
 //! third makes pictures. Changes that came in together are read once.

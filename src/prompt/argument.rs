@@ -36,7 +36,7 @@ pub struct FromView {
 pub struct ByWay {
     /// How an error is reached: coarse pictures and mixtures (paper), or every bank at one step of
     /// quality (alone) (default: auto)
-    #[arg(long, value_name = "WAY", value_parser = one_of(WAYS))]
+    #[arg(long, value_name = "WAY", value_parser = one_of(Way::ALL.map(|way| (way.name(), way))))]
     pub way: Option<Way>,
 }
 
@@ -47,17 +47,11 @@ impl ByWay {
     }
 }
 
-const WAYS: &[(&str, Way)] = &[
-    ("auto", Way::Auto),
-    ("paper", Way::Paper),
-    ("alone", Way::Alone),
-];
-
 /// A parser of words that stand for values.
-pub fn one_of<T: Copy + Send + Sync + 'static>(
-    words: &'static [(&'static str, T)],
+pub fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
+    words: [(&'static str, T); N],
 ) -> impl TypedValueParser<Value = T> {
-    PossibleValuesParser::new(words.iter().map(|(word, _)| *word)).try_map(move |word: String| {
+    PossibleValuesParser::new(words.map(|(word, _)| word)).try_map(move |word: String| {
         let mut known = words.iter();
         let found = known.find(|(name, _)| *name == word);
         found.map(|(_, value)| *value).ok_or("an unknown word")

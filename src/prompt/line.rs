@@ -70,7 +70,7 @@ impl Repl {
     /// Runs a verb.
     ///
     /// # Errors
-    /// [`Error`]; nothing has changed then, but for refined images finished before it.
+    /// [`Error`]; nothing has changed then, except refined images finished before it.
     pub fn call(&mut self, verb: &Verb) -> Result<Reply, Error> {
         self.serve(|repl| {
             let warned = repl.warned;

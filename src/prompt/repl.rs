@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::Error;
 use super::argument::Output;
-use footlight_engine::{Edited, Engine, Event, LiveControl};
+use footlight_engine::{Edited, Engine, LiveControl};
 use footlight_report::chart::Drawing;
 use footlight_report::farm::Farm;
 use footlight_report::film::{Canvas, Outlets, Shown};
@@ -191,7 +191,7 @@ impl Repl {
         let late = call.exceeded_by(self.engine.host().clock.seconds());
         drop(call);
         self.live.follow(self.engine.document());
-        let events = self.event_notes();
+        let events = self.poll();
         self.unheard.extend(events);
         let mut reply = done.map_err(|error| match exceeded {
             Some(seconds) => error.late(seconds),
@@ -212,7 +212,12 @@ impl Repl {
     /// report of it. Cheap while nothing is finished; every verb does it first.
     pub fn poll(&mut self) -> Vec<Printable> {
         let events = self.engine.poll();
-        self.in_words(&events)
+        let words = self.background();
+        events
+            .iter()
+            .flat_map(|event| refine::event(event, words))
+            .map(Printable::from)
+            .collect()
     }
 
     /// How the refinement in the background was asked for.
@@ -223,28 +228,13 @@ impl Repl {
         }
     }
 
-    /// What happened, in words.
-    pub(super) fn event_notes(&mut self) -> Vec<Printable> {
-        let events = self.engine.poll();
-        self.in_words(&events)
-    }
-
-    fn in_words(&self, events: &[Event]) -> Vec<Printable> {
-        let words = self.background();
-        events
-            .iter()
-            .flat_map(|event| refine::event(event, words))
-            .map(Printable::from)
-            .collect()
-    }
-
     /// Waits until the refinement in the background has ended; what there is to report of it.
     ///
     /// # Errors
     /// As [`Engine::wait`]; the refinement then goes on.
     pub fn wait(&mut self) -> Result<Vec<Printable>, Error> {
         self.engine.wait()?;
-        Ok(self.event_notes())
+        Ok(self.poll())
     }
 
     /// Warnings of the renderer and the store that were not given before.
@@ -340,7 +330,7 @@ impl Repl {
             text => text.into(),
         };
         let mut notes = std::mem::take(&mut self.unheard);
-        notes.extend(self.event_notes());
+        notes.extend(self.poll());
         let reply = Reply {
             notes,
             ..Reply::text(text)

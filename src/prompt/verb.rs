@@ -10,7 +10,7 @@ use super::Error;
 use super::answer::{edit, export, help, live, measure, picture, play, plot, render, text};
 use super::repl::{Repl, Reply};
 
-// What each verb is asked for.
+// The options of each verb.
 pub use super::answer::edit::{Copy, Delete, Rename};
 pub use super::answer::export::Export;
 pub use super::answer::help::Help;
@@ -24,7 +24,7 @@ pub use super::answer::text::{Diff, Explain, Fmt, LookFrom, Save, Sheet, Show};
 pub use super::argument::{ByWay, FromView};
 
 /// A verb with its options, in the order of the manual. A comment is its help, `after_help` a line that
-/// can be typed at the prompt; a hidden verb is no command of its own on the command line.
+/// can be typed at the prompt; a hidden verb is no command on the command line.
 #[derive(Clone, Debug, Subcommand)]
 pub enum Verb {
     /// Look for errors in the show, its stage and its curves

@@ -22,7 +22,7 @@
 //! - One result gives the same bytes on every machine.
 //! - Words are put here once: errors of the crates below carry numbers and no advice.
 //!
-//! This crate does not know verbs, prompts or terminals, and computes no result of its own.
+//! This crate does not know verbs, prompts or terminals, and computes no results.
 
 pub mod chart;
 pub mod comparison;

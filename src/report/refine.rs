@@ -40,7 +40,7 @@ pub fn warning(warning: &Warning) -> String {
 /// The steps from the `first` on, remarks, and why it ended.
 pub fn refined(engine: &Engine, done: &RefinementSummary, first: usize) -> String {
     let mut text = String::new();
-    for step in engine.steps().iter().skip(first) {
+    for step in engine.estimate().steps().iter().skip(first) {
         let _ = writeln!(
             text,
             "{}",
@@ -154,7 +154,7 @@ fn describe_job(job: &JobStatus, text: &mut String) {
 /// What to say where nothing runs in the background.
 pub fn idle(engine: &Engine) -> String {
     let mut text = "nothing is running in the background".to_owned();
-    if let Some(step) = engine.steps().last() {
+    if let Some(step) = engine.estimate().steps().last() {
         let refined = count(step.refined, "refined picture");
         let _ = write!(
             text,
@@ -167,7 +167,7 @@ pub fn idle(engine: &Engine) -> String {
 
 /// Where the sequence stands, in a line; `None` before there is a picture.
 pub fn so_far(engine: &Engine) -> Option<String> {
-    let step = engine.steps().last()?;
+    let step = engine.estimate().steps().last()?;
     let refined = count(step.refined, "refined picture");
     Some(format!(
         "so far: {refined}, error {} %\n",

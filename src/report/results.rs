@@ -198,7 +198,7 @@ pub fn error_chart(engine: &Engine, tolerance: Tolerance, theme: Theme) -> Resul
     // A tolerance as displayed has no place among errors of light.
     let wanted = (tolerance.unit == ErrorUnit::Light).then_some(tolerance.error);
     let ahead = onward(engine)?;
-    let steps = engine.steps();
+    let steps = engine.estimate().steps();
     let mut known = Vec::with_capacity(steps.len());
     for step in steps {
         known.push((step, engine.estimate().error_of(step.forecast)?));
@@ -272,7 +272,12 @@ pub fn error_chart(engine: &Engine, tolerance: Tolerance, theme: Theme) -> Resul
 /// where none is left.
 fn onward(engine: &Engine) -> Result<Vec<Step>, Error> {
     let forecast = engine.estimate().forecast()?;
-    let Some(now) = engine.steps().last().filter(|_| !forecast.steps.is_empty()) else {
+    let Some(now) = engine
+        .estimate()
+        .steps()
+        .last()
+        .filter(|_| !forecast.steps.is_empty())
+    else {
         return Ok(Vec::new());
     };
     let mut out = vec![Step {
@@ -302,7 +307,7 @@ pub fn basis_sheet(engine: &Engine, theme: Theme) -> Result<Option<Drawing>, Err
     let mut images: Vec<&Image> = pool.refined().iter().map(|r| r.image.as_ref()).collect();
     let mut captions = Vec::new();
     for i in 1..=images.len() {
-        let step = engine.steps().get(i);
+        let step = engine.estimate().steps().get(i);
         let error = step.map(|s| format!(", then {} %", percent(s.error)));
         captions.push(format!("{i}{}", error.unwrap_or_default()));
     }

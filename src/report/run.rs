@@ -112,9 +112,7 @@ pub fn run(
 
 /// The loop without its results.
 fn run_loop(engine: &mut Engine, wanted: &Refinement) -> Result<Loop, Error> {
-    if engine.is_busy() {
-        return Err(engine::Error::Busy.into());
-    }
+    engine.idle()?;
     let begin = engine.host().clock.seconds();
     let ways = engine.coarse_for(wanted.clone())?;
     let coarse = engine.host().clock.seconds();
@@ -249,7 +247,7 @@ fn line(step: &str, done: &str, seconds: f64) -> String {
 }
 
 fn refinement(engine: &Engine, ended: Ended) -> String {
-    let steps = engine.steps();
+    let steps = engine.estimate().steps();
     let first = steps.first().map_or(0.0, |s| s.error);
     let last = steps.last().map_or(0.0, |s| s.error);
     let ended = match ended {

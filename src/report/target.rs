@@ -37,7 +37,7 @@ pub enum Target {
 }
 
 /// What a file's name alone does not say.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TargetOptions {
     /// Of an .exr without numbers.
     pub layers: Option<Layers>,

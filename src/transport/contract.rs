@@ -28,20 +28,20 @@ pub fn check_settings(settings: &[Vec<f64>], sources: usize) -> Result<(), Trans
     }
 }
 
-/// Checks that an operator gave a picture of the view's size for each of so many settings.
+/// Checks that an operator gave a picture of the view's size for each setting.
 ///
 /// # Errors
 /// [`TransportError::Pictures`] if not.
 pub fn check_pictures(
-    pictures: Vec<Image>,
+    pictures: &[Image],
     settings: usize,
     view: (usize, usize),
-) -> Result<Vec<Image>, TransportError> {
+) -> Result<(), TransportError> {
     let sizes = pictures
         .iter()
         .map(|picture| (picture.width(), picture.height()));
     if pictures.len() == settings && sizes.clone().all(|size| size == view) {
-        return Ok(pictures);
+        return Ok(());
     }
     Err(TransportError::Pictures {
         found: sizes.collect(),

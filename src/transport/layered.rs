@@ -316,7 +316,8 @@ impl Prepared for Checked {
         work: Work<'_>,
     ) -> Result<Vec<Image>, TransportError> {
         let pictures = self.inner.render(settings, work)?;
-        check_pictures(pictures, settings.len(), self.view)
+        check_pictures(&pictures, settings.len(), self.view)?;
+        Ok(pictures)
     }
 
     fn bytes(&self) -> usize {

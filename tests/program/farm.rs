@@ -331,7 +331,7 @@ fn a_farm_that_works_backwards_and_loses_tasks_leaves_the_same_pictures() {
         (rendered, stored.len()),
         (3 + far.estimate().refined(), rendered)
     );
-    assert!(far.estimate().refined() > 0 && far.steps().len() > 1);
+    assert!(far.estimate().refined() > 0 && far.estimate().steps().len() > 1);
     // The rest of the goal is there and renders nothing.
     far.refine(by_mixtures(Goal::until(0.01))).unwrap();
     assert_eq!(far.images().statistics().rendered, 0);

@@ -138,7 +138,10 @@ fn beside_the_prompt_the_same_pictures_are_rendered_and_pictures_are_served_mean
     say(&mut twin, "refine 1");
     assert_eq!(settings(&show), settings(&twin));
     assert_eq!(picture(&mut show), picture(&mut twin));
-    assert_eq!(show.engine().steps().len(), twin.engine().steps().len());
+    assert_eq!(
+        show.engine().estimate().steps().len(),
+        twin.engine().estimate().steps().len()
+    );
 }
 
 #[test]
@@ -345,9 +348,9 @@ fn an_edit_of_the_coarse_step_meanwhile_makes_the_pool_of_that_step() {
 fn a_view_that_is_looked_from_already_changes_nothing() {
     let (mut show, _) = open();
     show.engine_mut().coarse().unwrap();
-    let steps = show.engine().steps().to_vec();
+    let steps = show.engine().estimate().steps().to_vec();
     say(&mut show, "view house");
-    assert_eq!(show.engine().steps(), steps);
+    assert_eq!(show.engine().estimate().steps(), steps);
 }
 
 #[test]

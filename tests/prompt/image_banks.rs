@@ -152,7 +152,13 @@ fn images_add_to_lights_on_a_stage() {
     // What errs is the lamp alone, so that one refined picture is all that the plan finds.
     assert!(!both.engine().estimate().is_final());
     both.engine_mut().refine(Goal::default()).unwrap();
-    let forecasts: Vec<f64> = both.engine().steps().iter().map(|s| s.forecast).collect();
+    let forecasts: Vec<f64> = both
+        .engine()
+        .estimate()
+        .steps()
+        .iter()
+        .map(|s| s.forecast)
+        .collect();
     assert!(
         forecasts[0] > 0.0 && forecasts[1] < 1e-5 * forecasts[0],
         "{forecasts:?}"

@@ -229,7 +229,13 @@ fn refining_everything_makes_previews_equal_to_rendering() {
         let off = largest_difference(&preview, &rendered);
         assert!(off <= 2e-5 * peak, "at {at}: {off} of {peak}");
     }
-    let errors: Vec<f64> = show.engine().steps().iter().map(|s| s.error).collect();
+    let errors: Vec<f64> = show
+        .engine()
+        .estimate()
+        .steps()
+        .iter()
+        .map(|s| s.error)
+        .collect();
     assert!(*errors.last().unwrap() < 1e-9, "{errors:?}");
 }
 
@@ -401,8 +407,8 @@ fn cancel_is_heard_and_nothing_is_half_done() {
             }
         }
         assert_eq!(
-            show.engine().steps().len(),
-            if show.engine().steps().is_empty() {
+            show.engine().estimate().steps().len(),
+            if show.engine().estimate().steps().is_empty() {
                 0
             } else {
                 show.engine().estimate().refined() + 1

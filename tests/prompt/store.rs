@@ -279,7 +279,16 @@ fn another_session_goes_on_with_the_refined_pictures_whatever_the_cues_say() {
     let pool = second.show.engine().estimate().pool().unwrap();
     let settings = |session: &Session| session.show.engine().estimate().pool().unwrap().settings();
     assert_eq!(settings(&second), settings(&first), "in their order");
-    let forecast = |session: &Session| session.show.engine().steps().last().unwrap().forecast;
+    let forecast = |session: &Session| {
+        session
+            .show
+            .engine()
+            .estimate()
+            .steps()
+            .last()
+            .unwrap()
+            .forecast
+    };
     assert!(
         forecast(&second) < 0.7 * forecast(&alone),
         "{} {}",

@@ -112,8 +112,8 @@ pub fn compare(engine: &Engine, folder: &Path, quality: Quality) -> Result<Compa
     })
 }
 
-/// Images of settings from an operator prepared for the purpose, where the caller holds so many
-/// bytes, with the seconds to prepare it and to render them.
+/// Images of settings from an operator prepared for the purpose, with the seconds to prepare it and to
+/// render them. The caller already holds `held` bytes.
 pub fn render_alone(
     engine: &Engine,
     settings: &[Vec<f64>],

@@ -58,7 +58,7 @@ pub struct Film {
     output: Output,
 }
 
-const CHROMA: &[(&str, Chroma)] = &[("420", Chroma::Quarter), ("444", Chroma::Full)];
+const CHROMA: [(&str, Chroma); 2] = [("420", Chroma::Quarter), ("444", Chroma::Full)];
 
 /// The pictures that `frames` writes.
 #[derive(Args, Clone, Debug)]
@@ -78,42 +78,46 @@ pub struct Frames {
     output: Output,
 }
 
-const LAYERS: &[(&str, Layers)] = &[
+const LAYERS: [(&str, Layers); 3] = [
     ("keys", Layers::Keys),
     ("banks", Layers::Banks),
     ("basis", Layers::Basis),
 ];
 
-const NO_OPTIONS: TargetOptions = TargetOptions {
-    layers: None,
-    chroma: None,
-    precision: None,
-};
+impl Film {
+    fn options(&self) -> TargetOptions {
+        TargetOptions {
+            chroma: self.chroma,
+            ..TargetOptions::default()
+        }
+    }
+}
+
+impl Frames {
+    fn options(&self) -> TargetOptions {
+        TargetOptions {
+            layers: self.layers,
+            precision: self.float.then_some(Precision::Float),
+            ..TargetOptions::default()
+        }
+    }
+}
 
 pub fn play(repl: &mut Repl, asked: &Play) -> Result<Reply, Error> {
     let path = asked.output.as_ref().map(|output| repl.spared(output));
     let target = path
         .transpose()?
-        .map(|path| target("play", path, NO_OPTIONS));
+        .map(|path| target("play", path, TargetOptions::default()));
     sequence(repl, &asked.part, target.transpose()?)
 }
 
 pub fn film(repl: &mut Repl, asked: &Film) -> Result<Reply, Error> {
-    let options = TargetOptions {
-        chroma: asked.chroma,
-        ..NO_OPTIONS
-    };
-    let target = target("film", repl.spared(&asked.output)?, options)?;
+    let target = target("film", repl.spared(&asked.output)?, asked.options())?;
     sequence(repl, &asked.part, Some(target))
 }
 
 pub fn frames(repl: &mut Repl, asked: &Frames) -> Result<Reply, Error> {
-    let options = TargetOptions {
-        layers: asked.layers,
-        precision: asked.float.then_some(Precision::Float),
-        ..NO_OPTIONS
-    };
-    let target = target("frames", repl.spared(&asked.output)?, options)?;
+    let target = target("frames", repl.spared(&asked.output)?, asked.options())?;
     sequence(repl, &asked.part, Some(target))
 }
 
@@ -224,21 +228,10 @@ mod tests {
     use footlight_report::numbered::FrameFormat;
 
     fn of(line: &str) -> Result<Target, Error> {
-        let options = TargetOptions { ..NO_OPTIONS };
         match Verb::parse(line)? {
-            Verb::Play(asked) => target("play", &asked.output.unwrap().0, options),
-            Verb::Film(asked) => {
-                let chroma = asked.chroma;
-                target("film", &asked.output.0, TargetOptions { chroma, ..options })
-            }
-            Verb::Frames(asked) => {
-                let options = TargetOptions {
-                    layers: asked.layers,
-                    precision: asked.float.then_some(Precision::Float),
-                    ..options
-                };
-                target("frames", &asked.output.0, options)
-            }
+            Verb::Play(asked) => target("play", &asked.output.unwrap().0, TargetOptions::default()),
+            Verb::Film(asked) => target("film", &asked.output.0, asked.options()),
+            Verb::Frames(asked) => target("frames", &asked.output.0, asked.options()),
             other => panic!("{other:?}"),
         }
     }

@@ -9,7 +9,7 @@ use super::usage;
 use crate::argument::{self, ByWay, FromView, Output, duration, tolerance, whole};
 use crate::error::Error;
 use crate::repl::{Repl, Reply};
-use footlight_engine::{self as engine, Ended, Goal, Refinement, TaskList};
+use footlight_engine::{Ended, Goal, Refinement, TaskList};
 use footlight_report::words::{count, exposure, qualities};
 use footlight_report::{self as report, refine as words, run as whole_loop};
 use footlight_show::units::{Time, Tolerance};
@@ -200,28 +200,26 @@ pub fn refine(repl: &mut Repl, asked: &Refine) -> Result<Reply, Error> {
     let words: Vec<&str> = foreground.split_whitespace().collect();
     let goal = goal(&words)?;
     let is_farmed = asked.on.farm.is_some();
-    if repl.engine.is_busy() {
-        return Err(engine::Error::Busy.into());
-    }
+    repl.engine.idle()?;
     if typed.ends_with('&') {
         if is_farmed {
             return usage("a farm is waited for: say it without `&`");
         }
         repl.engine.start(asked.by.refinement(goal))?;
         repl.refining = in_background(asked, &words);
-        let notes = repl.event_notes();
+        let notes = repl.poll();
         return Ok(Reply::text(if notes.is_empty() {
             "refining in the background: `status` shows how far it is".to_owned()
         } else {
             notes.join("\n")
         }));
     }
-    let mut before = repl.engine.steps().len();
+    let mut before = repl.engine.estimate().steps().len();
     let (goal, _) = on_farm(repl, &asked.on, asked.by.refinement(goal))?;
     let wanted = asked.by.refinement(goal);
     repl.engine.coarse_for(wanted.clone())?;
     if !is_farmed {
-        before = repl.engine.steps().len();
+        before = repl.engine.estimate().steps().len();
     }
     let done = repl.engine.refine(wanted)?;
     let text = words::refined(&repl.engine, &done, before.saturating_sub(1));
@@ -273,7 +271,7 @@ pub fn stop(repl: &mut Repl, asked: &Stop) -> Result<Reply, Error> {
         return status(repl);
     }
     repl.engine.stop(at_once);
-    let notes = repl.event_notes();
+    let notes = repl.poll();
     Ok(Reply::text(match (notes.is_empty(), at_once) {
         (false, _) => notes.join("\n"),
         (true, false) => {
@@ -296,9 +294,7 @@ pub fn run(repl: &mut Repl, asked: &Run) -> Result<Reply, Error> {
         Some(output) => repl.spared(output)?.to_owned(),
         None => default_folder(repl),
     };
-    if repl.engine.is_busy() {
-        return Err(engine::Error::Busy.into());
-    }
+    repl.engine.idle()?;
     let before = repl.engine.images().statistics();
     let mut farmed = 0;
     if let Some(count) = goal.count {

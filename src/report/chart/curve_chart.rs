@@ -15,7 +15,7 @@ pub struct CurveChart {
     pub cues: Vec<(f64, String)>,
     /// Seconds of the present moment.
     pub playhead: Option<f64>,
-    /// What stands in a lane of its own under the rows; none without any.
+    /// Knots in a lane under the rows; no lane without any.
     pub knots: Vec<Knot>,
 }
 

@@ -17,7 +17,7 @@ pub struct Parsed {
     pub spans: SpanMap,
     /// Errors and warnings, in order of their places.
     pub diagnostics: Vec<Diagnostic>,
-    /// How many warnings there are beside the first, which are kept.
+    /// Number of warnings beyond the first, which are kept.
     pub left_out: usize,
 }
 

@@ -11,7 +11,7 @@ pub struct TooManyKeys;
 /// A stretch on which the setting is one Bezier curve.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
-    /// First instant, microseconds; whole, but for knots inserted for positivity.
+    /// First instant, microseconds; whole, except at knots inserted for positivity.
     pub(super) start: f64,
     /// Last instant, microseconds; equal to the first only in a last look without length.
     pub(super) end: f64,
