@@ -4,7 +4,8 @@
 //! pixel sends rays, cosine-weighted, whose ends are cells of a cache ([`cells`]); the cells
 //! exchange light by Jacobi steps; direct light is the closed form times the visible share of
 //! sampled shadow rays ([`emitter`]), with more samples where the first ones differ, until the
-//! predicted noise is what the step allows. Cells, rays and filters depend on the geometry alone and
+//! predicted noise is what the step allows. The first bounce of a narrow beam comes from the lamp's side
+//! ([`lamp_patches`]). Cells, rays and filters depend on the geometry alone and
 //! samples of a light on that light alone, so that a picture is exactly linear, and the same in any
 //! company and on any number of threads.
 
@@ -18,7 +19,9 @@ mod bvh;
 mod cells;
 mod direct_light;
 mod emitter;
+mod first_bounce;
 mod irradiance_filter;
+mod lamp_patches;
 mod picture_rays;
 mod ray_scene;
 mod sampling;
@@ -35,9 +38,11 @@ use crate::gather::bvh::Bvh;
 use crate::gather::cells::{CellFinder, Cells};
 use crate::gather::direct_light::DirectLight;
 use crate::gather::emitter::{Emitter, Receiver, SampleSum};
+use crate::gather::first_bounce::FirstBounce;
 use crate::gather::irradiance_filter::filter;
+use crate::gather::lamp_patches::{KernelBounds, LampPatches, Met};
 use crate::gather::picture_rays::{Gathered, PictureRays};
-use crate::gather::ray_scene::{DARK, RayScene, SurfacePoint};
+use crate::gather::ray_scene::{RayScene, SurfacePoint};
 use crate::gather::sampling::{hash, point};
 use crate::memory::MemoryBudget;
 use crate::surfaces::FACET_BYTES;
@@ -76,6 +81,7 @@ pub struct FinalGather {
     seen: Vec<u32>,
     gathered: Gathered,
     cells: Cells,
+    bounds: KernelBounds,
     bounces: Bounces,
     held: usize,
     /// For each light its picture at unit strength, three channels interleaved.
@@ -145,6 +151,7 @@ impl FinalGather {
             seen,
             gathered,
             cells,
+            bounds: settings.bounds,
             bounces,
             held: budget.held,
             pictures: rig.lights.iter().map(|_| None).collect(),
@@ -175,13 +182,36 @@ impl FinalGather {
         Emitter::new(&self.surfaces, &self.lights[light], projector)
     }
 
-    /// Reflected light of each of the lights in every pixel, as radiance.
-    fn indirect(&self, lights: &[usize], work: Work<'_>) -> Result<Vec<Vec<f32>>, Cancelled> {
-        let direct = self.direct_at_cells(lights, work)?;
+    /// The patches of a light that needs them.
+    fn patches(&self, light: usize) -> Option<LampPatches> {
+        let PreparedLight::Spot(beam) = &self.lights[light] else {
+            return None;
+        };
+        let projector = self.projectors[light].as_ref();
+        let lamp = LampPatches::new(self.scene(), beam, projector, self.bounds);
+        lamp.are_needed(self.scene(), &self.camera, [self.width, self.height])
+            .then_some(lamp)
+    }
+
+    /// Reflected light of each of the lights in every pixel, as radiance, without the light that pixels
+    /// take from patches.
+    fn indirect(
+        &self,
+        lights: &[usize],
+        lamps: &[Option<LampPatches>],
+        work: Work<'_>,
+    ) -> Result<Vec<Vec<f32>>, Cancelled> {
+        let first_bounce = FirstBounce {
+            scene: self.scene(),
+            cells: &self.cells,
+            lamps,
+            direct: &self.direct_at_cells(lights, work)?,
+        };
+        let arrives = first_bounce.at_cells(work)?;
         let radiosity = self
             .cells
-            .radiosity(&direct, lights.len(), &self.bounces, work)?;
-        drop(direct);
+            .radiosity(&arrives, lights.len(), &self.bounces, work)?;
+        drop(arrives);
         let width = 3 * lights.len();
         let pixels = self.width * self.height;
         let mut gathered = vec![0.0_f32; pixels * width];
@@ -199,14 +229,16 @@ impl FinalGather {
                     sums.fill(0.0);
                     let (met, later) = cells.split_at(run.rays as usize);
                     cells = later;
-                    for same in met.chunk_by(|a, b| a == b) {
-                        if same[0] == DARK {
+                    for same in met.chunk_by(Met::is_same_cell) {
+                        let Some(Met { cell, .. }) = Met::unpack(same[0]) else {
                             continue;
-                        }
-                        let light = &radiosity[same[0] as usize * width..][..width];
+                        };
+                        let light = &radiosity[cell * width..][..width];
                         for (sum, radiosity) in sums.iter_mut().zip(light) {
                             *sum += same.len() as f32 * radiosity;
                         }
+                        let passed = same.iter().filter_map(|met| Met::unpack(*met));
+                        first_bounce.add_rays(cell, passed.map(|met| met.passed), &mut sums);
                     }
                     let Some(facet) = self.surfaces.facets.get(run.facet as usize) else {
                         continue;
@@ -250,6 +282,36 @@ impl FinalGather {
                     .for_each(|(v, r)| *v *= r);
             }
         }
+    }
+
+    /// Adds the light that pixels take from patches.
+    fn add_patches(
+        &self,
+        lamps: &[Option<LampPatches>],
+        pictures: &mut [Vec<f32>],
+        report: (usize, usize),
+        work: Work<'_>,
+    ) -> Result<(), Cancelled> {
+        let emitters: Vec<Emitter<'_>> = lamps.iter().flatten().map(Emitter::Patches).collect();
+        if emitters.is_empty() {
+            return Ok(());
+        }
+        let light = DirectLight {
+            rays: PictureRays {
+                step: self.step.of_patches(),
+                ..self.rays()
+            },
+            seen: &self.seen,
+            emitters: &emitters,
+            report,
+        };
+        let has_patches = |(_, lamp): &(&mut Vec<f32>, &Option<LampPatches>)| lamp.is_some();
+        let lit = pictures.iter_mut().zip(lamps).filter(has_patches);
+        let mut lit: Vec<&mut Vec<f32>> = lit.map(|(picture, _)| picture).collect();
+        let mut own: Vec<Vec<f32>> = lit.iter_mut().map(|p| std::mem::take(*p)).collect();
+        light.add_to(&mut own, work)?;
+        lit.into_iter().zip(own).for_each(|(to, own)| *to = own);
+        Ok(())
     }
 
     /// Irradiance that comes to each cell from each of the lights directly.
@@ -321,7 +383,8 @@ impl UnitLights for FinalGather {
         for block in new.chunks(together) {
             check_memory("light in the cache", block.len() * light, work.memory)?;
             work.progress.report("reflected light", done, new.len());
-            let mut found = self.indirect(block, work)?;
+            let lamps: Vec<Option<LampPatches>> = block.iter().map(|&l| self.patches(l)).collect();
+            let mut found = self.indirect(block, &lamps, work)?;
             let emitters: Vec<Emitter<'_>> = block.iter().map(|&l| self.emitter(l)).collect();
             let direct = DirectLight {
                 rays: self.rays(),
@@ -330,6 +393,7 @@ impl UnitLights for FinalGather {
                 report: (done, new.len()),
             };
             direct.add_to(&mut found, work)?;
+            self.add_patches(&lamps, &mut found, direct.report, work)?;
             done += block.len();
             for (light, picture) in block.iter().zip(found) {
                 self.pictures[*light] = Some(picture);

@@ -18,7 +18,8 @@ use footlight_stage::{MeasuredLight, Projection};
 pub struct Beam {
     /// Where it hangs.
     pub position: Vec3,
-    axis: Vec3,
+    /// Unit direction of its aim.
+    pub axis: Vec3,
     law: Law,
 }
 

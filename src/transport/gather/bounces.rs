@@ -27,7 +27,7 @@ pub struct Bounces {
 
 impl Cells {
     /// How many cells the camera's rays end in: the first ones.
-    fn seen(&self) -> usize {
+    pub fn seen(&self) -> usize {
         self.count() - self.later()
     }
 
@@ -36,8 +36,8 @@ impl Cells {
     /// # Errors
     /// On cancel.
     pub fn bounces(&self, work: Work<'_>) -> Result<Bounces, Cancelled> {
-        let dark = vec![0.0_f32; self.later()];
-        let mut now = vec![1.0_f32; 3 * dark.len()];
+        let dark = vec![0.0_f32; 3 * self.later()];
+        let mut now = vec![1.0_f32; dark.len()];
         let mut next = now.clone();
         let sum = |level: &[f32]| -> [f64; 3] {
             let of = |k: usize| level.iter().skip(k).step_by(3).map(|l| f64::from(*l));
@@ -63,7 +63,7 @@ impl Cells {
     }
 
     /// Radiosity of each cell that the camera's rays end in under several lights at once, from the
-    /// irradiance that arrives directly at every cell (`direct`, one number for each cell and light):
+    /// irradiance with which it starts at every cell (`direct`, three channels for each cell and light):
     /// Jacobi steps among the other cells. Returns three channels for each cell and light.
     ///
     /// # Errors
@@ -75,8 +75,8 @@ impl Cells {
         bounces: &Bounces,
         work: Work<'_>,
     ) -> Result<Vec<f32>, Cancelled> {
-        let (seen, later) = direct.split_at(self.seen() * lights);
-        let mut now = vec![0.0_f32; 3 * later.len()];
+        let (seen, later) = direct.split_at(3 * self.seen() * lights);
+        let mut now = vec![0.0_f32; later.len()];
         let mut next = now.clone();
         for _ in 0..bounces.count {
             self.reflect(self.seen(), &now, later, lights, &mut next, work)?;
@@ -85,7 +85,7 @@ impl Cells {
         let channels = now.iter_mut().zip(&next).zip(bounces.rest.iter().cycle());
         channels.for_each(|((now, before), rest)| *now += rest * (*now - before));
         drop(next);
-        let mut out = vec![0.0_f32; 3 * seen.len()];
+        let mut out = vec![0.0_f32; seen.len()];
         self.reflect(0, &now, seen, lights, &mut out, work)?;
         Ok(out)
     }
@@ -102,11 +102,11 @@ impl Cells {
         work: Work<'_>,
     ) -> Result<(), Cancelled> {
         let width = 3 * lights;
-        let direct = direct.par_chunks(RUN * lights);
+        let direct = direct.par_chunks(RUN * width);
         let runs = out.par_chunks_mut(RUN * width).zip(direct).enumerate();
         runs.try_for_each(|(at, (run, direct))| {
             work.check()?;
-            let cells = run.chunks_exact_mut(width).zip(direct.chunks_exact(lights));
+            let cells = run.chunks_exact_mut(width).zip(direct.chunks_exact(width));
             for (i, (out, arrives)) in cells.enumerate() {
                 let cell = start + at * RUN + i;
                 out.fill(0.0);
@@ -116,15 +116,14 @@ impl Cells {
                     let Some(other) = other else {
                         continue;
                     };
-                    for (sum, b) in out.iter_mut().zip(&now[other * width..][..width]) {
+                    for (sum, b) in out.iter_mut().zip(&now[other.cell * width..][..width]) {
                         *sum += b;
                     }
                 }
                 let share = 1.0 / rays.max(1) as f32;
-                for (channels, direct) in out.chunks_exact_mut(3).zip(arrives) {
-                    for (b, r) in channels.iter_mut().zip(self.reflectances[cell]) {
-                        *b = r * (direct + share * *b);
-                    }
+                let reflectances = self.reflectances[cell].iter().cycle();
+                for ((b, direct), r) in out.iter_mut().zip(arrives).zip(reflectances) {
+                    *b = r * (direct + share * *b);
                 }
             }
             Ok(())

@@ -9,6 +9,7 @@
 //! geometry alone.
 
 use crate::TransportError;
+use crate::gather::lamp_patches::{KernelBounds, Met};
 use crate::gather::ray_scene::{DARK, RayScene, SurfacePoint};
 use crate::gather::sampling::{cosine_direction, hash, point};
 use crate::gather::systematic::SystematicSample;
@@ -41,6 +42,8 @@ pub struct CellSettings {
     pub points: f64,
     /// Rays of each point.
     pub rays: usize,
+    /// Bounds of the kernel of lamps' patches.
+    pub bounds: KernelBounds,
 }
 
 /// Where a ray ends.
@@ -50,6 +53,8 @@ pub struct Landing {
     point: CellPoint,
     /// Metres; infinite where nothing is hit.
     pub distance: f32,
+    /// As [`KernelBounds::passed`].
+    passed: u32,
 }
 
 impl Landing {
@@ -61,6 +66,7 @@ impl Landing {
             near: [0.0; 2],
         },
         distance: f32::INFINITY,
+        passed: 0,
     };
 }
 
@@ -131,14 +137,16 @@ impl CellSettings {
         SystematicSample::new(|asked| share * (asked / camera_ray).cbrt().powi(2))
     }
 
-    /// Where a ray from `from` ends; `random` moves it by up to half a cell, so that borders
-    /// between cells are not seen.
+    /// Where a ray from `from` ends. `cosine` is the ray's density times pi. The first two of `random`
+    /// move the end by up to half a cell, so that borders between cells are not seen; the third decides
+    /// how many bounds the ray passes.
     pub fn land(
         &self,
         scene: RayScene<'_>,
         from: SurfacePoint,
         way: Vec3,
-        random: [f64; 2],
+        cosine: f64,
+        random: [f64; 3],
     ) -> Landing {
         let (place, distance) = scene.shoot(from, way);
         if place.facet == DARK {
@@ -148,6 +156,7 @@ impl CellSettings {
             };
         }
         let facet = &scene.surfaces.facets[place.facet as usize];
+        let kernel = cosine * -way.dot(facet.normal) / (distance * distance);
         let [least, most] = self.sides;
         // Half the ray's length, within the limits.
         let level = (0.5 * distance / least)
@@ -173,6 +182,7 @@ impl CellSettings {
                 near: axes.map(|axis| way.dot(axis) as f32),
             },
             distance: distance as f32,
+            passed: self.bounds.passed(kernel, random[2]),
         }
     }
 }
@@ -204,7 +214,7 @@ pub struct Cells {
     points: Vec<CellPoint>,
     /// Of each cell where its points begin, and the end of the last one's.
     starts: Vec<u32>,
-    /// The cells that the rays of points meet, in their order, or [`DARK`]. Those beyond
+    /// The cells that the rays of points meet, in their order, packed ([`Met`]), or [`DARK`]. Those beyond
     /// [`Cells::count`] are of the last generation and have no points.
     rays: Vec<u32>,
     /// Number of cells that the camera's rays end in, the first ones, and of their points.
@@ -272,7 +282,7 @@ impl<'a> CellFinder<'a> {
         self.known + self.asked.len()
     }
 
-    /// The cells of the ends of weighted rays, or [`DARK`]. A cell that is new in this generation gets
+    /// The cells of the ends of weighted rays, packed ([`Met`]), or [`DARK`]. A cell that is new in this generation gets
     /// its points from the rays that ask for it.
     pub fn ask(&mut self, landings: impl Iterator<Item = (Landing, u32)>) -> Vec<u32> {
         let mut cells = Vec::new();
@@ -283,7 +293,7 @@ impl<'a> CellFinder<'a> {
             };
             let new = self.count() as u32;
             let cell = *self.table.entry(key).or_insert(new);
-            cells.push(cell);
+            cells.push(Met::pack(cell, landing.passed));
             if cell == new {
                 self.asked.push(0);
             }
@@ -391,7 +401,8 @@ impl<'a> CellFinder<'a> {
                 let normal = scene.surfaces.facets[place.facet as usize].normal;
                 for ray in 0..count as u32 {
                     let way = cosine_direction(normal, point(ray, seed));
-                    out.push(settings.land(scene, place, way, point(ray, seed ^ 0x99)));
+                    let ([u, v], [w, _]) = (point(ray, seed ^ 0x99), point(ray, seed ^ 0x77));
+                    out.push(settings.land(scene, place, way, way.dot(normal), [u, v, w]));
                 }
             }
             Ok(out)
@@ -438,11 +449,16 @@ impl Cells {
 
     /// The cells that a cell's rays meet, by their number among those that only rays of cells end in;
     /// `None` where no light comes from.
-    pub fn met(&self, cell: usize) -> impl Iterator<Item = Option<usize>> + '_ {
+    pub fn met(&self, cell: usize) -> impl Iterator<Item = Option<Met>> + '_ {
         let [start, end] = [cell, cell + 1].map(|at| self.first_ray(self.starts[at] as usize));
         let met = self.rays[start..end].iter();
-        let met = met.map(|cell| (*cell != DARK).then(|| *cell as usize - self.seen));
-        met.filter(|met| met.is_none_or(|cell| cell < self.later()))
+        let met = met.map(|met| {
+            Met::unpack(*met).map(|met| Met {
+                cell: met.cell - self.seen,
+                ..met
+            })
+        });
+        met.filter(|met| met.is_none_or(|met| met.cell < self.later()))
     }
 
     /// Where the rays of a point begin.
@@ -460,7 +476,7 @@ impl Cells {
 
     /// Bytes that light takes meanwhile for each light.
     pub fn light_bytes(&self) -> usize {
-        4 * self.count() + 12 * (self.later() + self.later().max(self.seen))
+        16 * self.count() + 12 * (self.later() + self.later().max(self.seen))
     }
 
     /// How many cells only rays of cells end in.

@@ -135,8 +135,10 @@ impl DirectLight<'_> {
             }
             if !facet.is_black() {
                 let sample = emitter.sample(scene, here, footprint, random);
-                for (sum, r) in sums.channels.iter_mut().zip(reflectance) {
-                    sum.add(sample, r);
+                let colour = emitter.colour(random);
+                let channels = sums.channels.iter_mut().zip(reflectance);
+                for ((sum, r), c) in channels.zip(colour) {
+                    sum.add(sample, r * c);
                 }
                 if sample.visible > 0.0 {
                     level += highest * sample.unoccluded as f32 / PI;

@@ -7,6 +7,7 @@ use crate::direct::PreparedLight;
 use crate::direct::beam::Beam;
 use crate::direct::lambert::closed_form;
 use crate::direct::projector::Projector;
+use crate::gather::lamp_patches::LampPatches;
 use crate::gather::ray_scene::{DARK, RayScene};
 use crate::gather::sampling::cosine_direction;
 use crate::surfaces::surface::Surfaces;
@@ -26,6 +27,8 @@ pub enum Emitter<'a> {
     Area(AreaLight),
     /// A point source and its image, if it projects one.
     Point(&'a Beam, Option<&'a Projector>),
+    /// The places that a point source lights: its first bounce.
+    Patches(&'a LampPatches),
 }
 
 /// A panel's triangles.
@@ -109,6 +112,14 @@ impl<'a> Emitter<'a> {
         matches!(self, Emitter::Area(area) if area.material == material)
     }
 
+    /// Factor of each channel for the sample of these random numbers.
+    pub fn colour(&self, random: [f64; 2]) -> [f32; 3] {
+        match self {
+            Emitter::Patches(lamp) => lamp.colour(random[0]),
+            Emitter::Area(_) | Emitter::Point(..) => [1.0; 3],
+        }
+    }
+
     /// One sample of the light at a point of a surface; `footprint` returns what a projected image is
     /// averaged over.
     pub fn sample(
@@ -120,6 +131,14 @@ impl<'a> Emitter<'a> {
     ) -> Sample {
         match self {
             Emitter::Area(area) => area.sample(scene, at, random),
+            Emitter::Patches(lamp) => {
+                let light = lamp.irradiance(scene, at, random[0]);
+                Sample {
+                    unoccluded: light,
+                    sampled: light,
+                    visible: light,
+                }
+            }
             Emitter::Point(beam, projector) => {
                 let Receiver { point, normal, .. } = at;
                 let mut light = beam.irradiance(point, normal);

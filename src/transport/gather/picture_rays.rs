@@ -7,6 +7,7 @@ use crate::TransportError;
 use crate::direct::projector::pixel as footprint;
 use crate::gather::cells::{CAMERA_RAY, CellFinder, CellSettings, Landing};
 use crate::gather::irradiance_filter::{SmoothPixel, differ};
+use crate::gather::lamp_patches::{KernelBounds, receiver_cosine};
 use crate::gather::ray_scene::{DARK, RayScene, SurfacePoint};
 use crate::gather::sampling::{cosine_direction, morton, point};
 use crate::gather::step::GatherStep;
@@ -29,11 +30,13 @@ const RUN: usize = 16;
 const SEED_CAMERA: u32 = 101;
 const SEED_WAY: u32 = 202;
 const SEED_CELL: u32 = 303;
+const SEED_BOUND: u32 = 404;
 
 /// What the pixels' rays found.
 #[derive(Default)]
 pub struct Gathered {
-    /// For each pixel the cells that its rays end in, or [`DARK`], sorted within each run.
+    /// For each pixel the cells that its rays end in, packed ([`crate::gather::lamp_patches::Met`]), or [`DARK`], sorted within each
+    /// run.
     pub cells: Lists<u32>,
     /// Of each pixel its rays by the material that they leave.
     pub runs: Lists<Run>,
@@ -153,6 +156,7 @@ impl PictureRays<'_> {
             sides: self.step.cells.map(|share| share * mean),
             points: self.step.points,
             rays: CELL_RAYS,
+            bounds: KernelBounds { longest: mean },
         })
     }
 
@@ -273,13 +277,16 @@ impl PictureRays<'_> {
             };
             let index = self.index(pixel).wrapping_add(ray);
             let facet = &self.scene.surfaces.facets[place.facet as usize];
-            let mut way = cosine_direction(facet.normal_at(place.point), point(index, SEED_WAY));
+            let normal = facet.normal_at(place.point);
+            let mut way = cosine_direction(normal, point(index, SEED_WAY));
             let height = way.dot(facet.normal);
             if height < 0.0 {
                 // What lies below the facet is not seen: the mirror image of the ray is.
                 way = way - facet.normal * (2.0 * height);
             }
-            let landing = settings.land(self.scene, place, way, point(index, SEED_CELL));
+            let ([u, v], [w, _]) = (point(index, SEED_CELL), point(index, SEED_BOUND));
+            let cosine = receiver_cosine(normal, facet.normal, way);
+            let landing = settings.land(self.scene, place, way, cosine, [u, v, w]);
             (landing, place.facet)
         };
         let mut out: Vec<(Landing, u32)> = (0..self.step.rays).map(ray).collect();

@@ -28,6 +28,8 @@ pub struct GatherStep {
     /// Radius of the irradiance filter, as a share of the mean distance (harmonic) of what the pixel
     /// sees.
     pub filter: f64,
+    /// Samples of a lamp's patches in a pixel, at most.
+    pub most_patches: u32,
 }
 
 /// The three steps.
@@ -40,6 +42,7 @@ pub const STEPS: [GatherStep; 3] = [
         cells: [0.08, 0.16],
         points: 0.085,
         filter: 0.2,
+        most_patches: 16,
     },
     GatherStep {
         first: 8,
@@ -49,6 +52,7 @@ pub const STEPS: [GatherStep; 3] = [
         cells: [0.024, 0.096],
         points: 0.24,
         filter: 0.12,
+        most_patches: 64,
     },
     GatherStep {
         first: 16,
@@ -58,6 +62,7 @@ pub const STEPS: [GatherStep; 3] = [
         cells: [0.012, 0.05],
         points: 0.34,
         filter: 0.08,
+        most_patches: 256,
     },
 ];
 
@@ -74,6 +79,9 @@ const MOST_TIMES: f64 = 8.0;
 pub fn more_pixels([width, height]: [usize; 2]) -> f64 {
     ((width * height) as f64 / PIXELS).clamp(1.0, MOST_PIXELS)
 }
+
+/// Noise of a lamp's patches, in that of direct light.
+const PATCH_NOISE: f64 = 2.0;
 
 impl GatherStep {
     /// The step of a quality.
@@ -92,6 +100,15 @@ impl GatherStep {
     pub fn rays_of_mixed(&self, mixed: f64, size: [usize; 2]) -> u32 {
         let times = (MIXED_RAYS * mixed / more_pixels(size)).clamp(1.0, MOST_TIMES);
         (f64::from(self.rays) * times) as u32
+    }
+
+    /// The step for the first bounce of lamps that have patches.
+    pub fn of_patches(self) -> GatherStep {
+        GatherStep {
+            most: self.most_patches,
+            noise: PATCH_NOISE * self.noise,
+            ..self
+        }
     }
 
     /// What the step sets on any scene.

@@ -1,0 +1,417 @@
+//! Patches: the places that a point source lights, found by rays from the lamp.
+//!
+//! Few of a pixel's rays meet the small place that a narrow beam lights. The lamp's own rays find it at
+//! once: they are distributed in equal flux over its intensity, and their hits are resampled to patches
+//! of equal reflected flux. A receiver takes the lamp's first bounce from patches by shadow rays, with
+//! the kernel `G = cos cos' / r^2` bounded by `b`. The rest of `G` is left to the receiver's own rays,
+//! which count the lamp's light at their ends with the weight `(1 - b / G)+`. The sum is unbiased (Kollig
+//! and Keller, *Illumination in the presence of weak singularities*, 2004).
+//!
+//! Patches depend on the lamp, the scene and nothing else: not on levels, not on other lights.
+
+use crate::direct::beam::Beam;
+use crate::direct::projector::Projector;
+use crate::gather::emitter::Receiver;
+use crate::gather::ray_scene::{DARK, RayScene};
+use crate::gather::sampling::{morton, point};
+use crate::surfaces::camera::Camera;
+use footlight_show::geometry::{Vec3, frame};
+use rayon::prelude::*;
+use std::f64::consts::{PI, TAU};
+
+/// Rings of the lamp's cone, and sectors of a ring, in which its intensity is evaluated.
+const RINGS: usize = 256;
+/// Rays of a lamp, and patches.
+const RAYS: usize = 1 << 14;
+const PATCHES: usize = 1 << 14;
+/// Every how many patches one is asked whether rays find it.
+const STRIDE: usize = 16;
+/// Length below which rays carry the light of a patch, in radii of the beam there.
+const NEAR: f64 = 2.0;
+/// Greatest factor by which a shading normal changes the flux that a surface receives.
+const MOST_SHADING: f64 = 4.0;
+/// Seed of the sequence of points.
+const SEED: u32 = 0x1a3;
+
+/// Bounds `b` of the kernel `cos cos' / r^2`: bound `i` is the kernel at the length `longest / 2^i`.
+///
+/// Rays are traced before lights are known. A ray therefore stores how many bounds its kernel passes;
+/// each patch has the bound that suits the size of the beam there.
+#[derive(Clone, Copy, Debug)]
+pub struct KernelBounds {
+    /// Metres.
+    pub longest: f64,
+}
+
+impl KernelBounds {
+    /// Bits of a number of passed bounds.
+    const BITS: u32 = 4;
+    const MOST: u32 = (1 << KernelBounds::BITS) - 1;
+
+    /// Number of bounds that a ray of this kernel passes: bound `b` with the probability `(1 - b / G)+`.
+    pub fn passed(self, kernel: f64, random: f64) -> u32 {
+        let passed = kernel * (1.0 - random) * self.longest * self.longest;
+        if passed > 1.0 {
+            ((0.5 * passed.log2()) as u32 + 1).min(KernelBounds::MOST)
+        } else {
+            0
+        }
+    }
+
+    /// Index of the bound for a beam of this radius, metres.
+    fn index(self, radius: f64) -> u32 {
+        let halvings = (self.longest / (NEAR * radius)).log2().round();
+        halvings.clamp(0.0, f64::from(KernelBounds::MOST - 1)) as u32
+    }
+
+    /// The bound of an index, 1/m².
+    fn bound(self, index: u32) -> f64 {
+        f64::from(1 << index).powi(2) / (self.longest * self.longest)
+    }
+}
+
+/// The cell in which a ray ends and the number of bounds that the ray passes, in one number.
+#[derive(Clone, Copy, Debug)]
+pub struct Met {
+    /// Index of the cell.
+    pub cell: usize,
+    /// As [`KernelBounds::passed`].
+    pub passed: u32,
+}
+
+impl Met {
+    /// Packs a cell below 2^28.
+    pub fn pack(cell: u32, passed: u32) -> u32 {
+        cell << KernelBounds::BITS | passed
+    }
+
+    /// Unpacks; `None` where the ray meets no light ([`DARK`]).
+    pub fn unpack(met: u32) -> Option<Met> {
+        (met != DARK).then_some(Met {
+            cell: (met >> KernelBounds::BITS) as usize,
+            passed: met & KernelBounds::MOST,
+        })
+    }
+
+    /// True when two packed rays end in the same cell.
+    pub fn is_same_cell(a: &u32, b: &u32) -> bool {
+        a >> KernelBounds::BITS == b >> KernelBounds::BITS
+    }
+}
+
+/// Cosine by which a receiver weights light from direction `way`, the density of its rays times pi: rays
+/// are distributed about the shading normal, and those that would go below the facet are mirrored.
+pub fn receiver_cosine(normal: Vec3, facet: Vec3, way: Vec3) -> f64 {
+    let height = way.dot(facet);
+    if height <= 0.0 {
+        return 0.0;
+    }
+    let mirrored = way - facet * (2.0 * height);
+    way.dot(normal).max(0.0) + mirrored.dot(normal).max(0.0)
+}
+
+/// One lit place.
+#[derive(Clone, Copy, Debug)]
+struct Patch {
+    point: Vec3,
+    normal: Vec3,
+    /// Reflected flux in each channel, relative to the channel with most.
+    colour: [f32; 3],
+    /// Index of the patch's bound.
+    bound: u32,
+}
+
+/// The patches of a lamp of unit intensity, all of equal reflected flux, neighbours next to each other.
+#[derive(Clone, Debug)]
+pub struct LampPatches {
+    patches: Vec<Patch>,
+    /// Reflected flux of all patches, each in the channel with most, divided by pi.
+    radiance_area: f64,
+    position: Vec3,
+    /// Radius of the beam at a distance of 1 m.
+    spread: f64,
+    bounds: KernelBounds,
+}
+
+impl LampPatches {
+    /// Traces the lamp's rays.
+    pub fn new(
+        scene: RayScene<'_>,
+        beam: &Beam,
+        projector: Option<&Projector>,
+        bounds: KernelBounds,
+    ) -> LampPatches {
+        let directions = Directions::new(beam, projector);
+        let share = directions.flux / RAYS as f64;
+        let trace = |way: &Vec3| {
+            let (place, distance) = scene.look(beam.position, *way);
+            if place.facet == DARK {
+                return None;
+            }
+            let facet = &scene.surfaces.facets[place.facet as usize];
+            // The ray stands for this part of a texture.
+            let side = directions.spread * distance / (RAYS as f64).sqrt();
+            let sides = || frame(facet.normal).map(|axis| axis * side);
+            let reflectance = scene.surfaces.reflectance_at(facet, place.point, sides);
+            let most = reflectance.iter().copied().fold(0.0, f64::max);
+            // Irradiance follows the shading normal, the ray's flux the facet.
+            let flat = -facet.normal.dot(*way);
+            let shaded = -facet.normal_at(place.point).dot(*way);
+            let shading = (shaded.max(0.0) / flat.max(1e-6)).min(MOST_SHADING);
+            let patch = Patch {
+                point: place.point,
+                normal: facet.normal,
+                colour: reflectance.map(|r| (r / most) as f32),
+                bound: bounds.index(directions.spread * distance),
+            };
+            (most > 0.0).then_some((patch, share * shading * most / PI))
+        };
+        let hits: Vec<Option<(Patch, f64)>> = directions.ways.par_iter().map(trace).collect();
+        let (hits, fluxes): (Vec<Patch>, Vec<f64>) = hits.into_iter().flatten().unzip();
+        LampPatches {
+            patches: resample(&fluxes, PATCHES).map(|hit| hits[hit]).collect(),
+            radiance_area: fluxes.iter().sum(),
+            position: beam.position,
+            spread: directions.spread,
+            bounds,
+        }
+    }
+
+    /// True when rays find too little of the lamp's first bounce: most of its light falls on places
+    /// that are small, or on places of medium size that the camera does not see, so that the image
+    /// shows nothing brighter than their reflection.
+    pub fn are_needed(&self, scene: RayScene<'_>, camera: &Camera, size: [usize; 2]) -> bool {
+        let is_small = |patch: &&Patch| match patch.bound {
+            0 => false,
+            1 => !is_seen(patch, scene, camera, size),
+            _ => true,
+        };
+        let some = self.patches.iter().step_by(STRIDE);
+        2 * some.filter(is_small).count() * STRIDE > self.patches.len()
+    }
+
+    /// True when a ray to `place` that passes this many bounds counts the lamp's light there.
+    pub fn counts(&self, place: Vec3, passed: u32) -> bool {
+        passed > 0 && {
+            let distance = (place - self.position).length();
+            passed > self.bounds.index(self.spread * distance)
+        }
+    }
+
+    fn patch(&self, random: f64) -> Option<&Patch> {
+        let at = random * self.patches.len() as f64;
+        self.patches.get(at as usize)
+    }
+
+    /// Colour of the patch that `random`, 0 to 1, selects.
+    pub fn colour(&self, random: f64) -> [f32; 3] {
+        self.patch(random).map_or([0.0; 3], |patch| patch.colour)
+    }
+
+    /// Irradiance from the patch that `random` selects as if it had the flux of all patches, in the
+    /// channel with most; past what stands in the way, with the bounded kernel.
+    pub fn irradiance(&self, scene: RayScene<'_>, at: Receiver, random: f64) -> f64 {
+        let Some(patch) = self.patch(random) else {
+            return 0.0;
+        };
+        let to = patch.point - at.point;
+        let square = to.dot(to);
+        let away = -to.dot(patch.normal);
+        if away <= 0.0 || square == 0.0 {
+            return 0.0;
+        }
+        let cosine = receiver_cosine(at.normal, at.facet, to);
+        let end = (patch.point, patch.normal);
+        if cosine <= 0.0 || scene.is_hidden((at.point, at.facet), end) {
+            return 0.0;
+        }
+        let kernel = cosine * away / (square * square);
+        self.radiance_area * kernel.min(self.bounds.bound(patch.bound))
+    }
+}
+
+/// Does the camera see a patch?
+fn is_seen(patch: &Patch, scene: RayScene<'_>, camera: &Camera, size: [usize; 2]) -> bool {
+    let to = patch.point - camera.origin;
+    let depth = camera.forward.dot(to);
+    let x = (camera.right.dot(to) / depth - camera.left) / camera.step_x;
+    let y = (camera.top - camera.up.dot(to) / depth) / camera.step_y;
+    let [width, height] = size.map(|n| n as f64);
+    let is_inside = depth > 0.0 && (0.0..width).contains(&x) && (0.0..height).contains(&y);
+    let from = patch.point + patch.normal * scene.offset;
+    is_inside && to.dot(patch.normal) < 0.0 && !scene.is_blocked(from, camera.origin - from)
+}
+
+/// Systematic resampling: indices of about `count` items, each as often as its weight asks for.
+fn resample(weights: &[f64], count: usize) -> impl Iterator<Item = usize> + '_ {
+    let each = weights.iter().sum::<f64>() / count as f64;
+    let (mut sum, mut taken) = (0.0, 0);
+    weights.iter().enumerate().flat_map(move |(at, weight)| {
+        sum += weight;
+        let before = taken;
+        while taken < count && (taken as f64 + 0.5) * each < sum {
+            taken += 1;
+        }
+        std::iter::repeat_n(at, taken - before)
+    })
+}
+
+/// Directions of equal flux.
+struct Directions {
+    ways: Vec<Vec3>,
+    /// Lumens of a lamp of unit intensity.
+    flux: f64,
+    /// Radius of the beam at a distance of 1 m: of a round beam with even intensity, the same flux and
+    /// the same sum of squares.
+    spread: f64,
+}
+
+impl Directions {
+    /// Evaluates the intensity on rings and sectors, along a Morton curve, and distributes rays.
+    fn new(beam: &Beam, projector: Option<&Projector>) -> Directions {
+        let [right, up] = frame(beam.axis);
+        let (ring, sector) = (beam.reach() / RINGS as f64, TAU / RINGS as f64);
+        let way = |i: f64, j: f64| {
+            let ((sin, cos), (y, x)) = ((i * ring).sin_cos(), (j * sector).sin_cos());
+            (right * x + up * y) * sin + beam.axis * cos
+        };
+        let mut cells: Vec<[usize; 2]> = (0..RINGS * RINGS)
+            .map(|cell| [cell / RINGS, cell % RINGS])
+            .collect();
+        cells.sort_unstable_by_key(|[i, j]| morton(*i, *j));
+        let solid_angle = |i: usize| {
+            let [inner, outer] = [i, i + 1].map(|i| (i as f64 * ring).cos());
+            (inner - outer) * sector
+        };
+
+        // Flux of each cell.
+        let flux = |&[cell_i, cell_j]: &[usize; 2]| {
+            let (i, j) = (cell_i as f64 + 0.5, cell_j as f64 + 0.5);
+            let to = way(i, j);
+            let mut intensity = beam.share(to);
+            if let Some(projector) = projector.filter(|_| intensity > 0.0) {
+                let outwards = way(i + 0.5, j) - way(i - 0.5, j);
+                let around = way(i, j + 0.5) - way(i, j - 0.5);
+                intensity *= projector.share(beam.position + to, [outwards, around]);
+            }
+            intensity * solid_angle(cell_i)
+        };
+        let fluxes: Vec<f64> = cells.par_iter().map(flux).collect();
+        let total: f64 = fluxes.iter().sum();
+
+        // Solid angle of the even beam.
+        let square = |([i, _], flux): (&[usize; 2], &f64)| flux * flux / solid_angle(*i);
+        let squares: f64 = cells.iter().zip(&fluxes).map(square).sum();
+        let even = total * total / squares.max(f64::MIN_POSITIVE);
+
+        let place = |(ray, cell): (usize, usize)| {
+            let ([i, j], [u, v]) = (cells[cell], point(ray as u32, SEED));
+            way(i as f64 + u, j as f64 + v)
+        };
+        Directions {
+            ways: resample(&fluxes, RAYS).enumerate().map(place).collect(),
+            flux: total,
+            spread: (even / PI).sqrt(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use super::*;
+    use crate::gather::bvh::Bvh;
+    use crate::surfaces::surface::Surfaces;
+    use footlight_host::work::Work;
+    use footlight_show::geometry::vec3;
+    use footlight_show::model::Spot;
+    use footlight_show::units::Rgb;
+
+    fn spot(beam: f64, field: f64) -> Beam {
+        Beam::new(&Spot {
+            position: vec3(0.0, 0.0, 4.0),
+            aim: Vec3::ZERO,
+            beam,
+            field,
+            intensity: Rgb::WHITE,
+        })
+        .unwrap()
+    }
+
+    /// Irradiance at `height` on the beam's axis, looking down, from a large floor of reflectance 1/2:
+    /// integral over rings of the floor, and mean over the patches.
+    fn both(beam: &Beam, height: f64) -> [f64; 2] {
+        let corners = [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)];
+        let floor = corners.map(|(x, y)| vec3(x, y, 0.0)).to_vec();
+        let surfaces = Surfaces::grey(vec![floor]);
+        let bvh = Bvh::new(&surfaces, Work::silent()).unwrap();
+        let scene = RayScene {
+            surfaces: &surfaces,
+            bvh: &bvh,
+            offset: 1e-6,
+        };
+        let lamp = LampPatches::new(scene, beam, None, KernelBounds { longest: 0.01 });
+        let down = vec3(0.0, 0.0, -1.0);
+        let at = Receiver {
+            point: vec3(0.0, 0.0, height),
+            normal: down,
+            facet: down,
+        };
+        let count = 1 << 14;
+        let of = |k: u32| lamp.irradiance(scene, at, (f64::from(k) + 0.5) / f64::from(count));
+        let found = (0..count).map(of).sum::<f64>() / f64::from(count);
+        let rings = 4000;
+        let ring = |i: u32| {
+            let width = 4.0 * beam.reach().tan() / f64::from(rings);
+            let radius = (f64::from(i) + 0.5) * width;
+            let place = vec3(radius, 0.0, 0.0);
+            let radiance = 0.5 / PI * beam.irradiance(place, -down);
+            radiance * TAU * radius * width * (height / (height * height + radius * radius)).powi(2)
+        };
+        [(0..rings).map(ring).sum(), found]
+    }
+
+    #[test]
+    fn patches_meet_the_integral_over_the_lit_place() {
+        for (beam, field) in [(2.0, 4.0), (10.0, 18.0), (30.0, 50.0)] {
+            for height in [0.5, 1.0, 4.0] {
+                let [exact, found] = both(&spot(beam, field), height);
+                let error = (found / exact - 1.0).abs();
+                assert!(error < 3e-3, "{beam} {height}: {found} {exact}");
+            }
+        }
+    }
+
+    /// Bound and remainder add up to the kernel for each bound.
+    #[test]
+    fn rays_count_what_patches_leave() {
+        let bounds = KernelBounds { longest: 3.0 };
+        for kernel in [0.01, 0.2, 3.0, 70.0] {
+            for index in 0..6 {
+                let b = bounds.bound(index);
+                let passes = |k: &u32| {
+                    let random = (f64::from(*k) + 0.5) / 4096.0;
+                    bounds.passed(kernel, random) > index
+                };
+                let share = (0..4096).filter(passes).count() as f64 / 4096.0;
+                let whole = kernel.min(b) + share * kernel;
+                assert!((whole / kernel - 1.0).abs() < 1e-3, "{kernel} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn rays_to_cells_are_packed() {
+        let met = Met::unpack(Met::pack(77, 3)).unwrap();
+        assert_eq!((met.cell, met.passed), (77, 3));
+        assert!(Met::unpack(DARK).is_none());
+    }
+
+    #[test]
+    fn items_are_resampled_by_weight() {
+        let taken: Vec<usize> = resample(&[1.0, 0.0, 2.0, 1.0], 8).collect();
+        assert_eq!(taken, [0, 0, 2, 2, 2, 2, 3, 3]);
+        assert_eq!(resample(&[0.0; 3], 8).count(), 0);
+    }
+}
