@@ -189,8 +189,7 @@ impl FinalGather {
         };
         let projector = self.projectors[light].as_ref();
         let lamp = LampPatches::new(self.scene(), beam, projector, self.bounds);
-        lamp.are_needed(self.scene(), &self.camera, [self.width, self.height])
-            .then_some(lamp)
+        lamp.are_needed().then_some(lamp)
     }
 
     /// Reflected light of each of the lights in every pixel, as radiance, without the light that pixels
@@ -303,6 +302,8 @@ impl FinalGather {
             },
             seen: &self.seen,
             emitters: &emitters,
+            // The spread is smooth. A pixel's own alone would favour pixels whose first samples are low.
+            neighbour_spread: 1.0,
             report,
         };
         let has_patches = |(_, lamp): &(&mut Vec<f32>, &Option<LampPatches>)| lamp.is_some();
@@ -390,6 +391,7 @@ impl UnitLights for FinalGather {
                 rays: self.rays(),
                 seen: &self.seen,
                 emitters: &emitters,
+                neighbour_spread: 0.5,
                 report: (done, new.len()),
             };
             direct.add_to(&mut found, work)?;

@@ -10,9 +10,6 @@ use rayon::prelude::*;
 use std::f32::consts::PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Of the spread of a pixel's samples, what its neighbours are taken to have at least: the first
-/// samples may all miss an edge.
-const SPREAD: f32 = 0.5;
 /// Spreads are distinguished over so many octaves below a light's mean level and as many above it, in
 /// so many parts each.
 const OCTAVES: u32 = 24;
@@ -28,6 +25,8 @@ pub struct DirectLight<'a> {
     /// Facets of the first samples of each pixel.
     pub seen: &'a [u32],
     pub emitters: &'a [Emitter<'a>],
+    /// A pixel's spread is at least this share of a neighbour's: its first samples may all miss an edge.
+    pub neighbour_spread: f32,
     /// Lights that were done before, and of how many, for progress.
     pub report: (usize, usize),
 }
@@ -49,7 +48,7 @@ impl DirectLight<'_> {
         self.sample(&mut sums, 0, &samples, work)?;
         for (light, picture) in pictures.iter().enumerate() {
             let own = sums.iter().skip(light).step_by(lights);
-            let allotted = allot(&self.rays, own, picture);
+            let allotted = self.allot(own, picture);
             let places = samples.iter_mut().skip(light).step_by(lights);
             places.zip(allotted).for_each(|(to, from)| *to = from);
         }
@@ -169,63 +168,62 @@ impl PixelSums {
     }
 }
 
-/// How many samples each pixel takes, so that the noise of the whole picture is what the step
-/// allows: more where the first samples differ.
-fn allot<'a>(
-    rays: &PictureRays<'_>,
-    sums: impl Iterator<Item = &'a PixelSums>,
-    indirect: &[f32],
-) -> Vec<u16> {
-    let GatherStep {
-        first,
-        most,
-        noise: aim,
-        ..
-    } = rays.step;
-    let aim = aim * more_pixels(rays.size).sqrt();
-    let n = first as f32;
-    let mut square = 0.0;
-    let mut own = Vec::with_capacity(indirect.len() / 3);
-    for (sums, indirect) in sums.zip(indirect.chunks_exact(3)) {
-        let mean = sums.level / n;
-        square += f64::from(mean + indirect[1]).powi(2);
-        own.push((sums.square / n - mean * mean).max(0.0).sqrt());
+impl DirectLight<'_> {
+    /// How many samples each pixel takes, so that the noise of the whole picture is what the step
+    /// allows: more where the first samples differ.
+    fn allot<'a>(&self, sums: impl Iterator<Item = &'a PixelSums>, indirect: &[f32]) -> Vec<u16> {
+        let GatherStep {
+            first,
+            most,
+            noise: aim,
+            ..
+        } = self.rays.step;
+        let aim = aim * more_pixels(self.rays.size).sqrt();
+        let n = first as f32;
+        let mut square = 0.0;
+        let mut own = Vec::with_capacity(indirect.len() / 3);
+        for (sums, indirect) in sums.zip(indirect.chunks_exact(3)) {
+            let mean = sums.level / n;
+            square += f64::from(mean + indirect[1]).powi(2);
+            own.push((sums.square / n - mean * mean).max(0.0).sqrt());
+        }
+        let spreads = with_neighbours(&own, self.rays.size, self.neighbour_spread);
+        let pixels = spreads.len() as f64;
+        let level = (square / pixels).sqrt();
+        if level == 0.0 {
+            return vec![first as u16; spreads.len()];
+        }
+        // Spreads are taken together by parts of an octave.
+        let bin = |s: f32| {
+            let octave = f64::from(OCTAVES) + (f64::from(s) / level).log2();
+            ((octave.max(0.0) * PER_OCTAVE as f64) as usize).min(BINS - 1)
+        };
+        let mut squares = vec![0.0; BINS];
+        for s in &spreads {
+            squares[bin(*s)] += (f64::from(*s) / level).powi(2);
+        }
+        // Samples are fewest for a given noise where they go with the spread: here in powers of two,
+        // over which the sequence of points is even.
+        let samples = |bin: usize, shift: usize| {
+            let octave = ((bin + shift) / PER_OCTAVE) as u32;
+            (first << octave.saturating_sub(OCTAVES).min(16)).min(most)
+        };
+        // Stratified samples do better than their number's root.
+        let noise = |shift: usize| {
+            let of =
+                |(bin, square): (usize, &f64)| square / f64::from(samples(bin, shift)).powf(1.25);
+            (squares.iter().enumerate().map(of).sum::<f64>() / pixels).sqrt()
+        };
+        let most_shift = OCTAVES as usize * PER_OCTAVE;
+        let shift = (0..most_shift).find(|shift| noise(*shift) <= aim);
+        let shift = shift.unwrap_or(most_shift);
+        let of = |s: &f32| samples(bin(*s), shift) as u16;
+        spreads.iter().map(of).collect()
     }
-    let spreads = with_neighbours(&own, rays.size);
-    let pixels = spreads.len() as f64;
-    let level = (square / pixels).sqrt();
-    if level == 0.0 {
-        return vec![first as u16; spreads.len()];
-    }
-    // Spreads are taken together by parts of an octave.
-    let bin = |s: f32| {
-        let octave = f64::from(OCTAVES) + (f64::from(s) / level).log2();
-        ((octave.max(0.0) * PER_OCTAVE as f64) as usize).min(BINS - 1)
-    };
-    let mut squares = vec![0.0; BINS];
-    for s in &spreads {
-        squares[bin(*s)] += (f64::from(*s) / level).powi(2);
-    }
-    // Samples are fewest for a given noise where they go with the spread: here in powers of two,
-    // over which the sequence of points is even.
-    let samples = |bin: usize, shift: usize| {
-        let octave = ((bin + shift) / PER_OCTAVE) as u32;
-        (first << octave.saturating_sub(OCTAVES).min(16)).min(most)
-    };
-    // Stratified samples do better than their number's root.
-    let noise = |shift: usize| {
-        let of = |(bin, square): (usize, &f64)| square / f64::from(samples(bin, shift)).powf(1.25);
-        (squares.iter().enumerate().map(of).sum::<f64>() / pixels).sqrt()
-    };
-    let most_shift = OCTAVES as usize * PER_OCTAVE;
-    let shift = (0..most_shift).find(|shift| noise(*shift) <= aim);
-    let shift = shift.unwrap_or(most_shift);
-    let of = |s: &f32| samples(bin(*s), shift) as u16;
-    spreads.iter().map(of).collect()
 }
 
-/// The spreads of pixels, raised where a neighbour's is much greater.
-fn with_neighbours(own: &[f32], [width, height]: [usize; 2]) -> Vec<f32> {
+/// The spreads of pixels, raised to a share of their neighbours'.
+fn with_neighbours(own: &[f32], [width, height]: [usize; 2], share: f32) -> Vec<f32> {
     let of = |at: usize| {
         let (x, y) = (at % width, at / width);
         let mut most = 0.0_f32;
@@ -234,7 +232,7 @@ fn with_neighbours(own: &[f32], [width, height]: [usize; 2]) -> Vec<f32> {
                 most = most.max(own[y * width + x]);
             }
         }
-        own[at].max(SPREAD * most)
+        own[at].max(share * most)
     };
     (0..own.len()).map(of).collect()
 }

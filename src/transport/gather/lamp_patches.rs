@@ -14,7 +14,6 @@ use crate::direct::projector::Projector;
 use crate::gather::emitter::Receiver;
 use crate::gather::ray_scene::{DARK, RayScene};
 use crate::gather::sampling::{morton, point};
-use crate::surfaces::camera::Camera;
 use footlight_show::geometry::{Vec3, frame};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -24,8 +23,6 @@ const RINGS: usize = 256;
 /// Rays of a lamp, and patches.
 const RAYS: usize = 1 << 14;
 const PATCHES: usize = 1 << 14;
-/// Every how many patches one is asked whether rays find it.
-const STRIDE: usize = 16;
 /// Length below which rays carry the light of a patch, in radii of the beam there.
 const NEAR: f64 = 2.0;
 /// Greatest factor by which a shading normal changes the flux that a surface receives.
@@ -177,17 +174,11 @@ impl LampPatches {
         }
     }
 
-    /// True when rays find too little of the lamp's first bounce: most of its light falls on places
-    /// that are small, or on places of medium size that the camera does not see, so that the image
-    /// shows nothing brighter than their reflection.
-    pub fn are_needed(&self, scene: RayScene<'_>, camera: &Camera, size: [usize; 2]) -> bool {
-        let is_small = |patch: &&Patch| match patch.bound {
-            0 => false,
-            1 => !is_seen(patch, scene, camera, size),
-            _ => true,
-        };
-        let some = self.patches.iter().step_by(STRIDE);
-        2 * some.filter(is_small).count() * STRIDE > self.patches.len()
+    /// True when rays find too little of the lamp's first bounce: most of its light falls where the
+    /// beam is narrow against the length of rays.
+    pub fn are_needed(&self) -> bool {
+        let small = self.patches.iter().filter(|patch| patch.bound > 0);
+        2 * small.count() > self.patches.len()
     }
 
     /// True when a ray to `place` that passes this many bounds counts the lamp's light there.
@@ -228,18 +219,6 @@ impl LampPatches {
         let kernel = cosine * away / (square * square);
         self.radiance_area * kernel.min(self.bounds.bound(patch.bound))
     }
-}
-
-/// Does the camera see a patch?
-fn is_seen(patch: &Patch, scene: RayScene<'_>, camera: &Camera, size: [usize; 2]) -> bool {
-    let to = patch.point - camera.origin;
-    let depth = camera.forward.dot(to);
-    let x = (camera.right.dot(to) / depth - camera.left) / camera.step_x;
-    let y = (camera.top - camera.up.dot(to) / depth) / camera.step_y;
-    let [width, height] = size.map(|n| n as f64);
-    let is_inside = depth > 0.0 && (0.0..width).contains(&x) && (0.0..height).contains(&y);
-    let from = patch.point + patch.normal * scene.offset;
-    is_inside && to.dot(patch.normal) < 0.0 && !scene.is_blocked(from, camera.origin - from)
 }
 
 /// Systematic resampling: indices of about `count` items, each as often as its weight asks for.
