@@ -118,3 +118,108 @@ impl FirstBounce<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use crate::gather::FinalGather;
+    use crate::unit_lights::UnitLights;
+    use crate::{Quality, Setup};
+    use footlight_host::work::Work;
+    use footlight_picture::Image;
+    use footlight_show::geometry::profile::Profile;
+    use footlight_show::geometry::{Vec3, View, vec3};
+    use footlight_show::model::Spot;
+    use footlight_show::units::Rgb;
+    use footlight_stage::{Light, Material, Polygon, Rig, Scene};
+    use std::f64::consts::PI;
+
+    /// A white ceiling 5 m up and a dark wall that the camera faces; a spot of 2 degrees points at the
+    /// ceiling, a wider one at a dark floor.
+    fn setup() -> Setup {
+        let quad = |material, corners: [[f64; 3]; 4]| {
+            let corners = corners.map(|[x, y, z]| vec3(x, y, z));
+            Polygon::new(corners.to_vec(), material)
+        };
+        let scene = Scene {
+            materials: vec![
+                Material::diffuse("white", Rgb([0.8, 0.4, 0.2])),
+                Material::diffuse("dark", Rgb([0.01; 3])),
+            ],
+            polygons: vec![
+                quad(0, [[0., 0., 5.], [0., 5., 5.], [5., 5., 5.], [5., 0., 5.]]),
+                quad(1, [[0., 5., 0.], [5., 5., 0.], [5., 5., 5.], [0., 5., 5.]]),
+                quad(1, [[0., 0., 0.], [5., 0., 0.], [5., 5., 0.], [0., 5., 0.]]),
+            ],
+        };
+        let spot = |z: f64, beam: f64| {
+            Light::Spot(Spot {
+                position: vec3(2.5, 2.5, z),
+                aim: vec3(2.5, 2.5, if z < 2.0 { 5.0 } else { 0.0 }),
+                beam,
+                field: 2.0 * beam,
+                intensity: Rgb::WHITE,
+            })
+        };
+        let rig = Rig {
+            lights: vec![spot(0.5, 2.0), spot(4.0, 70.0)],
+            sources: Vec::new(),
+        };
+        let view = View {
+            from: vec3(2.5, 0.3, 2.5),
+            to: vec3(2.5, 5.0, 2.5),
+            fov: 40.0,
+            width: 24,
+            height: 18,
+            roll: 0.0,
+        };
+        Setup::new(scene, rig, view)
+    }
+
+    fn image(lights: &[usize], threads: usize) -> Image {
+        let work = Work {
+            threads,
+            ..Work::silent()
+        };
+        let mut operator = FinalGather::new(&setup(), Quality(2), work).unwrap();
+        operator.solve(lights, work).unwrap();
+        let strength = |light| [f64::from(u8::from(lights[0] == light)); 3];
+        operator.picture(&[strength(0), strength(1)])
+    }
+
+    #[test]
+    fn a_narrow_beam_on_a_ceiling_lights_a_wall_as_a_point_does() {
+        let image = image(&[0], 1);
+        let flux = Profile::new(2.0, 4.0).unwrap().flux();
+        let middle = vec3(2.5, 2.5, 5.0);
+        let half = 20_f64.to_radians().tan() * 4.7;
+        let (mut worst, mut ratio) = (0.0_f64, 0.0);
+        for y in 0..18 {
+            for x in 0..24 {
+                let [u, v] = [(x, 12.0), (y, 9.0)].map(|(i, n)| (i as f64 + 0.5) / 9.0 - n / 9.0);
+                let wall: Vec3 = vec3(2.5 + u * half, 5.0, 2.5 - v * half);
+                let to = middle - wall;
+                let kernel = -to.y * to.z / to.dot(to).powi(2);
+                let at = 3 * (24 * y + x);
+                for (k, reflectance) in [0.8, 0.4, 0.2].into_iter().enumerate() {
+                    let exact = 0.01 / PI * reflectance * flux / PI * kernel;
+                    let found = f64::from(image.data()[at + k]) / exact;
+                    worst = worst.max((found - 1.0).abs());
+                    ratio += found / (24.0 * 18.0 * 3.0);
+                }
+            }
+        }
+        assert!(
+            worst < 0.04 && (ratio - 1.0).abs() < 0.01,
+            "{worst} {ratio}"
+        );
+    }
+
+    #[test]
+    fn light_of_patches_is_the_same_in_any_company_and_number_of_threads() {
+        let alone = image(&[0], 1);
+        assert_eq!(alone.data(), image(&[0, 1], 1).data());
+        assert_eq!(alone.data(), image(&[0], 2).data());
+    }
+}

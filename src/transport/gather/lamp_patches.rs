@@ -20,9 +20,9 @@ use std::f64::consts::{PI, TAU};
 
 /// Rings of the lamp's cone, and sectors of a ring, in which its intensity is evaluated.
 const RINGS: usize = 256;
-/// Rays of a lamp, and patches.
+/// Rays of a lamp, and patches; few enough to stay in the processor's cache.
 const RAYS: usize = 1 << 14;
-const PATCHES: usize = 1 << 14;
+const PATCHES: usize = 1 << 12;
 /// Length below which rays carry the light of a patch, in radii of the beam there.
 const NEAR: f64 = 2.0;
 /// Greatest factor by which a shading normal changes the flux that a surface receives.
