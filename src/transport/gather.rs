@@ -38,8 +38,8 @@ use crate::gather::bvh::Bvh;
 use crate::gather::cells::{CellFinder, Cells};
 use crate::gather::direct_light::DirectLight;
 use crate::gather::emitter::{Emitter, Receiver, SampleSum};
-use crate::gather::first_bounce::FirstBounce;
-use crate::gather::irradiance_filter::filter;
+use crate::gather::first_bounce::FirstBounces;
+use crate::gather::irradiance_filter::{even_out, filter};
 use crate::gather::lamp_patches::{KernelBounds, LampPatches, Met};
 use crate::gather::picture_rays::{Gathered, PictureRays};
 use crate::gather::ray_scene::{RayScene, SurfacePoint};
@@ -182,14 +182,13 @@ impl FinalGather {
         Emitter::new(&self.surfaces, &self.lights[light], projector)
     }
 
-    /// The patches of a light that needs them.
-    fn patches(&self, light: usize) -> Option<LampPatches> {
+    /// The patches of a light's first bounces, if it needs any.
+    fn patches(&self, light: usize) -> Vec<LampPatches> {
         let PreparedLight::Spot(beam) = &self.lights[light] else {
-            return None;
+            return Vec::new();
         };
         let projector = self.projectors[light].as_ref();
-        let lamp = LampPatches::new(self.scene(), beam, projector, self.bounds);
-        lamp.are_needed().then_some(lamp)
+        LampPatches::of_bounces(self.scene(), beam, projector, self.bounds)
     }
 
     /// Reflected light of each of the lights in every pixel, as radiance, without the light that pixels
@@ -197,20 +196,15 @@ impl FinalGather {
     fn indirect(
         &self,
         lights: &[usize],
-        lamps: &[Option<LampPatches>],
+        lamps: &[Vec<LampPatches>],
         work: Work<'_>,
     ) -> Result<Vec<Vec<f32>>, Cancelled> {
-        let first_bounce = FirstBounce {
-            scene: self.scene(),
-            cells: &self.cells,
-            lamps,
-            direct: &self.direct_at_cells(lights, work)?,
-        };
-        let arrives = first_bounce.at_cells(work)?;
+        let direct = self.direct_at_cells(lights, work)?;
+        let first_bounces = FirstBounces::new(self.scene(), &self.cells, lamps, direct, work)?;
+        let start = first_bounces.last();
         let radiosity = self
             .cells
-            .radiosity(&arrives, lights.len(), &self.bounces, work)?;
-        drop(arrives);
+            .radiosity(start, lights.len(), &self.bounces, work)?;
         let width = 3 * lights.len();
         let pixels = self.width * self.height;
         let mut gathered = vec![0.0_f32; pixels * width];
@@ -237,7 +231,7 @@ impl FinalGather {
                             *sum += same.len() as f32 * radiosity;
                         }
                         let passed = same.iter().filter_map(|met| Met::unpack(*met));
-                        first_bounce.add_rays(cell, passed.map(|met| met.passed), &mut sums);
+                        first_bounces.add_rays(cell, passed.map(|met| met.passed), &mut sums);
                     }
                     let Some(facet) = self.surfaces.facets.get(run.facet as usize) else {
                         continue;
@@ -266,52 +260,79 @@ impl FinalGather {
 
     /// Multiplies the evened out light of pixels by their textures.
     fn paint(&self, filtered: &mut [f32], width: usize) {
+        for (pixel, values) in filtered.chunks_exact_mut(width).enumerate() {
+            if let Some(paint) = self.texture(pixel) {
+                let factors = paint.iter().cycle();
+                values.iter_mut().zip(factors).for_each(|(v, r)| *v *= r);
+            }
+        }
+    }
+
+    /// Mean reflectance of the texture that a smooth pixel shows.
+    fn texture(&self, pixel: usize) -> Option<[f32; 3]> {
         let Gathered {
             runs,
             paints,
             smooth,
             ..
         } = &self.gathered;
-        for (pixel, values) in filtered.chunks_exact_mut(width).enumerate() {
-            let run = runs.get(pixel).first().filter(|_| smooth[pixel].is_some());
-            if let Some(paint) = run.and_then(|run| paints.get(run.paint as usize)) {
-                values
-                    .iter_mut()
-                    .zip(paint.iter().cycle())
-                    .for_each(|(v, r)| *v *= r);
-            }
-        }
+        let run = runs
+            .get(pixel)
+            .first()
+            .filter(|_| smooth[pixel].is_some())?;
+        paints.get(run.paint as usize).copied()
     }
 
     /// Adds the light that pixels take from patches.
     fn add_patches(
         &self,
-        lamps: &[Option<LampPatches>],
+        lamps: &[Vec<LampPatches>],
         pictures: &mut [Vec<f32>],
         report: (usize, usize),
         work: Work<'_>,
     ) -> Result<(), Cancelled> {
-        let emitters: Vec<Emitter<'_>> = lamps.iter().flatten().map(Emitter::Patches).collect();
-        if emitters.is_empty() {
-            return Ok(());
+        let most = lamps.iter().map(Vec::len).max().unwrap_or(0);
+        for bounce in 0..most {
+            let has_patches = |(_, lamp): &(&mut Vec<f32>, &Vec<LampPatches>)| lamp.len() > bounce;
+            let lit = pictures.iter_mut().zip(lamps).filter(has_patches);
+            let (lit, lamps): (Vec<_>, Vec<_>) =
+                lit.map(|(picture, lamp)| (picture, &lamp[bounce])).unzip();
+            let emitters: Vec<Emitter<'_>> = lamps.into_iter().map(Emitter::Patches).collect();
+            let light = DirectLight {
+                rays: PictureRays {
+                    step: self.step.of_patches(),
+                    ..self.rays()
+                },
+                seen: &self.seen,
+                emitters: &emitters,
+                // The spread is smooth. A pixel's own alone would favour pixels whose first samples are
+                // low.
+                neighbour_spread: 1.0,
+                report,
+            };
+            let (mut light, mut variance) = light.with_variance(&lit, work)?;
+            let (lights, size) = (emitters.len(), [self.width, self.height]);
+            let pixels = light.chunks_exact_mut(3 * lights);
+            for (pixel, (light, variance)) in
+                pixels.zip(variance.chunks_exact_mut(lights)).enumerate()
+            {
+                // Light is evened out without the texture.
+                if let Some(paint) = self.texture(pixel) {
+                    let inverse = paint.map(|r| if r > 0.0 { 1.0 / r } else { 0.0 });
+                    let factors = inverse.iter().cycle();
+                    light.iter_mut().zip(factors).for_each(|(v, r)| *v *= r);
+                    let most = paint.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
+                    variance.iter_mut().for_each(|v| *v /= most * most);
+                }
+            }
+            even_out(&self.gathered.smooth, size, &mut light, &variance, work)?;
+            self.paint(&mut light, 3 * lights);
+            for (at, picture) in lit.into_iter().enumerate() {
+                let light = light.chunks_exact(3).skip(at).step_by(lights);
+                let sums = picture.iter_mut().zip(light.flatten());
+                sums.for_each(|(to, from)| *to += from);
+            }
         }
-        let light = DirectLight {
-            rays: PictureRays {
-                step: self.step.of_patches(),
-                ..self.rays()
-            },
-            seen: &self.seen,
-            emitters: &emitters,
-            // The spread is smooth. A pixel's own alone would favour pixels whose first samples are low.
-            neighbour_spread: 1.0,
-            report,
-        };
-        let has_patches = |(_, lamp): &(&mut Vec<f32>, &Option<LampPatches>)| lamp.is_some();
-        let lit = pictures.iter_mut().zip(lamps).filter(has_patches);
-        let mut lit: Vec<&mut Vec<f32>> = lit.map(|(picture, _)| picture).collect();
-        let mut own: Vec<Vec<f32>> = lit.iter_mut().map(|p| std::mem::take(*p)).collect();
-        light.add_to(&mut own, work)?;
-        lit.into_iter().zip(own).for_each(|(to, own)| *to = own);
         Ok(())
     }
 
@@ -377,14 +398,14 @@ impl UnitLights for FinalGather {
         let pixels = self.pixels();
         let each = 12 * pixels;
         check_memory("the lights", new.len() * each, work.memory)?;
-        let light = self.cells.light_bytes() + (36 + DirectLight::PIXEL_BYTES) * pixels;
+        let light = self.cells.light_bytes() + (52 + DirectLight::PIXEL_BYTES) * pixels;
         let most = BLOCK_BYTES.min(work.memory / 4);
         let together = (most / light.max(1)).clamp(1, BLOCK);
         let mut done = 0;
         for block in new.chunks(together) {
             check_memory("light in the cache", block.len() * light, work.memory)?;
             work.progress.report("reflected light", done, new.len());
-            let lamps: Vec<Option<LampPatches>> = block.iter().map(|&l| self.patches(l)).collect();
+            let lamps: Vec<Vec<LampPatches>> = block.iter().map(|&l| self.patches(l)).collect();
             let mut found = self.indirect(block, &lamps, work)?;
             let emitters: Vec<Emitter<'_>> = block.iter().map(|&l| self.emitter(l)).collect();
             let direct = DirectLight {

@@ -15,6 +15,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 const OCTAVES: u32 = 24;
 const PER_OCTAVE: usize = 16;
 const BINS: usize = 2 * OCTAVES as usize * PER_OCTAVE;
+/// The variance of stratified samples falls with this power of their number.
+const STRATIFIED: f32 = 1.25;
 /// Seed of the sequence of points.
 const SEED: u32 = 1000;
 
@@ -40,19 +42,8 @@ impl DirectLight<'_> {
     /// # Errors
     /// On cancel.
     pub fn add_to(&self, pictures: &mut [Vec<f32>], work: Work<'_>) -> Result<(), Cancelled> {
-        let first = self.rays.step.first as u16;
+        let (sums, samples) = self.sums(pictures, work)?;
         let lights = self.emitters.len();
-        let [width, height] = self.rays.size;
-        let mut sums = vec![PixelSums::default(); width * height * lights];
-        let mut samples = vec![first; sums.len()];
-        self.sample(&mut sums, 0, &samples, work)?;
-        for (light, picture) in pictures.iter().enumerate() {
-            let own = sums.iter().skip(light).step_by(lights);
-            let allotted = self.allot(own, picture);
-            let places = samples.iter_mut().skip(light).step_by(lights);
-            places.zip(allotted).for_each(|(to, from)| *to = from);
-        }
-        self.sample(&mut sums, first, &samples, work)?;
         for (light, picture) in pictures.iter_mut().enumerate() {
             let own = (light..sums.len()).step_by(lights);
             for (pixel, at) in picture.chunks_exact_mut(3).zip(own) {
@@ -61,6 +52,44 @@ impl DirectLight<'_> {
             }
         }
         Ok(())
+    }
+
+    /// The light of each pixel: three channels of each light, and the variance of the highest one.
+    ///
+    /// # Errors
+    /// On cancel.
+    pub fn with_variance(
+        &self,
+        pictures: &[impl AsRef<[f32]>],
+        work: Work<'_>,
+    ) -> Result<(Vec<f32>, Vec<f32>), Cancelled> {
+        let (sums, samples) = self.sums(pictures, work)?;
+        let all = || sums.iter().zip(samples.iter().map(|n| f32::from(*n)));
+        let light = all().flat_map(|(sums, n)| sums.radiance(n)).collect();
+        let variance = |(sums, n): (&PixelSums, f32)| sums.spread(n).powi(2) / (n - 1.0);
+        Ok((light, all().map(variance).collect()))
+    }
+
+    /// Sums over the samples of each pixel and light, and their numbers.
+    fn sums(
+        &self,
+        pictures: &[impl AsRef<[f32]>],
+        work: Work<'_>,
+    ) -> Result<(Vec<PixelSums>, Vec<u16>), Cancelled> {
+        let first = self.rays.step.first as u16;
+        let lights = self.emitters.len();
+        let [width, height] = self.rays.size;
+        let mut sums = vec![PixelSums::default(); width * height * lights];
+        let mut samples = vec![first; sums.len()];
+        self.sample(&mut sums, 0, &samples, work)?;
+        for (light, picture) in pictures.iter().enumerate() {
+            let own = sums.iter().skip(light).step_by(lights);
+            let allotted = self.allot(own, picture.as_ref());
+            let places = samples.iter_mut().skip(light).step_by(lights);
+            places.zip(allotted).for_each(|(to, from)| *to = from);
+        }
+        self.sample(&mut sums, first, &samples, work)?;
+        Ok((sums, samples))
     }
 
     /// Adds samples to the sums of all pixels and lights, from the one of number `start` up to as many
@@ -108,7 +137,6 @@ impl DirectLight<'_> {
         };
         let reflectance = scene.surfaces.reflectance_at(facet, place.point, footprint);
         let reflectance = reflectance.map(|r| r as f32);
-        let highest = reflectance.iter().copied().fold(0.0, f32::max);
         let here = if facet.is_smooth() {
             Receiver {
                 point: place.point + facet.normal * scene.offset,
@@ -135,11 +163,12 @@ impl DirectLight<'_> {
             if !facet.is_black() {
                 let sample = emitter.sample(scene, here, footprint, random);
                 let colour = emitter.colour(random);
-                let channels = sums.channels.iter_mut().zip(reflectance);
-                for ((sum, r), c) in channels.zip(colour) {
-                    sum.add(sample, r * c);
+                let factors = [0, 1, 2].map(|k| reflectance[k] * colour[k]);
+                for (sum, factor) in sums.channels.iter_mut().zip(factors) {
+                    sum.add(sample, factor);
                 }
                 if sample.visible > 0.0 {
+                    let highest = factors.iter().copied().fold(0.0, f32::max);
                     level += highest * sample.unoccluded as f32 / PI;
                 }
             }
@@ -166,6 +195,12 @@ impl PixelSums {
         self.channels
             .map(|c| (c.irradiance() / PI + self.shining) / samples)
     }
+
+    /// Standard deviation of a sample.
+    fn spread(&self, samples: f32) -> f32 {
+        let mean = self.level / samples;
+        (self.square / samples - mean * mean).max(0.0).sqrt()
+    }
 }
 
 impl DirectLight<'_> {
@@ -185,7 +220,7 @@ impl DirectLight<'_> {
         for (sums, indirect) in sums.zip(indirect.chunks_exact(3)) {
             let mean = sums.level / n;
             square += f64::from(mean + indirect[1]).powi(2);
-            own.push((sums.square / n - mean * mean).max(0.0).sqrt());
+            own.push(sums.spread(n));
         }
         let spreads = with_neighbours(&own, self.rays.size, self.neighbour_spread);
         let pixels = spreads.len() as f64;
@@ -208,10 +243,10 @@ impl DirectLight<'_> {
             let octave = ((bin + shift) / PER_OCTAVE) as u32;
             (first << octave.saturating_sub(OCTAVES).min(16)).min(most)
         };
-        // Stratified samples do better than their number's root.
         let noise = |shift: usize| {
-            let of =
-                |(bin, square): (usize, &f64)| square / f64::from(samples(bin, shift)).powf(1.25);
+            let of = |(bin, square): (usize, &f64)| {
+                square / f64::from(samples(bin, shift)).powf(f64::from(STRATIFIED))
+            };
             (squares.iter().enumerate().map(of).sum::<f64>() / pixels).sqrt()
         };
         let most_shift = OCTAVES as usize * PER_OCTAVE;

@@ -1,4 +1,4 @@
-//! The first bounce of lamps that have patches ([`LampPatches`]), at cells and along rays.
+//! Bounces of lamps that have patches ([`LampPatches`]), at cells and along rays.
 
 use crate::gather::cells::Cells;
 use crate::gather::emitter::Receiver;
@@ -15,30 +15,72 @@ const RUN: usize = 256;
 /// Seed of the sequence of points.
 const SEED: u32 = 0x55;
 
-/// The first bounce of several lights.
-#[derive(Clone, Copy)]
-pub struct FirstBounce<'a> {
-    pub scene: RayScene<'a>,
-    pub cells: &'a Cells,
-    /// For each light its patches, if it has any.
-    pub lamps: &'a [Option<LampPatches>],
-    /// Irradiance that comes to each cell from each of the lights directly.
-    pub direct: &'a [f32],
+/// Light of several lights after each bounce that patches carry.
+pub struct FirstBounces<'a> {
+    scene: RayScene<'a>,
+    cells: &'a Cells,
+    /// For each light the patches of its bounces, if it needs any.
+    lamps: &'a [Vec<LampPatches>],
+    /// Irradiance at each cell from each of the lights, three channels: what comes directly, and then
+    /// after each bounce. A light with fewer bounces keeps that of its last one.
+    arrives: Vec<Vec<f32>>,
 }
 
-impl FirstBounce<'_> {
-    /// Adds what a cell reflects of the lights with patches, for each ray that counts it; `passed` are
-    /// the numbers of bounds that the rays pass. Three channels a light.
+impl<'a> FirstBounces<'a> {
+    /// From the irradiance that comes to each cell from each of the lights directly.
+    ///
+    /// # Errors
+    /// On cancel.
+    pub fn new(
+        scene: RayScene<'a>,
+        cells: &'a Cells,
+        lamps: &'a [Vec<LampPatches>],
+        direct: Vec<f32>,
+        work: Work<'_>,
+    ) -> Result<FirstBounces<'a>, Cancelled> {
+        let mut bounces = FirstBounces {
+            scene,
+            cells,
+            lamps,
+            arrives: vec![direct.iter().flat_map(|direct| [*direct; 3]).collect()],
+        };
+        let most = lamps.iter().map(Vec::len).max().unwrap_or(0);
+        for bounce in 0..most {
+            let next = bounces.at_cells(bounce, work)?;
+            bounces.arrives.push(next);
+        }
+        Ok(bounces)
+    }
+
+    /// Irradiance with which light between cells starts, three channels for each cell and light.
+    pub fn last(&self) -> &[f32] {
+        self.arrives.last().map_or(&[], Vec::as_slice)
+    }
+
+    /// Adds what a cell reflects of the bounces that patches carry, for each ray that counts it; `passed`
+    /// are the numbers of bounds that the rays pass. Three channels a light.
     pub fn add_rays(
         &self,
         cell: usize,
         passed: impl Iterator<Item = u32> + Clone,
         sums: &mut [f32],
     ) {
-        let lights = self.lamps.len();
-        let direct = &self.direct[cell * lights..][..lights];
-        for ((sum, direct), lamp) in sums.chunks_exact_mut(3).zip(direct).zip(self.lamps) {
-            let Some(lamp) = lamp.as_ref().filter(|_| *direct > 0.0) else {
+        let bounces = self.arrives.len() - 1;
+        (0..bounces).for_each(|bounce| self.add_bounce(bounce, cell, passed.clone(), sums));
+    }
+
+    fn add_bounce(
+        &self,
+        bounce: usize,
+        cell: usize,
+        passed: impl Iterator<Item = u32> + Clone,
+        sums: &mut [f32],
+    ) {
+        let width = 3 * self.lamps.len();
+        let arrives = self.arrives[bounce][cell * width..][..width].chunks_exact(3);
+        for ((sum, arrives), lamp) in sums.chunks_exact_mut(3).zip(arrives).zip(self.lamps) {
+            let is_lit = arrives.iter().any(|a| *a > 0.0);
+            let Some(lamp) = lamp.get(bounce).filter(|_| is_lit) else {
                 continue;
             };
             let Some(place) = self.cells.points(cell).first() else {
@@ -46,22 +88,16 @@ impl FirstBounce<'_> {
             };
             let place = place.place(self.scene).point;
             let rays = passed.clone().filter(|p| lamp.counts(place, *p)).count() as f32;
-            for (sum, r) in sum.iter_mut().zip(self.cells.reflectances[cell]) {
-                *sum += rays * (r * direct);
+            let reflected = self.cells.reflectances[cell].iter().zip(arrives);
+            for (sum, (r, arrives)) in sum.iter_mut().zip(reflected) {
+                *sum += rays * (r * arrives);
             }
         }
     }
 
-    /// Irradiance with which light between cells starts, three channels for each cell and light: direct
-    /// light, or of a light with patches its first bounce.
-    ///
-    /// # Errors
-    /// On cancel.
-    pub fn at_cells(&self, work: Work<'_>) -> Result<Vec<f32>, Cancelled> {
-        let mut out: Vec<f32> = self.direct.iter().flat_map(|direct| [*direct; 3]).collect();
-        if self.lamps.iter().all(Option::is_none) {
-            return Ok(out);
-        }
+    /// Irradiance at all cells after a bounce.
+    fn at_cells(&self, bounce: usize, work: Work<'_>) -> Result<Vec<f32>, Cancelled> {
+        let mut out = self.last().to_vec();
         let width = 3 * self.lamps.len();
         let runs = out.par_chunks_mut(RUN * width).enumerate();
         runs.try_for_each(|(at, run)| {
@@ -69,9 +105,9 @@ impl FirstBounce<'_> {
             let mut sums = vec![0.0_f32; width];
             for (i, out) in run.chunks_exact_mut(width).enumerate() {
                 sums.fill(0.0);
-                self.add_cell(at * RUN + i, &mut sums);
+                self.add_cell(bounce, at * RUN + i, &mut sums);
                 let lights = out.chunks_exact_mut(3).zip(sums.chunks_exact(3));
-                for ((out, sum), _) in lights.zip(self.lamps).filter(|(_, l)| l.is_some()) {
+                for ((out, sum), _) in lights.zip(self.lamps).filter(|(_, l)| l.len() > bounce) {
                     out.copy_from_slice(sum);
                 }
             }
@@ -80,14 +116,14 @@ impl FirstBounce<'_> {
         Ok(out)
     }
 
-    /// Adds the mean of the first bounce over the points of a cell.
-    fn add_cell(&self, cell: usize, sums: &mut [f32]) {
+    /// Adds the mean of a bounce over the points of a cell.
+    fn add_cell(&self, bounce: usize, cell: usize, sums: &mut [f32]) {
         let mut rays = 0_u32;
         for met in self.cells.met(cell) {
             rays += 1;
             if let Some(met) = met.filter(|met| met.passed > 0) {
                 let other = met.cell + self.cells.seen();
-                self.add_rays(other, std::iter::once(met.passed), sums);
+                self.add_bounce(bounce, other, std::iter::once(met.passed), sums);
             }
         }
         let share = 1.0 / rays.max(1) as f32;
@@ -107,7 +143,7 @@ impl FirstBounce<'_> {
             };
             let [random, _] = point(k, seed);
             for (lamp, sum) in self.lamps.iter().zip(sums.chunks_exact_mut(3)) {
-                let Some(lamp) = lamp else {
+                let Some(lamp) = lamp.get(bounce) else {
                     continue;
                 };
                 let irradiance = lamp.irradiance(self.scene, at, random) as f32;

@@ -150,6 +150,44 @@ pub fn filter(
     Ok(out)
 }
 
+/// Evens out light that may have shadows with edges (three channels of each light, and the variance of the
+/// highest one) where it differs from that of its neighbours by no more than noise: a pixel takes the
+/// filtered light and the share of the difference that is signal (Lee, *Digital image enhancement and
+/// noise filtering by use of local statistics*, 1980).
+///
+/// # Errors
+/// On cancel.
+pub fn even_out(
+    smooth: &[Option<SmoothPixel>],
+    size: [usize; 2],
+    light: &mut [f32],
+    variance: &[f32],
+    work: Work<'_>,
+) -> Result<(), Cancelled> {
+    let lights = variance.len() / smooth.len().max(1);
+    let even = filter(smooth, size, light, 3 * lights, work)?;
+    let pairs = light.chunks_exact(3).zip(even.chunks_exact(3));
+    let squares = pairs.zip(variance).flat_map(|((light, even), noise)| {
+        let difference = |k: usize| (light[k] - even[k]).powi(2);
+        [difference(0).max(difference(1)).max(difference(2)), *noise]
+    });
+    let squares: Vec<f32> = squares.collect();
+    let squares = filter(smooth, size, &squares, 2 * lights, work)?;
+    let pairs = light.chunks_exact_mut(3).zip(even.chunks_exact(3));
+    for ((light, even), squares) in pairs.zip(squares.chunks_exact(2)) {
+        let [all, noise] = [squares[0], squares[1]];
+        let signal = if all > noise {
+            1.0 - noise.max(0.0) / all
+        } else {
+            0.0
+        };
+        for (light, even) in light.iter_mut().zip(even) {
+            *light = even + signal * (*light - even);
+        }
+    }
+    Ok(())
+}
+
 /// The coefficients that give the value at the middle of the plane fitted by weighted least
 /// squares: a neighbour counts its weight times `c[0] + c[1] u + c[2] v`. The weighted mean where
 /// the neighbours do not span a plane.

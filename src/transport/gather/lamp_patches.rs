@@ -13,7 +13,7 @@ use crate::direct::beam::Beam;
 use crate::direct::projector::Projector;
 use crate::gather::emitter::Receiver;
 use crate::gather::ray_scene::{DARK, RayScene};
-use crate::gather::sampling::{morton, point};
+use crate::gather::sampling::{cosine_direction, morton, point};
 use footlight_show::geometry::{Vec3, frame};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
@@ -27,8 +27,13 @@ const PATCHES: usize = 1 << 12;
 const NEAR: f64 = 2.0;
 /// Greatest factor by which a shading normal changes the flux that a surface receives.
 const MOST_SHADING: f64 = 4.0;
-/// Seed of the sequence of points.
+/// Most bounces of a lamp that have patches.
+const MOST_BOUNCES: usize = 2;
+/// Rows and columns of the strata of directions in which a group of patches sends rays.
+const STRATA: usize = 32;
+/// Seeds of sequences of points.
 const SEED: u32 = 0x1a3;
+const SEED_PATCH: u32 = 0x2b4;
 
 /// Bounds `b` of the kernel `cos cos' / r^2`: bound `i` is the kernel at the length `longest / 2^i`.
 ///
@@ -118,12 +123,44 @@ struct Patch {
     bound: u32,
 }
 
-/// The patches of a lamp of unit intensity, all of equal reflected flux, neighbours next to each other.
+impl Patch {
+    /// The place that a ray of light meets and the share of its flux that is reflected there, in the
+    /// channel with most. `side` is the width of the ray at a distance of 1 m.
+    fn lit(
+        scene: RayScene<'_>,
+        (start, way): (Vec3, Vec3),
+        side: f64,
+        colour: [f32; 3],
+    ) -> Option<(Patch, f64)> {
+        let (place, distance) = scene.look(start, way);
+        let facet = scene.surfaces.facets.get(place.facet as usize)?;
+        // The ray stands for this part of a texture.
+        let sides = || frame(facet.normal).map(|axis| axis * (side * distance));
+        let reflectance = scene.surfaces.reflectance_at(facet, place.point, sides);
+        let channel = |k: usize| f64::from(colour[k]) * reflectance[k];
+        let most = channel(0).max(channel(1)).max(channel(2));
+        // Irradiance follows the shading normal, the ray's flux the facet.
+        let flat = -facet.normal.dot(way);
+        let shaded = -facet.normal_at(place.point).dot(way);
+        let shading = (shaded.max(0.0) / flat.max(1e-6)).min(MOST_SHADING);
+        let patch = Patch {
+            point: place.point,
+            normal: facet.normal,
+            colour: [0, 1, 2].map(|k| (channel(k) / most) as f32),
+            bound: 0,
+        };
+        (most > 0.0).then_some((patch, shading * most))
+    }
+}
+
+/// The patches of one bounce of a lamp of unit intensity, all of equal reflected flux, neighbours next to
+/// each other.
 #[derive(Clone, Debug)]
 pub struct LampPatches {
     patches: Vec<Patch>,
     /// Reflected flux of all patches, each in the channel with most, divided by pi.
     radiance_area: f64,
+    /// Where the light comes from: the lamp, or the middle of the patches of the bounce before.
     position: Vec3,
     /// Radius of the beam at a distance of 1 m.
     spread: f64,
@@ -131,45 +168,80 @@ pub struct LampPatches {
 }
 
 impl LampPatches {
+    /// The patches of a lamp that needs them, by bounce: of the first one, and of later ones where these
+    /// need them too, as where a lamp lights something close to a wall.
+    pub fn of_bounces(
+        scene: RayScene<'_>,
+        beam: &Beam,
+        projector: Option<&Projector>,
+        bounds: KernelBounds,
+    ) -> Vec<LampPatches> {
+        let mut bounces = Vec::new();
+        let mut next = LampPatches::first(scene, beam, projector, bounds);
+        while bounces.len() < MOST_BOUNCES && next.are_needed() {
+            let later = next.reflected(scene);
+            bounces.push(std::mem::replace(&mut next, later));
+        }
+        bounces
+    }
+
     /// Traces the lamp's rays.
-    pub fn new(
+    fn first(
         scene: RayScene<'_>,
         beam: &Beam,
         projector: Option<&Projector>,
         bounds: KernelBounds,
     ) -> LampPatches {
-        let directions = Directions::new(beam, projector);
-        let share = directions.flux / RAYS as f64;
-        let trace = |way: &Vec3| {
-            let (place, distance) = scene.look(beam.position, *way);
-            if place.facet == DARK {
-                return None;
-            }
-            let facet = &scene.surfaces.facets[place.facet as usize];
-            // The ray stands for this part of a texture.
-            let side = directions.spread * distance / (RAYS as f64).sqrt();
-            let sides = || frame(facet.normal).map(|axis| axis * side);
-            let reflectance = scene.surfaces.reflectance_at(facet, place.point, sides);
-            let most = reflectance.iter().copied().fold(0.0, f64::max);
-            // Irradiance follows the shading normal, the ray's flux the facet.
-            let flat = -facet.normal.dot(*way);
-            let shaded = -facet.normal_at(place.point).dot(*way);
-            let shading = (shaded.max(0.0) / flat.max(1e-6)).min(MOST_SHADING);
-            let patch = Patch {
-                point: place.point,
-                normal: facet.normal,
-                colour: reflectance.map(|r| (r / most) as f32),
-                bound: bounds.index(directions.spread * distance),
-            };
-            (most > 0.0).then_some((patch, share * shading * most / PI))
+        let Directions { ways, flux, spread } = Directions::new(beam, projector);
+        let lit = |way: &Vec3| {
+            let side = spread / (RAYS as f64).sqrt();
+            let (patch, reflected) = Patch::lit(scene, (beam.position, *way), side, [1.0; 3])?;
+            Some((patch, flux / RAYS as f64 * reflected))
         };
-        let hits: Vec<Option<(Patch, f64)>> = directions.ways.par_iter().map(trace).collect();
-        let (hits, fluxes): (Vec<Patch>, Vec<f64>) = hits.into_iter().flatten().unzip();
+        let lit = ways.par_iter().map(lit).collect();
+        LampPatches::new(lit, beam.position, spread, bounds)
+    }
+
+    /// The patches of the next bounce: rays from these patches, cosine-weighted, find them.
+    fn reflected(&self, scene: RayScene<'_>) -> LampPatches {
+        let strata = along_morton(STRATA);
+        let together = self.patches.len() * strata.len() / RAYS;
+        let lit = |ray: usize| {
+            let (group, [i, j]) = (ray / strata.len(), strata[ray % strata.len()]);
+            let ([u, v], [w, _]) = (point(ray as u32, SEED), point(ray as u32, SEED_PATCH));
+            let from = self
+                .patches
+                .get(((group as f64 + w) * together as f64) as usize)?;
+            let place = [i as f64 + u, j as f64 + v].map(|x| x / STRATA as f64);
+            let way = cosine_direction(from.normal, place);
+            let start = from.point + from.normal * scene.offset;
+            let side = 1.0 / STRATA as f64;
+            let (patch, reflected) = Patch::lit(scene, (start, way), side, from.colour)?;
+            Some((patch, PI * self.radiance_area / RAYS as f64 * reflected))
+        };
+        let lit = (0..RAYS).into_par_iter().map(lit).collect();
+        let sum = self.patches.iter().fold(Vec3::ZERO, |sum, p| sum + p.point);
+        let middle = sum * (1.0 / self.patches.len().max(1) as f64);
+        LampPatches::new(lit, middle, 1.0, self.bounds)
+    }
+
+    /// Resamples lit places and their reflected flux.
+    fn new(
+        lit: Vec<Option<(Patch, f64)>>,
+        position: Vec3,
+        spread: f64,
+        bounds: KernelBounds,
+    ) -> LampPatches {
+        let (lit, fluxes): (Vec<Patch>, Vec<f64>) = lit.into_iter().flatten().unzip();
+        let patch = |at: usize| Patch {
+            bound: bounds.index(spread * (lit[at].point - position).length()),
+            ..lit[at]
+        };
         LampPatches {
-            patches: resample(&fluxes, PATCHES).map(|hit| hits[hit]).collect(),
-            radiance_area: fluxes.iter().sum(),
-            position: beam.position,
-            spread: directions.spread,
+            patches: resample(&fluxes, PATCHES).map(patch).collect(),
+            radiance_area: fluxes.iter().sum::<f64>() / PI,
+            position,
+            spread,
             bounds,
         }
     }
@@ -235,6 +307,14 @@ fn resample(weights: &[f64], count: usize) -> impl Iterator<Item = usize> + '_ {
     })
 }
 
+/// The cells of a square of `side` rows and columns along a Morton curve.
+fn along_morton(side: usize) -> Vec<[usize; 2]> {
+    let cells = 0..side * side;
+    let mut cells: Vec<[usize; 2]> = cells.map(|at| [at / side, at % side]).collect();
+    cells.sort_unstable_by_key(|[i, j]| morton(*i, *j));
+    cells
+}
+
 /// Directions of equal flux.
 struct Directions {
     ways: Vec<Vec3>,
@@ -254,10 +334,7 @@ impl Directions {
             let ((sin, cos), (y, x)) = ((i * ring).sin_cos(), (j * sector).sin_cos());
             (right * x + up * y) * sin + beam.axis * cos
         };
-        let mut cells: Vec<[usize; 2]> = (0..RINGS * RINGS)
-            .map(|cell| [cell / RINGS, cell % RINGS])
-            .collect();
-        cells.sort_unstable_by_key(|[i, j]| morton(*i, *j));
+        let cells = along_morton(RINGS);
         let solid_angle = |i: usize| {
             let [inner, outer] = [i, i + 1].map(|i| (i as f64 * ring).cos());
             (inner - outer) * sector
@@ -330,7 +407,7 @@ mod tests {
             bvh: &bvh,
             offset: 1e-6,
         };
-        let lamp = LampPatches::new(scene, beam, None, KernelBounds { longest: 0.01 });
+        let lamp = LampPatches::first(scene, beam, None, KernelBounds { longest: 0.01 });
         let down = vec3(0.0, 0.0, -1.0);
         let at = Receiver {
             point: vec3(0.0, 0.0, height),
