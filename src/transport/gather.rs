@@ -305,9 +305,7 @@ impl FinalGather {
                 },
                 seen: &self.seen,
                 emitters: &emitters,
-                // The spread is smooth. A pixel's own alone would favour pixels whose first samples are
-                // low.
-                neighbour_spread: 1.0,
+                evened: Some(&self.gathered.smooth),
                 report,
             };
             let (mut light, mut variance) = light.with_variance(&lit, work)?;
@@ -412,7 +410,7 @@ impl UnitLights for FinalGather {
                 rays: self.rays(),
                 seen: &self.seen,
                 emitters: &emitters,
-                neighbour_spread: 0.5,
+                evened: None,
                 report: (done, new.len()),
             };
             direct.add_to(&mut found, work)?;

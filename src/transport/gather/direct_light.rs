@@ -2,6 +2,7 @@
 
 use crate::direct::projector::pixel as footprint;
 use crate::gather::emitter::{Emitter, Receiver, SampleSum};
+use crate::gather::irradiance_filter::SmoothPixel;
 use crate::gather::picture_rays::PictureRays;
 use crate::gather::sampling::point;
 use crate::gather::step::{GatherStep, more_pixels};
@@ -17,6 +18,10 @@ const PER_OCTAVE: usize = 16;
 const BINS: usize = 2 * OCTAVES as usize * PER_OCTAVE;
 /// The variance of stratified samples falls with this power of their number.
 const STRATIFIED: f32 = 1.25;
+/// A pixel's spread is at least this share of a neighbour's: its first samples may all miss an edge.
+const NEIGHBOUR: f32 = 0.5;
+/// Share of the noise of a pixel's samples that is left when it is evened out.
+const EVENED: f32 = 0.25;
 /// Seed of the sequence of points.
 const SEED: u32 = 1000;
 
@@ -27,8 +32,8 @@ pub struct DirectLight<'a> {
     /// Facets of the first samples of each pixel.
     pub seen: &'a [u32],
     pub emitters: &'a [Emitter<'a>],
-    /// A pixel's spread is at least this share of a neighbour's: its first samples may all miss an edge.
-    pub neighbour_spread: f32,
+    /// Pixels whose light is evened out afterwards, where it is.
+    pub evened: Option<&'a [Option<SmoothPixel>]>,
     /// Lights that were done before, and of how many, for progress.
     pub report: (usize, usize),
 }
@@ -214,6 +219,13 @@ impl DirectLight<'_> {
             ..
         } = self.rays.step;
         let aim = aim * more_pixels(self.rays.size).sqrt();
+        // Light that is evened out is smooth: a pixel's own spread would favour those whose first samples
+        // are low.
+        let neighbour_spread = if self.evened.is_some() {
+            1.0
+        } else {
+            NEIGHBOUR
+        };
         let n = first as f32;
         let mut square = 0.0;
         let mut own = Vec::with_capacity(indirect.len() / 3);
@@ -222,7 +234,11 @@ impl DirectLight<'_> {
             square += f64::from(mean + indirect[1]).powi(2);
             own.push(sums.spread(n));
         }
-        let spreads = with_neighbours(&own, self.rays.size, self.neighbour_spread);
+        let mut spreads = with_neighbours(&own, self.rays.size, neighbour_spread);
+        if let Some(smooth) = self.evened {
+            let smooth = spreads.iter_mut().zip(smooth).filter(|(_, s)| s.is_some());
+            smooth.for_each(|(spread, _)| *spread *= EVENED);
+        }
         let pixels = spreads.len() as f64;
         let level = (square / pixels).sqrt();
         if level == 0.0 {

@@ -8,8 +8,8 @@ use crate::gather::sampling::{hash, point};
 use footlight_host::work::{Cancelled, Work};
 use rayon::prelude::*;
 
-/// Patches of each lamp that a point of a cell takes light from.
-const CELL_PATCHES: u32 = 2;
+/// Patches of each lamp that a point of a cell takes light from: of a cell that pixels see, of another.
+const CELL_PATCHES: [u32; 2] = [2, 1];
 /// Cells that one task works on.
 const RUN: usize = 256;
 /// Seed of the sequence of points.
@@ -130,11 +130,12 @@ impl<'a> FirstBounces<'a> {
         sums.iter_mut().for_each(|sum| *sum *= share);
 
         let points = self.cells.points(cell);
-        let share = 1.0 / (points.len() as u32 * CELL_PATCHES).max(1) as f32;
+        let patches = CELL_PATCHES[usize::from(cell >= self.cells.seen())];
+        let share = 1.0 / (points.len() as u32 * patches).max(1) as f32;
         let seed = hash(cell as u32) ^ SEED;
-        for k in 0..points.len() as u32 * CELL_PATCHES {
+        for k in 0..points.len() as u32 * patches {
             let SurfacePoint { facet, point: at } =
-                points[(k / CELL_PATCHES) as usize].place(self.scene);
+                points[(k / patches) as usize].place(self.scene);
             let normal = self.scene.surfaces.facets[facet as usize].normal;
             let at = Receiver {
                 point: at,

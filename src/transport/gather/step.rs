@@ -42,7 +42,7 @@ pub const STEPS: [GatherStep; 3] = [
         cells: [0.08, 0.16],
         points: 0.085,
         filter: 0.2,
-        most_patches: 64,
+        most_patches: 16,
     },
     GatherStep {
         first: 8,
