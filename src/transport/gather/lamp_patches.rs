@@ -380,6 +380,7 @@ mod tests {
     use crate::gather::bvh::Bvh;
     use crate::surfaces::surface::Surfaces;
     use footlight_host::work::Work;
+    use footlight_show::geometry::profile::Profile;
     use footlight_show::geometry::vec3;
     use footlight_show::model::Spot;
     use footlight_show::units::Rgb;
@@ -395,28 +396,43 @@ mod tests {
         .unwrap()
     }
 
-    /// Irradiance at `height` on the beam's axis, looking down, from a large floor of reflectance 1/2:
-    /// integral over rings of the floor, and mean over the patches.
-    fn both(beam: &Beam, height: f64) -> [f64; 2] {
-        let corners = [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)];
-        let floor = corners.map(|(x, y)| vec3(x, y, 0.0)).to_vec();
-        let surfaces = Surfaces::grey(vec![floor]);
+    /// Mean irradiance at a place that faces `normal`, from patches among these polygons of reflectance
+    /// 1/2: of the first bounce of the beam and of the second.
+    fn of_bounces(beam: &Beam, polygons: Vec<Vec<Vec3>>, point: Vec3, normal: Vec3) -> [f64; 2] {
+        let surfaces = Surfaces::grey(polygons);
         let bvh = Bvh::new(&surfaces, Work::silent()).unwrap();
         let scene = RayScene {
             surfaces: &surfaces,
             bvh: &bvh,
             offset: 1e-6,
         };
-        let lamp = LampPatches::first(scene, beam, None, KernelBounds { longest: 0.01 });
-        let down = vec3(0.0, 0.0, -1.0);
+        let first = LampPatches::first(scene, beam, None, KernelBounds { longest: 0.01 });
         let at = Receiver {
-            point: vec3(0.0, 0.0, height),
-            normal: down,
-            facet: down,
+            point,
+            normal,
+            facet: normal,
         };
         let count = 1 << 14;
-        let of = |k: u32| lamp.irradiance(scene, at, (f64::from(k) + 0.5) / f64::from(count));
-        let found = (0..count).map(of).sum::<f64>() / f64::from(count);
+        let random = |k: u32| (f64::from(k) + 0.5) / f64::from(count);
+        let second = first.reflected(scene);
+        [first, second].map(|lamp| {
+            let irradiance = |k| lamp.irradiance(scene, at, random(k));
+            (0..count).map(irradiance).sum::<f64>() / f64::from(count)
+        })
+    }
+
+    fn square(half: f64, height: f64) -> Vec<Vec3> {
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        corners
+            .map(|(x, y)| vec3(half * x, half * y, height))
+            .to_vec()
+    }
+
+    /// Irradiance at `height` on the beam's axis, looking down, from a large floor of reflectance 1/2:
+    /// integral over rings of the floor, and mean over the patches.
+    fn both(beam: &Beam, height: f64) -> [f64; 2] {
+        let down = vec3(0.0, 0.0, -1.0);
+        let [found, _] = of_bounces(beam, vec![square(9.0, 0.0)], vec3(0.0, 0.0, height), down);
         let rings = 4000;
         let ring = |i: u32| {
             let width = 4.0 * beam.reach().tan() / f64::from(rings);
@@ -426,6 +442,21 @@ mod tests {
             radiance * TAU * radius * width * (height / (height * height + radius * radius)).powi(2)
         };
         [(0..rings).map(ring).sum(), found]
+    }
+
+    /// A beam falls on one point of a large floor below a large ceiling. The floor takes the second
+    /// bounce from the ceiling: there, with `s = h^2 + x^2`, the integral of
+    /// `flux r^2 h^2 / (pi^2 s^2) h^2 / s^2` over the ceiling is `flux r^2 / (3 pi h^2)`.
+    #[test]
+    fn patches_of_the_second_bounce_meet_the_closed_form() {
+        let beam = spot(0.2, 0.4);
+        let mut ceiling = square(60.0, 1.5);
+        ceiling.reverse();
+        let polygons = vec![square(60.0, 0.0), ceiling];
+        let [_, found] = of_bounces(&beam, polygons, Vec3::ZERO, vec3(0.0, 0.0, 1.0));
+        let flux = Profile::new(0.2, 0.4).unwrap().flux();
+        let exact = flux * 0.25 / (3.0 * PI * 1.5 * 1.5);
+        assert!((found / exact - 1.0).abs() < 1e-2, "{found} {exact}");
     }
 
     #[test]
