@@ -246,11 +246,11 @@ impl LampPatches {
         }
     }
 
-    /// True when rays find too little of the lamp's first bounce: most of its light falls where the
-    /// beam is narrow against the length of rays.
-    pub fn are_needed(&self) -> bool {
-        let small = self.patches.iter().filter(|patch| patch.bound > 0);
-        2 * small.count() > self.patches.len()
+    /// True when rays find too little of the light: a tenth of it or more falls on places that are small
+    /// against the length of rays.
+    fn are_needed(&self) -> bool {
+        let small = self.patches.iter().filter(|patch| patch.bound > 1);
+        10 * small.count() > self.patches.len()
     }
 
     /// True when a ray to `place` that passes this many bounds counts the lamp's light there.
