@@ -396,14 +396,20 @@ impl UnitLights for FinalGather {
         let pixels = self.pixels();
         let each = 12 * pixels;
         check_memory("the lights", new.len() * each, work.memory)?;
-        let light = self.cells.light_bytes() + (52 + DirectLight::PIXEL_BYTES) * pixels;
+        let light = self.cells.light_bytes() + (36 + DirectLight::PIXEL_BYTES) * pixels;
         let most = BLOCK_BYTES.min(work.memory / 4);
         let together = (most / light.max(1)).clamp(1, BLOCK);
         let mut done = 0;
         for block in new.chunks(together) {
-            check_memory("light in the cache", block.len() * light, work.memory)?;
             work.progress.report("reflected light", done, new.len());
             let lamps: Vec<Vec<LampPatches>> = block.iter().map(|&l| self.patches(l)).collect();
+            let bounces = lamps.iter().map(Vec::len).max().unwrap_or(0);
+            let with_bounces = light + bounces * self.cells.bounce_bytes();
+            check_memory(
+                "light in the cache",
+                block.len() * with_bounces,
+                work.memory,
+            )?;
             let mut found = self.indirect(block, &lamps, work)?;
             let emitters: Vec<Emitter<'_>> = block.iter().map(|&l| self.emitter(l)).collect();
             let direct = DirectLight {

@@ -474,6 +474,11 @@ impl Cells {
             + 12 * self.reflectances.len()
     }
 
+    /// Bytes that a bounce of patches takes meanwhile for each light.
+    pub fn bounce_bytes(&self) -> usize {
+        12 * self.count()
+    }
+
     /// Bytes that light takes meanwhile for each light.
     pub fn light_bytes(&self) -> usize {
         16 * self.count() + 12 * (self.later() + self.later().max(self.seen))

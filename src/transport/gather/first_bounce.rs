@@ -38,11 +38,13 @@ impl<'a> FirstBounces<'a> {
         direct: Vec<f32>,
         work: Work<'_>,
     ) -> Result<FirstBounces<'a>, Cancelled> {
+        let start = direct.iter().flat_map(|direct| [*direct; 3]).collect();
+        drop(direct);
         let mut bounces = FirstBounces {
             scene,
             cells,
             lamps,
-            arrives: vec![direct.iter().flat_map(|direct| [*direct; 3]).collect()],
+            arrives: vec![start],
         };
         let most = lamps.iter().map(Vec::len).max().unwrap_or(0);
         for bounce in 0..most {
