@@ -6,6 +6,7 @@
 
 pub mod comparison;
 pub mod difference;
+pub mod independent;
 pub mod machine;
 pub mod quality;
 pub mod reference;
@@ -13,6 +14,7 @@ pub mod tradeoff;
 pub mod wait;
 
 pub use comparison::{BankError, Comparison};
+pub use independent::{Effort, MeasuredError, MeasuredMoment};
 pub use machine::{Machine, Origin};
 pub use reference::Reference;
 pub use wait::LongRun;

@@ -15,8 +15,8 @@ pub use super::answer::edit::{Copy, Delete, Rename};
 pub use super::answer::export::Export;
 pub use super::answer::help::Help;
 pub use super::answer::live::{At, Blind, Goto, Insert, Record, Set};
-pub use super::answer::measure::{Chart, Compare, Scale};
-pub use super::answer::picture::Picture;
+pub use super::answer::measure::{Chart, Compare, Measure, Scale};
+pub use super::answer::picture::{Asked, Picture};
 pub use super::answer::play::{Film, Frames, Play};
 pub use super::answer::plot::Plot;
 pub use super::answer::render::{Plan, Pool, Refine, Run, Stop};
@@ -72,6 +72,9 @@ pub enum Verb {
     /// Render every bank alone and hold it against its reference picture
     #[command(after_help = "compare --reference refs --quality 2 -o differences.png")]
     Compare(measure::Compare),
+    /// What a picture is off by, measured on some of its pixels by tracing paths
+    #[command(after_help = "measure cue 3")]
+    Measure(measure::Measure),
     /// What each step of quality sets, and how long it is likely to take
     #[command(after_help = "quality --measure")]
     Quality(measure::Scale),
@@ -179,7 +182,7 @@ impl Verb {
             Verb::Plan(asked) => {
                 repl.seen_from(asked.from.view.as_deref(), |repl| render::plan(repl, asked))
             }
-            Verb::Picture(asked) => repl.seen_from(asked.from.view.as_deref(), |repl| {
+            Verb::Picture(asked) => repl.seen_from(asked.asked.from.view.as_deref(), |repl| {
                 picture::picture(repl, asked)
             }),
             Verb::Refine(asked) => repl.seen_from(asked.from.view.as_deref(), |repl| {
@@ -202,6 +205,9 @@ impl Verb {
                 repl.seen_from(asked.from.view.as_deref(), |repl| render::run(repl, asked))
             }
             Verb::Compare(asked) => measure::compare(repl, asked),
+            Verb::Measure(asked) => repl.seen_from(asked.picture.from.view.as_deref(), |repl| {
+                measure::measure(repl, asked)
+            }),
             Verb::Quality(asked) => measure::quality(repl, asked),
             Verb::Chart(asked) => measure::chart(repl, asked),
             Verb::Pool(asked) => render::pool(repl, asked),

@@ -36,6 +36,7 @@ pub mod film;
 pub mod format;
 pub mod layers;
 mod manifest;
+pub mod measured;
 pub mod numbered;
 pub mod page;
 pub mod plan;

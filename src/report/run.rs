@@ -6,14 +6,22 @@ use std::sync::Arc;
 
 use super::document::headline;
 use super::manifest::Results;
+use super::measured::range;
 use super::words::{count, error, exposure, percent, qualities};
 use super::{Error, results, sheet, ways};
+use footlight_engine::measure::independent::{self, Effort, MeasuredMoment};
 use footlight_engine::plan::PlanReport;
 use footlight_engine::playback::Playback;
 use footlight_engine::pool::image_cache::CacheStatistics;
 use footlight_engine::{self as engine, Ended, Engine, Goal, Refinement, WayForecast, WorstMoment};
 use footlight_host::work::Cancelled;
-use footlight_show::units::ErrorUnit;
+use footlight_show::units::{ErrorUnit, Tolerance};
+
+/// Of each measured moment: about a twentieth of the time that a show of twenty banks takes.
+const EFFORT: Effort = Effort {
+    pixels: 512,
+    paths: 64,
+};
 
 /// What a run did, and what it took.
 #[derive(Clone, Debug)]
@@ -28,6 +36,10 @@ pub struct RunSummary {
     pub worst: Option<WorstMoment>,
     /// The same as displayed.
     pub worst_shown: Option<WorstMoment>,
+    /// What some of its moments are off by, measured; the worst first.
+    pub measured: Vec<MeasuredMoment>,
+    /// The tolerance that was asked for.
+    pub tolerance: Tolerance,
     /// Seconds for coarse images, plan, refinement, key images, and writing with playback.
     pub seconds: [f64; 5],
     /// The exposure of its pictures, stops.
@@ -95,6 +107,7 @@ pub fn run(
     let missing = results::write(engine, &done.plan, playback, with_keys, &mut results)?;
     results.finish(engine)?;
     let end = engine.host().clock.seconds();
+    let measured = independent::measure_show(engine, EFFORT)?;
     let [a, b, c, d, e] = done.marks;
     Ok(RunSummary {
         plan: done.plan,
@@ -102,6 +115,8 @@ pub fn run(
         ended: done.ended,
         worst: engine.estimate().worst_moment(ErrorUnit::Light)?,
         worst_shown: engine.estimate().worst_moment(ErrorUnit::Steps)?,
+        measured,
+        tolerance: wanted.goal.until.unwrap_or(engine.show().preview.tolerance),
         seconds: [b - a, c - b, d - c, e - d, end - e],
         exposure: tone.exposure,
         keys: done.playback.is_some(),
@@ -156,7 +171,7 @@ fn run_loop(engine: &mut Engine, wanted: &Refinement) -> Result<Loop, Error> {
 /// The summary that a designer reads.
 pub fn describe(engine: &Engine, done: &RunSummary, images: &ImageSources) -> String {
     let [coarse, plan, refine, keys, write] = done.seconds;
-    let mut text = headline(engine.document()) + "\n";
+    let mut text = headline(engine.document()) + "\n" + &measured(engine, done);
     let sources = engine.show().coordinates().len();
     let coarse_words = format!("{} {}", count(sources, "picture"), qualities(engine));
     text += &line("coarse", &coarse_words, coarse);
@@ -206,6 +221,29 @@ pub fn describe(engine: &Engine, done: &RunSummary, images: &ImageSources) -> St
     );
     text += "  cue-sheet.csv, track-sheet.csv, plan.json, curves.png, error.png, basis.png\n";
     text
+}
+
+/// The measured error of the worst moment, and whether it is more than was asked for.
+fn measured(engine: &Engine, done: &RunSummary) -> String {
+    let Some(worst) = done.measured.first() else {
+        return String::new();
+    };
+    let cue = engine.show().cues.get(worst.cue);
+    let number = cue.map_or(String::new(), |cue| cue.number.to_string());
+    let asked = done.tolerance;
+    let is_more = asked.unit == ErrorUnit::Light && worst.measured.interval[0] > asked.error;
+    let words = format!(
+        "{} at cue {number}, {}, measured{}",
+        range(&worst.measured),
+        sheet::clock(worst.time.rounded()),
+        if is_more {
+            format!("; {} % asked for", percent(asked.error))
+        } else {
+            String::new()
+        }
+    );
+    let seconds = done.measured.iter().map(|m| m.measured.seconds).sum();
+    line("error", &words, seconds)
 }
 
 /// How many images were found, and how many rendered.

@@ -22,12 +22,14 @@ mod emitter;
 mod first_bounce;
 mod irradiance_filter;
 mod lamp_patches;
+mod path_estimator;
 mod picture_rays;
 mod ray_scene;
 mod sampling;
 mod step;
 mod systematic;
 
+pub use path_estimator::PathEstimator;
 pub use step::{GatherStep, cost};
 
 use crate::contract::check_memory;

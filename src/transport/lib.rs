@@ -312,6 +312,36 @@ pub trait Transport: Send + Sync {
 
     /// Predicted cost for this setup and quality, in units of [`Transport::cost_scale`].
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost;
+
+    /// What estimates pixels of a setup independently of pictures, to measure their error; `None`
+    /// where the operator has nothing of the kind.
+    ///
+    /// # Errors
+    /// [`TransportError`] for a setup that cannot be used, a budget too small, or on cancel.
+    fn estimator(
+        &self,
+        _setup: &Setup,
+        _work: Work<'_>,
+    ) -> Result<Option<Box<dyn PixelEstimator>>, TransportError> {
+        Ok(None)
+    }
+}
+
+/// Unbiased estimates of single pixels.
+pub trait PixelEstimator: Send + Sync {
+    /// Two independent estimates of each pixel's radiance (three channels, units as
+    /// [`Prepared::render`]) under a setting, each the mean over the paths of these numbers. A pixel is
+    /// its index, row by row from the top.
+    ///
+    /// # Errors
+    /// On cancel.
+    fn estimate(
+        &self,
+        setting: &[f64],
+        pixels: &[usize],
+        paths: std::ops::Range<u32>,
+        work: Work<'_>,
+    ) -> Result<Vec<[[f64; 3]; 2]>, TransportError>;
 }
 
 /// G for one setup and quality.

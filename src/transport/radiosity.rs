@@ -7,14 +7,16 @@
 mod calibration;
 mod stated;
 
-use crate::gather::{self, FinalGather, GatherStep};
+use crate::gather::{self, FinalGather, GatherStep, PathEstimator};
 use crate::hemicube::HemicubeRadiosity;
 use crate::hemicube::cost::Counts;
 use crate::hemicube::step::{HemicubeStep, STEPS};
 use crate::surfaces::FACET_BYTES;
 use crate::threads::Threads;
 use crate::unit_lights::Composed;
-use crate::{Cost, Prepared, Quality, QualityParameter, Setup, Transport, TransportError};
+use crate::{
+    Cost, PixelEstimator, Prepared, Quality, QualityParameter, Setup, Transport, TransportError,
+};
 use footlight_host::work::Work;
 use footlight_show::units::ErrorUnit;
 use footlight_stage::Polygon;
@@ -82,6 +84,14 @@ impl Transport for Radiosity {
         }
         let step = HemicubeStep::of(quality)?;
         Ok(Counts::of(setup, step)?.quality_parameters(step))
+    }
+
+    fn estimator(
+        &self,
+        setup: &Setup,
+        work: Work<'_>,
+    ) -> Result<Option<Box<dyn PixelEstimator>>, TransportError> {
+        Ok(Some(Box::new(PathEstimator::new(setup, work)?)))
     }
 
     fn cost_scale(&self, clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportError> {

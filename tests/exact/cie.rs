@@ -105,6 +105,7 @@ fn area_source() {
 
 /// 5.4: what arrives on the walls of a closed black room is the lamp's flux.
 #[test]
+#[ignore = "slow"]
 fn flux_is_conserved() {
     let high = vec3(4.0, 4.0, 3.0);
     let faces = cuboid(Vec3::ZERO, high, true);
@@ -202,6 +203,7 @@ fn spreads(room: &Room, meter: &Meter, exact: &[f64]) -> Vec<f64> {
 /// 5.7: light from the wall y = 4 past a black box; both ways again. The light that the wall
 /// reflects comes over the opposite wall, so that neither this nor the measured floor is lit.
 #[test]
+#[ignore = "slow"]
 fn light_past_an_obstruction() {
     let source = upright(SIDE, 4.0, [0.0, 3.0], false);
     let room = |lit: bool| {
@@ -254,6 +256,7 @@ fn light_past_an_obstruction() {
 
 /// 5.8: a cube of 4 m with 10,000 lm in its middle: the mean of the reflected illuminance.
 #[test]
+#[ignore = "slow"]
 fn diffuse_reflections_in_a_cube() {
     let middle = vec3(2.0, 2.0, 2.0);
     let flux = 10_000.0;

@@ -76,6 +76,7 @@ fn a_cluttered_furnace_is_even() {
 /// CIE 171:2006, 5.8, with walls of many polygons: a cube of 4 m with 10,000 lm in its middle, the
 /// mean of the reflected illuminance.
 #[test]
+#[ignore = "slow"]
 fn reflections_in_a_cube_of_many_polygons() {
     let middle = vec3(2.0, 2.0, 2.0);
     let flux = 10_000.0;

@@ -137,6 +137,7 @@ fn pairs() -> Vec<Pair> {
 }
 
 #[test]
+#[ignore = "slow"]
 fn finite_to_finite_by_direct_light() {
     let steps = both_ends();
     let mut squares = [0.0; 2];
@@ -161,6 +162,7 @@ fn finite_to_finite_by_direct_light() {
 /// The second surface is lit from afar, the first nearly black: what the first gets beyond what it
 /// gets when the second is black came through form factors.
 #[test]
+#[ignore = "slow"]
 fn finite_to_finite_by_reflected_light() {
     const RHO: f64 = 0.5;
     let steps = both_ends();

@@ -33,6 +33,7 @@ fn off_in_a_furnace(rho: f64, quality: u8) -> f64 {
 /// Radiance everywhere is E / (1 - rho). Blind to form factors whose sums are right; it tests the
 /// solver and what is lost at edges, here of walls of different sides.
 #[test]
+#[ignore = "slow"]
 fn every_wall_emits_and_reflects() {
     for quality in [1, 2] {
         let off = off_in_a_furnace(0.999, quality);
@@ -44,6 +45,7 @@ fn every_wall_emits_and_reflects() {
 /// its neighbours from their common edge: the worst pixel is off by 1.2 and 0.2 % for a reflectance
 /// of 0.5.
 #[test]
+#[ignore = "slow"]
 fn cheap_steps_are_off_by_what_they_interpolate() {
     let off: Vec<f64> = qualities().map(|q| off_in_a_furnace(0.5, q)).collect();
     let bounds = [1.5e-2, 5e-3, 1e-3];
@@ -67,6 +69,7 @@ fn smooth(image: &Image) -> Vec<bool> {
 }
 
 #[test]
+#[ignore = "slow"]
 fn single_walls() {
     let case = furnace();
     let mut setting = [vec![0.0; 6], vec![0.0; 6]];
@@ -93,6 +96,7 @@ fn single_walls() {
 /// A lamp anywhere in a diffuse sphere: what is reflected falls alike on every point,
 /// flux / area * rho / (1 - rho). Here a sphere of triangles, so up to its own error.
 #[test]
+#[ignore = "slow"]
 fn integrating_sphere() {
     let (rho, flux) = (0.8, 1000.0);
     let triangles = sphere(Vec3::ZERO, 1.0, 4);

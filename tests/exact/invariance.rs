@@ -78,6 +78,7 @@ fn cornell_is_the_same_elsewhere() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn stage_is_the_same_elsewhere() {
     assert_stays(stage, &[2]);
 }
@@ -126,6 +127,7 @@ fn inside() -> View {
 /// Also where direct light is interpolated: no slope carries light into a shadow. The finest step
 /// has the tightest bound.
 #[test]
+#[ignore = "slow"]
 fn a_wall_in_pieces_is_the_same_wall() {
     for (quality, pieces) in [(1, 4), (2, 2), (*qualities().end(), 4)] {
         let most = if quality == *qualities().end() {

@@ -148,6 +148,7 @@ fn mount(aim: Vec3, turn: f64) -> Mount {
 }
 
 #[test]
+#[ignore = "slow"]
 fn a_files_lumens_arrive() {
     let text = "TILT=NONE\n1 -1 1 7 5 1 2 0 0 0 1 1 0\n0 30 60 90 120 150 180\n0 45 90 135 180\n\
         90 80 70 60 50 40 30\n90 120 10 60 9 40 30\n90 0 70 0 50 40 30\n90 80 70 60 50 40 30\n\
@@ -304,6 +305,7 @@ fn a_projection_is_stopped_by_what_stands_in_its_way() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn a_shapes_lumens_arrive() {
     let centre = vec3(0.1, 0.05, -0.1);
     for shape in [

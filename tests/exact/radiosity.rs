@@ -21,6 +21,7 @@ use footlight_transport::{Quality, Transport};
 /// each reflectance: direct light matters most where little is reflected, the solver where almost
 /// all is. The finest step is tried by `cheap_steps_are_off_by_what_they_interpolate`.
 #[test]
+#[ignore = "slow"]
 fn the_furnace_is_even_at_every_step_and_reflectance() {
     for (rho, quality) in [(0.5, 1), (0.9, 1), (0.99, 2), (0.999, 1)] {
         let mut case = furnace();
@@ -156,6 +157,7 @@ fn a_spot_on_a_plain_floor_follows_square_and_cosine() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn cornell_and_stage_meet_their_references_better_with_quality() {
     for (case, most) in [
         (cornell(), [0.016, 0.014, 0.012]),

@@ -147,6 +147,7 @@ fn cornell_is_linear() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn stage_is_linear() {
     assert_linear(&stage_with_slide([32, 18]), &[2, 3]);
 }
@@ -176,6 +177,7 @@ fn furnace_is_linear() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn tavern_is_linear() {
     assert_linear(&small(tavern(), [32, 18]), &[1]);
 }
@@ -183,6 +185,7 @@ fn tavern_is_linear() {
 /// Sources in another order give the same bits; lights in another order are summed in another
 /// order, so the same to rounding.
 #[test]
+#[ignore = "slow"]
 fn order_does_not_matter() {
     let case = stage_with_spot([32, 18]);
     let n = case.rig.sources.len();

@@ -282,6 +282,7 @@ fn colours_are_for_terminals_that_want_them() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn an_unfinished_declaration_at_the_prompt_ends_with_the_input() {
     let folder = tempfile::tempdir().unwrap();
     let mut command = Command::cargo_bin("footlight").unwrap();

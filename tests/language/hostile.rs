@@ -147,6 +147,7 @@ proptest! {
 }
 
 #[test]
+#[ignore = "slow"]
 fn large_and_deep_files_are_answered() {
     let megabytes = 10 << 20;
     for (text, code) in [

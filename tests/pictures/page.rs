@@ -140,6 +140,7 @@ fn mixture(show: &mut Repl, seconds: f64) -> Vec<u8> {
 }
 
 #[test]
+#[ignore = "slow"]
 fn in_a_browser_the_page_plays_and_shows_what_picture_shows() {
     let (mut show, store) = open();
     let folder = tempfile::tempdir().unwrap();
@@ -209,6 +210,7 @@ fn without_keys(html: &str) -> String {
 
 /// What a person does, by keyboard and by the names that a screen reader tells.
 #[test]
+#[ignore = "slow"]
 fn the_desk_is_played_by_keyboard_and_tells_what_it_does() {
     let (mut show, store) = open();
     let folder = tempfile::tempdir().unwrap();

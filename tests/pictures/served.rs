@@ -34,6 +34,7 @@ fn out_of_step(a: &Browser, b: &Browser) -> f64 {
 const READY: &str = "desk.renderer && !document.getElementById('go').disabled";
 
 #[test]
+#[ignore = "slow"]
 fn in_a_browser_edits_are_seen_and_viewers_are_in_step() {
     let folder = tempfile::tempdir().unwrap();
     for (name, file) in images() {

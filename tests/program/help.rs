@@ -94,6 +94,7 @@ fn commands(help: &str) -> Vec<String> {
 }
 
 #[test]
+#[ignore = "slow"]
 fn every_example_of_the_help_runs() {
     let place = Place::new();
     let root = place.help("");
@@ -173,6 +174,7 @@ impl Background for AtOnce {
 }
 
 #[test]
+#[ignore = "slow"]
 fn every_verb_does_its_example_at_the_prompt() {
     let place = Place::new();
     for verb in verbs().get_subcommands() {

@@ -85,6 +85,7 @@ fn write_luminaires(folder: &Path) {
 
 /// What of a texture that is too large for `--memory` is said, typed, makes it fit.
 #[test]
+#[ignore = "slow"]
 fn a_texture_that_is_left_out_is_told_with_a_way_out() {
     let folder = tempfile::tempdir().unwrap();
     write_textures(folder.path(), true);
@@ -384,6 +385,7 @@ fn the_peak_stays_within_the_budget_or_the_show_is_refused() {
 
 /// Under a limit of addresses, as batch systems set it: done or refused, never aborted.
 #[test]
+#[ignore = "slow"]
 fn a_limit_of_addresses_ends_in_an_error_at_worst() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("boxes.lxq"), boxes(2_000)).unwrap();

@@ -463,6 +463,7 @@ impl Store for Faulty {
 }
 
 #[test]
+#[ignore = "slow"]
 fn faults_cost_rendering_and_a_note_but_never_a_wrong_number() {
     let mut clean = Session::open(SHOW, MemoryStore::default(), None);
     clean.refine(2);

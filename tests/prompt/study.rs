@@ -174,6 +174,7 @@ fn a_black_reference_gives_no_figure() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn the_chart_of_the_scale_comes_as_a_record_and_as_a_drawing() {
     let store = MemoryStore::default();
     let mut show = furnace(&store);

@@ -106,6 +106,7 @@ fn steps_of_the_display_are_an_error_too() {
 
 /// Where every picture costs the same, two mixtures on top of what is there beat five banks.
 #[test]
+#[ignore = "slow"]
 fn mixtures_win_where_a_picture_costs_what_a_picture_costs() {
     let each = Cost {
         per_image: 60.0,
@@ -209,6 +210,7 @@ fn every_verb_says_the_same_of_one_pool() {
 
 /// The error that the shipped operator states holds against its own finest step, at every moment.
 #[test]
+#[ignore = "slow"]
 fn what_is_promised_of_a_room_is_true() {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/hall");
     let text = std::fs::read_to_string(folder.join("hall.lxq")).unwrap();

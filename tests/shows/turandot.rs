@@ -129,6 +129,7 @@ fn mean(image: &Image, rows: std::ops::Range<usize>) -> [f64; 3] {
 
 /// What the two projections are for, and the green special, as light in the picture.
 #[test]
+#[ignore = "slow"]
 fn the_sky_turns_from_orange_to_blue_and_the_figure_is_green() {
     let mut show = show("96x54");
     let sky = |image: &Image| mean(image, 0..9);
@@ -157,6 +158,7 @@ fn the_sky_turns_from_orange_to_blue_and_the_figure_is_green() {
 /// A thrown slide, a panel, lights of both signs: the sum of the pictures is the picture of the
 /// sum.
 #[test]
+#[ignore = "slow"]
 fn pictures_of_this_show_add_up() {
     let mut show = show("48x27");
     let n = show.document().keys().coordinates();

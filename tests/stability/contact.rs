@@ -38,6 +38,7 @@ fn beyond() -> View {
 /// The floor and the roof run through under the partition, so that cells of their grids lie on
 /// both sides of it. Averaged over such a cell, light is where none can be.
 #[test]
+#[ignore = "slow"]
 fn no_light_creeps_under_a_partition() {
     for thick in [0.0, 0.1] {
         let room = chambers(thick);

@@ -287,6 +287,7 @@ fn a_picture_beyond_the_budget_is_not_begun() {
 
 /// Two hundred lamps, and what each step may use of memory.
 #[test]
+#[ignore = "slow"]
 fn two_hundred_banks_and_little_memory() {
     let mut stage = plain();
     let place = |i: i32| {

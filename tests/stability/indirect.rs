@@ -223,6 +223,7 @@ impl Progress for Countdown {
 
 /// Wherever it is cancelled, with rows kept or made again, no picture comes of it.
 #[test]
+#[ignore = "slow"]
 fn a_cancel_is_heard_all_the_way() {
     let mut case = stage();
     (case.view.width, case.view.height) = (96, 54);

@@ -9,6 +9,7 @@ use footlight_show::geometry::vec3;
 use footlight_transport::hemicube::indirect::hemicube::hash_to_unit;
 
 #[test]
+#[ignore = "slow"]
 fn the_study_says_what_is_known_and_the_same_each_time() {
     let found = study().unwrap();
     assert_eq!(found, study().unwrap());

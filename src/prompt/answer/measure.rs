@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 
+use super::picture::Asked;
 use crate::argument::{Output, check_quality, step};
 use crate::error::Error;
 use crate::repl::{Repl, Reply};
 use footlight_engine as engine;
+use footlight_engine::measure::independent::{self, Effort};
 use footlight_report::chart::Theme;
 use footlight_report::format::{self, DRAWING, RECORD};
 use footlight_report::{self as report, comparison, tradeoff};
@@ -22,6 +24,22 @@ pub struct Scale {
     /// Render at every step too, and print the seconds it took
     #[arg(long)]
     measure: bool,
+}
+
+/// The picture that `measure` measures.
+#[derive(Args, Clone, Debug, Default)]
+pub struct Measure {
+    #[command(flatten)]
+    pub(crate) picture: Asked,
+    /// Pixels that are estimated
+    #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u32).range(32..=100_000))]
+    pixels: u32,
+    /// Paths of each of the two estimates of a pixel
+    #[arg(long, value_name = "N", default_value_t = 128, value_parser = clap::value_parser!(u32).range(1..=65_536))]
+    paths: u32,
+    /// Print data instead of words
+    #[arg(long)]
+    json: bool,
 }
 
 /// The pictures that `compare` compares.
@@ -64,6 +82,23 @@ pub fn quality(repl: &mut Repl, asked: &Scale) -> Result<Reply, Error> {
         Reply::json(&forecast)
     } else {
         Ok(Reply::text(report::quality::describe(&forecast)))
+    }
+}
+
+pub fn measure(repl: &mut Repl, asked: &Measure) -> Result<Reply, Error> {
+    let (image, setting, what) = asked.picture.image(repl)?;
+    let effort = Effort {
+        pixels: asked.pixels as usize,
+        paths: asked.paths,
+    };
+    let found = independent::measure(&repl.engine, &image, &setting, effort)?;
+    if asked.json {
+        Reply::json(&found)
+    } else {
+        Ok(Reply::text(report::measured::describe(
+            &what,
+            found.as_ref(),
+        )))
     }
 }
 

@@ -16,9 +16,9 @@ use footlight_report::words::count;
 use footlight_show::units::{CueNumber, Time};
 use footlight_transport::Quality;
 
-/// What `picture` shows.
+/// A picture of a moment or a bank.
 #[derive(Args, Clone, Debug, Default)]
-pub struct Picture {
+pub struct Asked {
     #[arg(value_name = "TIME | cue N [+ TIME]", conflicts_with_all = ["at", "cue"])]
     moment: Vec<String>,
     /// The moment (default: the current time, or the start)
@@ -33,12 +33,49 @@ pub struct Picture {
     /// Render again at this step of the scale, 1 to 3
     #[arg(long, value_name = "Q", value_parser = step)]
     quality: Option<Quality>,
+    #[command(flatten)]
+    pub(crate) from: FromView,
+}
+
+impl Asked {
+    /// The picture, its setting, and which one it is.
+    pub fn image(&self, repl: &mut Repl) -> Result<(Image, Vec<f64>, String), Error> {
+        let now = repl.live.time();
+        let complete = self.cue.map(|cue| Moment::Cue(cue, None));
+        let said = self.at.map(Moment::Time).or(complete);
+        let moment = match said.or(Moment::of(&self.moment)?) {
+            Some(moment) => moment.time(&repl.engine)?,
+            None => now,
+        };
+        let setting = match &self.bank {
+            Some(name) => repl.engine.document().alone(name)?,
+            None if moment == now => repl.live.setting(repl.engine.document()),
+            None => repl.engine.document().setting(moment),
+        };
+        let image = match self.quality {
+            Some(quality) => {
+                check_quality(&repl.engine, quality)?;
+                repl.engine.render(&setting, quality)?
+            }
+            None => repl.engine.picture_of(&setting)?,
+        };
+        let what = match &self.bank {
+            Some(name) => format!("{name} alone at full"),
+            None => format!("{moment}"),
+        };
+        Ok((image, setting, what))
+    }
+}
+
+/// What `picture` shows.
+#[derive(Args, Clone, Debug, Default)]
+pub struct Picture {
+    #[command(flatten)]
+    pub(crate) asked: Asked,
     /// How bright the light shows (default: that of the sequence; of a bank alone its own)
     #[arg(long, value_name = "STOPS", value_parser = argument::exposure)]
     #[arg(allow_negative_numbers = true)]
     exposure: Option<f64>,
-    #[command(flatten)]
-    pub(crate) from: FromView,
     /// An .exr in 32 bits a number (default: 16, the relative error 2^-11)
     #[arg(long)]
     float: bool,
@@ -54,29 +91,7 @@ pub fn picture(repl: &mut Repl, asked: &Picture) -> Result<Reply, Error> {
     if asked.float && shown {
         return usage("`--float` is for an .exr");
     }
-    let now = repl.live.time();
-    let complete = asked.cue.map(|cue| Moment::Cue(cue, None));
-    let said = asked.at.map(Moment::Time).or(complete);
-    let moment = match said.or(Moment::of(&asked.moment)?) {
-        Some(moment) => moment.time(&repl.engine)?,
-        None => now,
-    };
-    let setting = match &asked.bank {
-        Some(name) => repl.engine.document().alone(name)?,
-        None if moment == now => repl.live.setting(repl.engine.document()),
-        None => repl.engine.document().setting(moment),
-    };
-    let image = match asked.quality {
-        Some(quality) => {
-            check_quality(&repl.engine, quality)?;
-            repl.engine.render(&setting, quality)?
-        }
-        None => repl.engine.picture_of(&setting)?,
-    };
-    let what = match &asked.bank {
-        Some(name) => format!("{name} alone at full"),
-        None => format!("{moment}"),
-    };
+    let (image, _, what) = asked.asked.image(repl)?;
     let below = match tone::negative(&image) {
         0 => String::new(),
         n => format!("; {} a little below zero, shown as 0", count(n, "value")),
@@ -110,7 +125,7 @@ pub fn picture(repl: &mut Repl, asked: &Picture) -> Result<Reply, Error> {
 
 /// What the picture was made of.
 fn made_of(repl: &Repl, asked: &Picture) -> String {
-    if let Some(Quality(step)) = asked.quality {
+    if let Some(Quality(step)) = asked.asked.quality {
         return format!("quality {step}");
     }
     if repl.engine.estimate().is_final() {
@@ -129,7 +144,7 @@ fn is_dark(repl: &mut Repl, asked: &Picture, image: &Image) -> bool {
             .iter()
             .any(|b| b.name == name)
     };
-    image.data().iter().all(|light| *light <= 0.0) || asked.bank.as_deref().is_some_and(unlit)
+    image.data().iter().all(|light| *light <= 0.0) || asked.asked.bank.as_deref().is_some_and(unlit)
 }
 
 /// How the exposure came about, where it was not set.
@@ -143,7 +158,7 @@ fn chosen(repl: &Repl, asked: &Picture) -> &'static str {
 
 /// True for what is exposed by itself, as no sequence shows it.
 fn of_picture(repl: &Repl, asked: &Picture) -> bool {
-    asked.bank.is_some() || repl.engine.show().cues.is_empty()
+    asked.asked.bank.is_some() || repl.engine.show().cues.is_empty()
 }
 
 /// The exposure that is said, else that of the whole sequence, so that pictures of different moments

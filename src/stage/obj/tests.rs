@@ -314,6 +314,7 @@ fn concave_polygons_stay_whole_and_bent_ones_are_cut() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn limits_hold() {
     let vertices = "v 0 0 0\n".repeat(VERTEX_LIMIT + 1);
     let (_, line, reason) = refused(&vertices, MTL);
@@ -371,6 +372,7 @@ proptest! {
 
     /// Whatever the files hold: a scene that keeps its promises, or an error.
     #[test]
+    #[ignore = "slow"]
     fn nothing_panics(
         obj in prop::collection::vec(line(), 0..20),
         mtl in prop::collection::vec(line(), 0..8),

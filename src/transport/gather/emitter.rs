@@ -120,6 +120,39 @@ impl<'a> Emitter<'a> {
         }
     }
 
+    /// About the irradiance at a point without shadows; above zero wherever light may arrive.
+    pub fn expected(&self, at: Receiver) -> f64 {
+        match self {
+            Emitter::Point(beam, _) => beam.irradiance(at.point, at.normal),
+            Emitter::Patches(lamp) => lamp.expected(at.point),
+            Emitter::Area(area) => {
+                let Some((whole, triangle)) = area.areas.last().zip(area.triangles.first()) else {
+                    return 0.0;
+                };
+                let way = triangle.corners[0] - at.point;
+                whole / (way.dot(way) + whole)
+            }
+        }
+    }
+
+    /// Irradiance at a point from one sample that is never worth more than a whole sky, however near a
+    /// panel.
+    pub fn bounded_sample(
+        &self,
+        scene: RayScene<'_>,
+        at: Receiver,
+        footprint: impl FnOnce() -> [Vec3; 2],
+        random: [f64; 2],
+    ) -> f64 {
+        let sample = match self {
+            Emitter::Area(area) => area.areas.last().map_or(Sample::default(), |whole| {
+                area.by_both(scene, (at.point, at.normal), *whole, random)
+            }),
+            Emitter::Point(..) | Emitter::Patches(_) => self.sample(scene, at, footprint, random),
+        };
+        sample.visible
+    }
+
     /// One sample of the light at a point of a surface; `footprint` returns what a projected image is
     /// averaged over.
     pub fn sample(

@@ -159,7 +159,7 @@ impl<'a> FirstBounces<'a> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
 
     use crate::gather::FinalGather;
@@ -176,7 +176,7 @@ mod tests {
 
     /// A white ceiling 5 m up and a dark wall that the camera faces; a spot of 2 degrees points at the
     /// ceiling, a wider one at a dark floor.
-    fn setup() -> Setup {
+    pub fn setup() -> Setup {
         let quad = |material, corners: [[f64; 3]; 4]| {
             let corners = corners.map(|[x, y, z]| vec3(x, y, z));
             Polygon::new(corners.to_vec(), material)
@@ -227,22 +227,25 @@ mod tests {
         operator.picture(&[strength(0), strength(1)])
     }
 
+    /// Radiance of a pixel of the wall by the narrow beam, whose light on the ceiling is a point's.
+    pub fn wall(x: usize, y: usize) -> [f64; 3] {
+        let flux = Profile::new(2.0, 4.0).unwrap().flux();
+        let half = 20_f64.to_radians().tan() * 4.7;
+        let [u, v] = [(x, 12.0), (y, 9.0)].map(|(i, n)| (i as f64 + 0.5) / 9.0 - n / 9.0);
+        let wall: Vec3 = vec3(2.5 + u * half, 5.0, 2.5 - v * half);
+        let to = vec3(2.5, 2.5, 5.0) - wall;
+        let kernel = -to.y * to.z / to.dot(to).powi(2);
+        [0.8, 0.4, 0.2].map(|reflectance| 0.01 / PI * reflectance * flux / PI * kernel)
+    }
+
     #[test]
     fn a_narrow_beam_on_a_ceiling_lights_a_wall_as_a_point_does() {
         let image = image(&[0], 1);
-        let flux = Profile::new(2.0, 4.0).unwrap().flux();
-        let middle = vec3(2.5, 2.5, 5.0);
-        let half = 20_f64.to_radians().tan() * 4.7;
         let (mut worst, mut ratio) = (0.0_f64, 0.0);
         for y in 0..18 {
             for x in 0..24 {
-                let [u, v] = [(x, 12.0), (y, 9.0)].map(|(i, n)| (i as f64 + 0.5) / 9.0 - n / 9.0);
-                let wall: Vec3 = vec3(2.5 + u * half, 5.0, 2.5 - v * half);
-                let to = middle - wall;
-                let kernel = -to.y * to.z / to.dot(to).powi(2);
                 let at = 3 * (24 * y + x);
-                for (k, reflectance) in [0.8, 0.4, 0.2].into_iter().enumerate() {
-                    let exact = 0.01 / PI * reflectance * flux / PI * kernel;
+                for (k, exact) in wall(x, y).into_iter().enumerate() {
                     let found = f64::from(image.data()[at + k]) / exact;
                     worst = worst.max((found - 1.0).abs());
                     ratio += found / (24.0 * 18.0 * 3.0);

@@ -17,6 +17,7 @@ use crate::gather::sampling::{cosine_direction, morton, point};
 use footlight_show::geometry::{Vec3, frame};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
+use std::sync::LazyLock;
 
 /// Rings of the lamp's cone, and sectors of a ring, in which its intensity is evaluated.
 const RINGS: usize = 256;
@@ -261,6 +262,22 @@ impl LampPatches {
         }
     }
 
+    /// The share `(1 - b / G)+` of the kernel of a ray to `place` that patches leave to the ray.
+    pub fn rest(&self, place: Vec3, kernel: f64) -> f64 {
+        let distance = (place - self.position).length();
+        let bound = self.bounds.bound(self.bounds.index(self.spread * distance));
+        (1.0 - bound / kernel).max(0.0)
+    }
+
+    /// About the irradiance at a place from all patches, without shadows and cosines.
+    pub fn expected(&self, place: Vec3) -> f64 {
+        let Some(patch) = self.patch(0.5) else {
+            return 0.0;
+        };
+        let square = (place - patch.point).dot(place - patch.point);
+        self.radiance_area / (square + 1.0 / self.bounds.bound(patch.bound))
+    }
+
     fn patch(&self, random: f64) -> Option<&Patch> {
         let at = random * self.patches.len() as f64;
         self.patches.get(at as usize)
@@ -334,7 +351,8 @@ impl Directions {
             let ((sin, cos), (y, x)) = ((i * ring).sin_cos(), (j * sector).sin_cos());
             (right * x + up * y) * sin + beam.axis * cos
         };
-        let cells = along_morton(RINGS);
+        static CELLS: LazyLock<Vec<[usize; 2]>> = LazyLock::new(|| along_morton(RINGS));
+        let cells = &*CELLS;
         let solid_angle = |i: usize| {
             let [inner, outer] = [i, i + 1].map(|i| (i as f64 * ring).cos());
             (inner - outer) * sector

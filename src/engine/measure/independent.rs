@@ -1,0 +1,330 @@
+//! What a picture is off by, measured against independent estimates of some of its pixels.
+//!
+//! With two independent, unbiased estimates `a` and `b` of a pixel `x`, the mean of `(x - a)(x - b)` is the
+//! squared error of `x`, whatever the noise of `a` and `b`; that of `a b` is the squared light.
+
+use serde::Serialize;
+
+use crate::pool::Pool;
+use crate::{Engine, Error};
+use footlight_picture::Image;
+use footlight_show::hash::mix;
+use footlight_show::units::{ErrorUnit, Time};
+use footlight_transport::PixelEstimator;
+
+/// Parts of the pixels that are left out in turn for the interval.
+const PARTS: usize = 32;
+/// Half of a 95 % interval, in standard deviations.
+const WIDE: f64 = 1.96;
+
+/// How many estimates a measurement takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Effort {
+    /// Pixels.
+    pub pixels: usize,
+    /// Paths of each of the two estimates of a pixel.
+    pub paths: u32,
+}
+
+impl Default for Effort {
+    fn default() -> Effort {
+        Effort {
+            pixels: 512,
+            paths: 128,
+        }
+    }
+}
+
+/// A measured error, as a share of the root mean square of the light.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct MeasuredError {
+    /// The most likely error.
+    pub error: f64,
+    /// It lies between these in 95 of 100 cases.
+    pub interval: [f64; 2],
+    /// Mean light of the picture over that of the estimates.
+    pub mean_ratio: f64,
+    /// Pixels that were estimated.
+    pub pixels: usize,
+    /// Paths of each estimate.
+    pub paths: u32,
+    /// Seconds that it took.
+    pub seconds: f64,
+}
+
+/// A measured moment of a show.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredMoment {
+    /// Index into [`Show::cues`](footlight_show::model::Show::cues) of the cue that runs or is complete
+    /// then.
+    pub cue: usize,
+    /// When.
+    pub time: Time,
+    /// What its picture is off by.
+    pub measured: MeasuredError,
+}
+
+/// Measures a picture of a setting, from the view that is looked from. `None` where the renderer has no
+/// estimator, or the picture is dark.
+///
+/// # Errors
+/// [`Error::NoSetup`], else what rendering says.
+pub fn measure(
+    engine: &Engine,
+    image: &Image,
+    setting: &[f64],
+    effort: Effort,
+) -> Result<Option<MeasuredError>, Error> {
+    let begin = engine.host.clock.seconds();
+    let Some(estimator) = estimator(engine)? else {
+        return Ok(None);
+    };
+    measure_by(estimator.as_ref(), engine, image, setting, effort, begin)
+}
+
+/// Measures up to three moments of the show as the images stand: the one that is predicted to be worst,
+/// the brightest one, and one that the text picks by chance. The worst comes first.
+/// Empty where nothing can be measured.
+///
+/// # Errors
+/// [`Error::NotRendered`] before the coarse images are rendered; else what rendering says.
+pub fn measure_show(engine: &Engine, effort: Effort) -> Result<Vec<MeasuredMoment>, Error> {
+    let mut begin = engine.host.clock.seconds();
+    let Some(estimator) = estimator(engine)? else {
+        return Ok(Vec::new());
+    };
+    let estimate = engine.estimate();
+    let (pool, work) = (estimate.rendered()?, engine.work());
+    let mut measured = Vec::new();
+    for (cue, time) in moments(engine)? {
+        let setting = engine.document.setting(time);
+        let image = pool.preview(&setting, work)?;
+        let found = measure_by(estimator.as_ref(), engine, &image, &setting, effort, begin)?;
+        measured.extend(found.map(|measured| MeasuredMoment {
+            cue,
+            time,
+            measured,
+        }));
+        begin = engine.host.clock.seconds();
+    }
+    measured.sort_by(|a, b| b.measured.error.total_cmp(&a.measured.error));
+    Ok(measured)
+}
+
+/// The moments that [`measure_show`] measures.
+fn moments(engine: &Engine) -> Result<Vec<(usize, Time)>, Error> {
+    let estimate = engine.estimate();
+    let (pool, work) = (estimate.rendered()?, engine.work());
+    let mut light = Vec::new();
+    for unit in Pool::unit_settings(engine.show().coordinates().len()) {
+        let image = pool.preview(&unit, work)?;
+        light.push(image.data().iter().map(|x| f64::from(*x)).sum::<f64>());
+    }
+    let brightness = |(_, time): &(usize, Time)| {
+        let setting = engine.document.setting(*time);
+        setting.iter().zip(&light).map(|(s, l)| s * l).sum::<f64>()
+    };
+    let all = estimate.moments_of_cues();
+    let brightest = ends
+        .iter()
+        .max_by(|a, b| brightness(a).total_cmp(&brightness(b)));
+    let lit: Vec<&(usize, Time)> = all
+        .iter()
+        .filter(|moment| brightness(moment) > 0.0)
+        .collect();
+    let text = engine.document.text().bytes();
+    let chance = text.fold(0, |seed, byte| mix(seed ^ u64::from(byte)));
+    let picked = lit
+        .get((chance % lit.len().max(1) as u64) as usize)
+        .copied();
+    let worst = estimate.worst_moment(ErrorUnit::Light)?;
+    let worst = worst.map(|worst| (worst.cue, worst.time));
+    let mut moments: Vec<(usize, Time)> = Vec::new();
+    for moment in [worst, brightest.copied(), picked.copied()]
+        .into_iter()
+        .flatten()
+    {
+        if !moments.iter().any(|(_, time)| *time == moment.1) {
+            moments.push(moment);
+        }
+    }
+    Ok(moments)
+}
+
+fn estimator(engine: &Engine) -> Result<Option<Box<dyn PixelEstimator>>, Error> {
+    let estimate = engine.estimate();
+    let setup = &estimate.rendering()?.setup;
+    Ok(engine.host.renderer.estimator(setup, engine.work())?)
+}
+
+fn measure_by(
+    estimator: &dyn PixelEstimator,
+    engine: &Engine,
+    image: &Image,
+    setting: &[f64],
+    effort: Effort,
+    begin: f64,
+) -> Result<Option<MeasuredError>, Error> {
+    let chosen = choose(image, effort.pixels);
+    let pixels: Vec<usize> = chosen.iter().map(|(pixel, _)| *pixel).collect();
+    let halves = estimator.estimate(setting, &pixels, 0..effort.paths, engine.work())?;
+    let mut parts = [Sums::default(); PARTS];
+    for (at, ((pixel, weight), halves)) in chosen.iter().zip(&halves).enumerate() {
+        let rgb = image.data().iter().skip(3 * pixel).take(3);
+        if let Some(part) = parts.get_mut(at % PARTS) {
+            part.add(rgb.map(|x| f64::from(*x)), halves, *weight);
+        }
+    }
+    Ok(Sums::result(&parts).map(|result| MeasuredError {
+        pixels: pixels.len(),
+        paths: effort.paths,
+        seconds: engine.host.clock.seconds() - begin,
+        ..result
+    }))
+}
+
+/// Pixels, half of them drawn evenly over the picture and half by their light, with the weights that make
+/// sums over them those of the whole picture. Systematic: neighbours are rarely drawn together.
+fn choose(image: &Image, count: usize) -> Vec<(usize, f64)> {
+    let light: Vec<f64> = image
+        .data()
+        .chunks_exact(3)
+        .map(|rgb| rgb.iter().map(|x| f64::from(*x).max(0.0)).sum())
+        .collect();
+    let (all, pixels) = (light.iter().sum::<f64>(), light.len() as f64);
+    let chance = |own: f64| match all > 0.0 {
+        true => 0.5 / pixels + 0.5 * own / all,
+        false => 1.0 / pixels,
+    };
+    // A start that no pattern of the picture follows.
+    let start = (mix(count as u64) >> 11) as f64 / (1_u64 << 53) as f64;
+    let (mut sum, mut out) = (0.0, Vec::with_capacity(count));
+    for (pixel, own) in light.iter().enumerate() {
+        let chance = chance(*own);
+        sum += chance * count as f64;
+        while (out.len() as f64 + start) < sum && out.len() < count {
+            out.push((pixel, 1.0 / (chance * pixels)));
+        }
+    }
+    out
+}
+
+/// Sums over pixels.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sums {
+    error: f64,
+    light: f64,
+    shown: f64,
+    estimated: f64,
+}
+
+impl Sums {
+    fn add(&mut self, rgb: impl Iterator<Item = f64>, halves: &[[f64; 3]; 2], weight: f64) {
+        let [a, b] = halves;
+        for (x, (a, b)) in rgb.zip(a.iter().zip(b)) {
+            self.error += weight * (x - a) * (x - b);
+            self.light += weight * a * b;
+            self.shown += weight * x;
+            self.estimated += weight * 0.5 * (a + b);
+        }
+    }
+
+    fn with(self, sign: f64, other: &Sums) -> Sums {
+        Sums {
+            error: self.error + sign * other.error,
+            light: self.light + sign * other.light,
+            shown: self.shown + sign * other.shown,
+            estimated: self.estimated + sign * other.estimated,
+        }
+    }
+
+    /// The squared error.
+    fn square(&self) -> f64 {
+        self.error / self.light
+    }
+
+    /// The error of all parts, with the interval of the jackknife over them.
+    fn result(parts: &[Sums]) -> Option<MeasuredError> {
+        let all = parts
+            .iter()
+            .fold(Sums::default(), |sum, part| sum.with(1.0, part));
+        let square = all.square();
+        if !(all.light > 0.0 && square.is_finite()) {
+            return None;
+        }
+        let count = parts.len() as f64;
+        let off = |part: &Sums| (all.with(-1.0, part).square() - square).powi(2);
+        let spread = ((count - 1.0) / count * parts.iter().map(off).sum::<f64>()).sqrt();
+        let root = |square: f64| square.max(0.0).sqrt();
+        Some(MeasuredError {
+            error: root(square),
+            interval: [square - WIDE * spread, square + WIDE * spread].map(root),
+            mean_ratio: all.shown / all.estimated,
+            pixels: 0,
+            paths: 0,
+            seconds: 0.0,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A number from -1 to 1, by chance.
+    fn noise(seed: &mut u64) -> f64 {
+        *seed = mix(*seed ^ 0x5bd1);
+        (*seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+    }
+
+    /// A picture of 96 x 64 with a bright spot.
+    fn picture() -> Image {
+        let pixel = |k: usize| match (k % 96, k / 96) {
+            (70..74, 20..23) => [30.0; 3],
+            (x, _) => [0.2 + x as f32 / 100.0; 3],
+        };
+        Image::from_data(96, 64, (0..96 * 64).flat_map(pixel).collect()).unwrap_or_default()
+    }
+
+    #[test]
+    fn weights_make_sums_over_chosen_pixels_those_of_the_picture() {
+        let image = picture();
+        let chosen = choose(&image, 512);
+        assert_eq!(chosen.len(), 512);
+        let light = |at: usize| f64::from(image.data()[3 * at]);
+        let mean = chosen.iter().map(|(at, w)| w * light(*at)).sum::<f64>() / 512.0;
+        let exact = (0..96 * 64).map(light).sum::<f64>() / (96.0 * 64.0);
+        assert!((mean / exact - 1.0).abs() < 0.02, "{mean} {exact}");
+    }
+
+    /// Pictures that are off by 3 % at every pixel, estimates with noise of 10 %: the interval holds the
+    /// error in at least 36 of 40 cases, and noise alone is not taken for an error.
+    #[test]
+    fn intervals_hold_the_error() {
+        let image = picture();
+        let mut seed = 1;
+        let mut held = [0, 0];
+        for _ in 0..40 {
+            for (held, off) in held.iter_mut().zip([0.03, 0.0]) {
+                let mut parts = [Sums::default(); PARTS];
+                for (at, (pixel, weight)) in choose(&image, 512).iter().enumerate() {
+                    let truth = f64::from(image.data()[3 * pixel]);
+                    let sign = noise(&mut seed).signum();
+                    let x = truth * (1.0 + off * sign);
+                    let mut half = || [truth * (1.0 + 0.17 * noise(&mut seed)); 3];
+                    let halves = [half(), half()];
+                    parts[at % PARTS].add([x; 3].into_iter(), &halves, *weight);
+                }
+                let found = Sums::result(&parts);
+                let [least, most] = found.map_or([1.0, 0.0], |found| found.interval);
+                *held += usize::from(least <= off && off <= most);
+            }
+        }
+        assert!(held.into_iter().all(|held| held >= 36), "{held:?}");
+    }
+
+    #[test]
+    fn a_dark_picture_is_not_measured() {
+        assert!(Sums::result(&[Sums::default(); PARTS]).is_none());
+    }
+}

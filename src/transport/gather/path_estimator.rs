@@ -1,0 +1,430 @@
+//! An independent estimate of single pixels, to measure what pictures are off by: path tracing.
+//!
+//! Paths share geometry, materials and light profiles with the operators, and none of their meshes,
+//! cells, samples or filters. Each vertex of a path takes the light of one source, chosen by what would
+//! arrive without shadows (next-event estimation; Kajiya, *The rendering equation*, 1986). The bounces of
+//! narrow beams come from the lamp's side, as in [`lamp_patches`](super::lamp_patches): their patches
+//! are sources too, and a path counts the rest of the kernel. Two halves of the paths have random
+//! numbers of their own, so that noise can be told from error.
+
+use super::emitter::{Emitter, Receiver};
+use super::lamp_patches::{KernelBounds, LampPatches, receiver_cosine};
+use super::ray_scene::{DARK, RayScene};
+use super::sampling::{cosine_direction, hash, point};
+use crate::direct::projector::{Projector, pixel as footprint, projector};
+use crate::direct::{PreparedLight, check_rig, luminaires};
+use crate::gather::bvh::Bvh;
+use crate::memory::MemoryBudget;
+use crate::surfaces::FACET_BYTES;
+use crate::surfaces::camera::{Camera, camera};
+use crate::surfaces::surface::Surfaces;
+use crate::threads::Threads;
+use crate::{PixelEstimator, Setup, TransportError};
+use footlight_host::work::Work;
+use footlight_show::geometry::{Vec3, frame};
+use footlight_stage::Rig;
+use rayon::prelude::*;
+use std::f64::consts::PI;
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
+
+/// Sources that the first vertex of a path takes light from; later ones take it from one.
+const FIRST_SOURCES: u32 = 4;
+/// Vertices of a path, at most: what comes later is below a thousandth even between white walls.
+const VERTICES: usize = 128;
+/// Vertices from which on a path goes on by chance, as often as the surface reflects.
+const CERTAIN: usize = 3;
+/// Part of a pixel over which textures and projected images are averaged at the first vertex, as paths
+/// themselves cover the pixel.
+const POINT: f64 = 1.0 / 256.0;
+/// Rays that measure how far surfaces are from each other.
+const LENGTHS: usize = 256;
+
+/// A scene as paths need it.
+pub struct PathEstimator {
+    rig: Arc<Rig>,
+    size: [usize; 2],
+    camera: Camera,
+    surfaces: Surfaces,
+    bvh: Bvh,
+    offset: f64,
+    lights: Vec<PreparedLight>,
+    projectors: Vec<Option<Projector>>,
+    bounds: KernelBounds,
+    /// Of each light the patches of its bounces, once it was lit.
+    patches: Vec<OnceLock<Vec<LampPatches>>>,
+}
+
+/// What a vertex may take light from: a light (bounce 0) or the patches of one of its bounces.
+struct PathSource<'a> {
+    emitter: Emitter<'a>,
+    light: usize,
+    bounce: usize,
+    strength: [f64; 3],
+}
+
+/// A vertex of a path behind the first one, for the rest of the kernel.
+struct Leg {
+    place: Vec3,
+    /// `cos cos' / r^2` of the ray that ends there.
+    kernel: f64,
+}
+
+impl PathEstimator {
+    /// Prepares a scene.
+    ///
+    /// # Errors
+    /// [`TransportError`] for a setup that cannot be used, a budget too small, or on cancel.
+    pub fn new(setup: &Setup, work: Work<'_>) -> Result<PathEstimator, TransportError> {
+        let Setup { scene, rig, view } = setup;
+        check_rig(scene, rig)?;
+        let camera = camera(view)?;
+        let mut budget = MemoryBudget::new(work);
+        budget.take("the stage", scene.polygons.len() * FACET_BYTES)?;
+        let surfaces = Surfaces::new(scene)?;
+        let lights = luminaires(&surfaces, rig)?;
+        let bvh = Threads::new(work)?.install(|| Bvh::new(&surfaces, work))?;
+        budget.take("the hierarchy of triangles", bvh.bytes())?;
+        let mut estimator = PathEstimator {
+            rig: Arc::clone(rig),
+            size: [view.width, view.height],
+            camera,
+            offset: 3.0 * surfaces.touching(),
+            lights,
+            projectors: rig.lights.iter().map(projector).collect(),
+            bounds: KernelBounds { longest: 1.0 },
+            patches: rig.lights.iter().map(|_| OnceLock::new()).collect(),
+            surfaces,
+            bvh,
+        };
+        estimator.bounds.longest = estimator.mean_length();
+        Ok(estimator)
+    }
+
+    fn scene(&self) -> RayScene<'_> {
+        RayScene {
+            surfaces: &self.surfaces,
+            bvh: &self.bvh,
+            offset: self.offset,
+        }
+    }
+
+    /// Mean length of rays that leave what the camera sees.
+    fn mean_length(&self) -> f64 {
+        let length = |k: usize| {
+            let [u, v] = point(k as u32, 0x91);
+            let [x, y] = [u * self.size[0] as f64, v * self.size[1] as f64];
+            let (place, _) = self.scene().look(self.camera.origin, self.camera.ray(x, y));
+            let facet = self.surfaces.facets.get(place.facet as usize)?;
+            let way = cosine_direction(facet.normal, point(k as u32, 0x92));
+            let (_, distance) = self.scene().shoot(place, way);
+            distance.is_finite().then_some(distance)
+        };
+        let lengths: Vec<f64> = (0..LENGTHS).filter_map(length).collect();
+        let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;
+        if mean > 0.0 {
+            mean
+        } else {
+            self.surfaces.size.max(1.0)
+        }
+    }
+
+    /// Patches of a light's bounces.
+    fn patches(&self, light: usize) -> &[LampPatches] {
+        self.patches[light].get_or_init(|| match &self.lights[light] {
+            PreparedLight::Panel(_) => Vec::new(),
+            PreparedLight::Spot(beam) => {
+                let projector = self.projectors[light].as_ref();
+                LampPatches::of_bounces(self.scene(), beam, projector, self.bounds)
+            }
+        })
+    }
+
+    /// All that shines under a setting.
+    fn sources(&self, setting: &[f64]) -> Vec<PathSource<'_>> {
+        let mut strengths = vec![[0.0; 3]; self.lights.len()];
+        for (source, level) in self.rig.sources.iter().zip(setting) {
+            for emitter in &source.emitters {
+                let colour = self.rig.lights[emitter.light].strength().0;
+                let channels = strengths[emitter.light].iter_mut();
+                for ((sum, filter), colour) in channels.zip(emitter.filter.0).zip(colour) {
+                    *sum += level * filter * colour;
+                }
+            }
+        }
+        let mut sources = Vec::new();
+        for (light, strength) in strengths.into_iter().enumerate() {
+            if strength == [0.0; 3] {
+                continue;
+            }
+            let projector = self.projectors[light].as_ref();
+            let own = Emitter::new(&self.surfaces, &self.lights[light], projector);
+            let patches = self.patches(light).iter().map(Emitter::Patches);
+            for (bounce, emitter) in std::iter::once(own).chain(patches).enumerate() {
+                sources.push(PathSource {
+                    emitter,
+                    light,
+                    bounce,
+                    strength,
+                });
+            }
+        }
+        sources
+    }
+
+    /// Radiance along one path from a pixel. `seed` is of the pixel and half, `k` the path's number.
+    fn path(&self, sources: &[PathSource<'_>], pixel: usize, k: u32, seed: u32) -> [f64; 3] {
+        let scene = self.scene();
+        let mut dimension = 0;
+        let mut random = || {
+            dimension += 1;
+            point(k, hash(seed ^ dimension))
+        };
+        let [u, v] = random();
+        let (x, y) = ((pixel % self.size[0]) as f64, (pixel / self.size[0]) as f64);
+        let mut way = self.camera.ray(x + u, y + v);
+        let (mut place, _) = scene.look(self.camera.origin, way);
+        let mut radiance = [0.0; 3];
+        if let Some(facet) = self.surfaces.facets.get(place.facet as usize) {
+            for source in sources.iter().filter(|s| s.emitter.is_of(facet.material)) {
+                (0..3).for_each(|c| radiance[c] += source.strength[c]);
+            }
+        }
+        let mut weight = [1.0 / PI; 3];
+        let mut legs: Vec<Leg> = Vec::new();
+        let mut side = 0.0;
+        for vertex in 0..VERTICES {
+            if place.facet == DARK {
+                break;
+            }
+            let facet = &self.surfaces.facets[place.facet as usize];
+            let sides = || match vertex {
+                0 => footprint(&self.camera, place.point, facet.normal, POINT),
+                _ => frame(facet.normal).map(|axis| axis * side),
+            };
+            let reflectance = self.surfaces.reflectance_at(facet, place.point, sides);
+            (0..3).for_each(|c| weight[c] *= reflectance[c]);
+            let highest = reflectance.into_iter().fold(0.0, f64::max);
+            if highest == 0.0 {
+                break;
+            }
+            let normal = facet.normal_at(place.point);
+            // A smooth surface's normal leans over its facet.
+            let lift = if facet.is_smooth() { self.offset } else { 0.0 };
+            let at = Receiver {
+                point: place.point + facet.normal * lift,
+                normal,
+                facet: facet.normal,
+            };
+            let count = if vertex == 0 { FIRST_SOURCES } else { 1 };
+            for _ in 0..count {
+                let arrives = self.arrives(sources, at, &legs, sides, [random(), random()]);
+                let share = 1.0 / f64::from(count);
+                (0..3).for_each(|c| radiance[c] += share * weight[c] * arrives[c]);
+            }
+            if vertex >= CERTAIN {
+                let [chance, _] = random();
+                if chance >= highest {
+                    break;
+                }
+                (0..3).for_each(|c| weight[c] /= highest);
+            }
+            way = cosine_direction(normal, random());
+            let height = way.dot(facet.normal);
+            if height < 0.0 {
+                // What lies below the facet is not seen: the mirror image of the ray is.
+                way = way - facet.normal * (2.0 * height);
+            }
+            let cosine = receiver_cosine(normal, facet.normal, way);
+            let (next, distance) = scene.shoot(place, way);
+            if let Some(other) = self.surfaces.facets.get(next.facet as usize) {
+                legs.push(Leg {
+                    place: next.point,
+                    kernel: cosine * -way.dot(other.normal) / (distance * distance),
+                });
+            }
+            // About what a path of this spread stands for.
+            side = 0.05 * distance;
+            place = next;
+        }
+        radiance
+    }
+
+    /// Irradiance at the last vertex of a path from one source, over its chance.
+    fn arrives(
+        &self,
+        sources: &[PathSource<'_>],
+        at: Receiver,
+        legs: &[Leg],
+        footprint: impl FnOnce() -> [Vec3; 2],
+        [[which, _], random]: [[f64; 2]; 2],
+    ) -> [f64; 3] {
+        let expected = |source: &PathSource<'_>| {
+            let strength = source.strength.into_iter().map(f64::abs).sum::<f64>();
+            strength * source.emitter.expected(at)
+        };
+        let all: f64 = sources.iter().map(expected).sum();
+        let mut left = which * all;
+        let mut chosen = None;
+        for source in sources {
+            let own = expected(source);
+            if own > 0.0 {
+                chosen = Some((source, own));
+                if left < own {
+                    break;
+                }
+                left -= own;
+            }
+        }
+        let Some((source, own)) = chosen else {
+            return [0.0; 3];
+        };
+        let rest = self.rest_of_kernels(source, legs);
+        if rest == 0.0 {
+            return [0.0; 3];
+        }
+        let emitter = &source.emitter;
+        let sample = emitter.bounded_sample(self.scene(), at, footprint, random);
+        let factor = rest * sample * all / own;
+        let colour = source.emitter.colour(random).map(f64::from);
+        [0, 1, 2].map(|c| factor * colour[c] * source.strength[c])
+    }
+
+    /// The share of the light that the path's last rays carry: patches carry the other.
+    fn rest_of_kernels(&self, source: &PathSource<'_>, legs: &[Leg]) -> f64 {
+        let bounces = self.patches(source.light).iter().skip(source.bounce);
+        let rests = bounces.zip(legs.iter().rev());
+        rests
+            .map(|(lamp, leg)| lamp.rest(leg.place, leg.kernel))
+            .product()
+    }
+}
+
+impl PixelEstimator for PathEstimator {
+    fn estimate(
+        &self,
+        setting: &[f64],
+        pixels: &[usize],
+        paths: Range<u32>,
+        work: Work<'_>,
+    ) -> Result<Vec<[[f64; 3]; 2]>, TransportError> {
+        let sources = self.sources(setting);
+        let of = |pixel: &usize| {
+            work.check()?;
+            let half = |half: u32| {
+                let seed = hash(hash(*pixel as u32) ^ half.wrapping_mul(0x9e37_79b9) ^ 0x5eed);
+                let mut sum = [0.0; 3];
+                for k in paths.clone() {
+                    let radiance = self.path(&sources, *pixel, k, seed);
+                    (0..3).for_each(|c| sum[c] += radiance[c]);
+                }
+                sum.map(|sum| sum / paths.len().max(1) as f64)
+            };
+            Ok([half(1), half(2)])
+        };
+        Threads::new(work)?.install(|| pixels.par_iter().map(of).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use super::super::first_bounce::tests::{setup, wall};
+    use super::*;
+    use footlight_show::geometry::{View, vec3};
+    use footlight_show::units::Rgb;
+    use footlight_stage::{Emitter as Lamp, Light, Material, Polygon, Scene, Source};
+
+    /// The sources of a rig, a light each.
+    fn with_sources(setup: &Setup) -> Setup {
+        let source = |light| Source {
+            name: format!("{light}"),
+            emitters: vec![Lamp {
+                light,
+                filter: Rgb::WHITE,
+            }],
+        };
+        let rig = Rig {
+            sources: (0..setup.rig.lights.len()).map(source).collect(),
+            lights: setup.rig.lights.clone(),
+        };
+        Setup::new(Arc::clone(&setup.scene), rig, setup.view.clone())
+    }
+
+    /// The mean over all pixels of the estimates over what they should be, for each half.
+    fn ratio(setup: &Setup, setting: &[f64], paths: u32, exact: impl Fn(usize) -> f64) -> [f64; 2] {
+        let estimator = PathEstimator::new(setup, Work::silent()).unwrap();
+        let pixels: Vec<usize> = (0..setup.view.width * setup.view.height).collect();
+        let found = estimator.estimate(setting, &pixels, 0..paths, Work::silent());
+        let found = found.unwrap();
+        [0, 1].map(|half| {
+            let of = |(pixel, halves): (&usize, &[[f64; 3]; 2])| halves[half][0] / exact(*pixel);
+            pixels.iter().zip(&found).map(of).sum::<f64>() / pixels.len() as f64
+        })
+    }
+
+    #[test]
+    fn the_first_bounce_of_a_narrow_beam_is_that_of_a_point() {
+        let setup = with_sources(&setup());
+        let exact = |pixel: usize| wall(pixel % 24, pixel / 24)[0];
+        for ratio in ratio(&setup, &[1.0, 0.0], 64, exact) {
+            assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+        }
+    }
+
+    /// In a closed cube whose walls shine and reflect the share r, radiance is 1 / (1 - r) everywhere.
+    #[test]
+    fn a_furnace_is_even() {
+        let quad = |material, corners: [[f64; 3]; 4]| {
+            let corners = corners.map(|[x, y, z]| vec3(x, y, z));
+            Polygon::new(corners.to_vec(), material)
+        };
+        let scene = Scene {
+            materials: vec![Material::diffuse("wall", Rgb([0.6; 3]))],
+            polygons: vec![
+                quad(0, [[0., 0., 0.], [2., 0., 0.], [2., 2., 0.], [0., 2., 0.]]),
+                quad(0, [[0., 0., 2.], [0., 2., 2.], [2., 2., 2.], [2., 0., 2.]]),
+                quad(0, [[0., 0., 0.], [0., 0., 2.], [2., 0., 2.], [2., 0., 0.]]),
+                quad(0, [[0., 2., 0.], [2., 2., 0.], [2., 2., 2.], [0., 2., 2.]]),
+                quad(0, [[0., 0., 0.], [0., 2., 0.], [0., 2., 2.], [0., 0., 2.]]),
+                quad(0, [[2., 0., 0.], [2., 0., 2.], [2., 2., 2.], [2., 2., 0.]]),
+            ],
+        };
+        let rig = Rig {
+            lights: vec![Light::Panel {
+                material: 0,
+                radiance: Rgb::WHITE,
+            }],
+            sources: Vec::new(),
+        };
+        let view = View {
+            from: vec3(0.3, 0.4, 0.5),
+            to: vec3(2.0, 1.5, 1.2),
+            fov: 70.0,
+            width: 16,
+            height: 12,
+            roll: 0.0,
+        };
+        let setup = with_sources(&Setup::new(scene, rig, view));
+        for ratio in ratio(&setup, &[1.0], 64, |_| 1.0 / (1.0 - 0.6)) {
+            assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+        }
+    }
+
+    #[test]
+    fn estimates_do_not_depend_on_threads_or_on_other_pixels() {
+        let setup = with_sources(&setup());
+        let estimate = |pixels: &[usize], threads| {
+            let work = Work {
+                threads,
+                ..Work::silent()
+            };
+            let estimator = PathEstimator::new(&setup, work).unwrap();
+            estimator.estimate(&[1.0, 1.0], pixels, 0..8, work).unwrap()
+        };
+        let alone = estimate(&[40], 1);
+        assert_eq!(alone[0], estimate(&[7, 40], 2)[1]);
+        assert_ne!(alone[0][0], alone[0][1]);
+    }
+}
