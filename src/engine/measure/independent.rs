@@ -1,7 +1,8 @@
 //! What a picture is off by, measured against independent estimates of some of its pixels.
 //!
 //! With two independent, unbiased estimates `a` and `b` of a pixel `x`, the mean of `(x - a)(x - b)` is the
-//! squared error of `x`, whatever the noise of `a` and `b`; that of `a b` is the squared light.
+//! squared error of `x`, whatever the noise of `a` and `b`; that of `a b` is the squared light. Pixels next
+//! to a visible emitter do not count, as in [`comparison`](super::comparison): its edges would decide.
 
 use serde::Serialize;
 
@@ -11,9 +12,13 @@ use footlight_picture::Image;
 use footlight_show::hash::mix;
 use footlight_show::units::{ErrorUnit, Time};
 use footlight_transport::PixelEstimator;
+use footlight_transport::surfaces::emitter_mask;
 
 /// Parts of the pixels that are left out in turn for the interval.
 const PARTS: usize = 32;
+/// Share of the picture's width within which pixels around a visible emitter do not count: what is a few
+/// centimetres from a flame would decide.
+const AROUND: usize = 64;
 /// Half of a 95 % interval, in standard deviations.
 const WIDE: f64 = 1.96;
 
@@ -125,7 +130,7 @@ fn moments(engine: &Engine) -> Result<Vec<(usize, Time)>, Error> {
         setting.iter().zip(&light).map(|(s, l)| s * l).sum::<f64>()
     };
     let all = estimate.moments_of_cues();
-    let brightest = ends
+    let brightest = all
         .iter()
         .max_by(|a, b| brightness(a).total_cmp(&brightness(b)));
     let lit: Vec<&(usize, Time)> = all
@@ -165,7 +170,10 @@ fn measure_by(
     effort: Effort,
     begin: f64,
 ) -> Result<Option<MeasuredError>, Error> {
-    let chosen = choose(image, effort.pixels);
+    let estimate = engine.estimate();
+    let near = emitter_mask::emitters(&estimate.rendering()?.setup, engine.work())?;
+    let counted = away_from(&near, image.width());
+    let chosen = choose(image, &counted, effort.pixels);
     let pixels: Vec<usize> = chosen.iter().map(|(pixel, _)| *pixel).collect();
     let halves = estimator.estimate(setting, &pixels, 0..effort.paths, engine.work())?;
     let mut parts = [Sums::default(); PARTS];
@@ -183,15 +191,34 @@ fn measure_by(
     }))
 }
 
-/// Pixels, half of them drawn evenly over the picture and half by their light, with the weights that make
+/// False at pixels near those that show an emitter.
+fn away_from(near: &[bool], width: usize) -> Vec<bool> {
+    let reach = (width / AROUND).max(1);
+    let mut away = vec![true; near.len()];
+    let emitters = near.iter().enumerate().filter(|(_, shows)| **shows);
+    for (x, y) in emitters.map(|(at, _)| (at % width, at / width)) {
+        let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
+        for y in y.saturating_sub(reach)..=y + reach {
+            let row = y * width + columns.start..y * width + columns.end;
+            if let Some(row) = away.get_mut(row) {
+                row.fill(false);
+            }
+        }
+    }
+    away
+}
+
+/// Pixels among the counted ones, half of them drawn evenly over the picture and half by their light, with the weights that make
 /// sums over them those of the whole picture. Systematic: neighbours are rarely drawn together.
-fn choose(image: &Image, count: usize) -> Vec<(usize, f64)> {
-    let light: Vec<f64> = image
-        .data()
-        .chunks_exact(3)
-        .map(|rgb| rgb.iter().map(|x| f64::from(*x).max(0.0)).sum())
-        .collect();
-    let (all, pixels) = (light.iter().sum::<f64>(), light.len() as f64);
+fn choose(image: &Image, counted: &[bool], count: usize) -> Vec<(usize, f64)> {
+    let bright = |rgb: &[f32]| rgb.iter().map(|x| f64::from(*x).max(0.0)).sum::<f64>();
+    let all_pixels = image.data().chunks_exact(3).map(bright).enumerate();
+    let is_counted = |(pixel, _): &(usize, f64)| counted.get(*pixel).copied().unwrap_or(true);
+    let light: Vec<(usize, f64)> = all_pixels.filter(is_counted).collect();
+    let (all, pixels) = (
+        light.iter().map(|(_, own)| own).sum::<f64>(),
+        light.len() as f64,
+    );
     let chance = |own: f64| match all > 0.0 {
         true => 0.5 / pixels + 0.5 * own / all,
         false => 1.0 / pixels,
@@ -199,11 +226,11 @@ fn choose(image: &Image, count: usize) -> Vec<(usize, f64)> {
     // A start that no pattern of the picture follows.
     let start = (mix(count as u64) >> 11) as f64 / (1_u64 << 53) as f64;
     let (mut sum, mut out) = (0.0, Vec::with_capacity(count));
-    for (pixel, own) in light.iter().enumerate() {
+    for (pixel, own) in &light {
         let chance = chance(*own);
         sum += chance * count as f64;
         while (out.len() as f64 + start) < sum && out.len() < count {
-            out.push((pixel, 1.0 / (chance * pixels)));
+            out.push((*pixel, 1.0 / (chance * pixels)));
         }
     }
     out
@@ -289,7 +316,7 @@ mod tests {
     #[test]
     fn weights_make_sums_over_chosen_pixels_those_of_the_picture() {
         let image = picture();
-        let chosen = choose(&image, 512);
+        let chosen = choose(&image, &[], 512);
         assert_eq!(chosen.len(), 512);
         let light = |at: usize| f64::from(image.data()[3 * at]);
         let mean = chosen.iter().map(|(at, w)| w * light(*at)).sum::<f64>() / 512.0;
@@ -307,7 +334,7 @@ mod tests {
         for _ in 0..40 {
             for (held, off) in held.iter_mut().zip([0.03, 0.0]) {
                 let mut parts = [Sums::default(); PARTS];
-                for (at, (pixel, weight)) in choose(&image, 512).iter().enumerate() {
+                for (at, (pixel, weight)) in choose(&image, &[], 512).iter().enumerate() {
                     let truth = f64::from(image.data()[3 * pixel]);
                     let sign = noise(&mut seed).signum();
                     let x = truth * (1.0 + off * sign);

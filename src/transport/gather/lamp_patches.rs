@@ -17,10 +17,13 @@ use crate::gather::sampling::{cosine_direction, morton, point};
 use footlight_show::geometry::{Vec3, frame};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
-use std::sync::LazyLock;
 
 /// Rings of the lamp's cone, and sectors of a ring, in which its intensity is evaluated.
 const RINGS: usize = 256;
+/// The same, and rays, to tell whether a lamp needs patches.
+const FEW: [usize; 2] = [64, 1 << 10];
+/// The same for estimates of single pixels.
+const SOME: [usize; 2] = [128, 1 << 12];
 /// Rays of a lamp, and patches; few enough to stay in the processor's cache.
 const RAYS: usize = 1 << 14;
 const PATCHES: usize = 1 << 12;
@@ -177,27 +180,53 @@ impl LampPatches {
         projector: Option<&Projector>,
         bounds: KernelBounds,
     ) -> Vec<LampPatches> {
-        let mut bounces = Vec::new();
-        let mut next = LampPatches::first(scene, beam, projector, bounds);
-        while bounces.len() < MOST_BOUNCES && next.are_needed() {
-            let later = next.reflected(scene);
-            bounces.push(std::mem::replace(&mut next, later));
+        // Few rays tell most lamps that need none.
+        if !LampPatches::first(scene, beam, projector, bounds, FEW).are_needed() {
+            return Vec::new();
+        }
+        let first = LampPatches::first(scene, beam, projector, bounds, [RINGS, RAYS]);
+        first.with_later(scene)
+    }
+
+    /// The same of a lamp that has patches of the first bounce in any case, of fewer rays.
+    pub fn of_any(
+        scene: RayScene<'_>,
+        beam: &Beam,
+        projector: Option<&Projector>,
+        bounds: KernelBounds,
+    ) -> Vec<LampPatches> {
+        LampPatches::first(scene, beam, projector, bounds, SOME).with_later(scene)
+    }
+
+    /// These, and those of later bounces that are needed.
+    fn with_later(self, scene: RayScene<'_>) -> Vec<LampPatches> {
+        let mut bounces = vec![self];
+        while let Some(last) = bounces.last()
+            && bounces.len() < MOST_BOUNCES
+            && last.are_needed()
+        {
+            let later = last.reflected(scene);
+            if !later.are_needed() {
+                break;
+            }
+            bounces.push(later);
         }
         bounces
     }
 
-    /// Traces the lamp's rays.
+    /// Traces rays of the lamp, whose intensity is evaluated on rings.
     fn first(
         scene: RayScene<'_>,
         beam: &Beam,
         projector: Option<&Projector>,
         bounds: KernelBounds,
+        [rings, rays]: [usize; 2],
     ) -> LampPatches {
-        let Directions { ways, flux, spread } = Directions::new(beam, projector);
+        let Directions { ways, flux, spread } = Directions::new(beam, projector, rings, rays);
         let lit = |way: &Vec3| {
-            let side = spread / (RAYS as f64).sqrt();
+            let side = spread / (rays as f64).sqrt();
             let (patch, reflected) = Patch::lit(scene, (beam.position, *way), side, [1.0; 3])?;
-            Some((patch, flux / RAYS as f64 * reflected))
+            Some((patch, flux / rays as f64 * reflected))
         };
         let lit = ways.par_iter().map(lit).collect();
         LampPatches::new(lit, beam.position, spread, bounds)
@@ -344,15 +373,14 @@ struct Directions {
 
 impl Directions {
     /// Evaluates the intensity on rings and sectors, along a Morton curve, and distributes rays.
-    fn new(beam: &Beam, projector: Option<&Projector>) -> Directions {
+    fn new(beam: &Beam, projector: Option<&Projector>, rings: usize, rays: usize) -> Directions {
         let [right, up] = frame(beam.axis);
-        let (ring, sector) = (beam.reach() / RINGS as f64, TAU / RINGS as f64);
+        let (ring, sector) = (beam.reach() / rings as f64, TAU / rings as f64);
         let way = |i: f64, j: f64| {
             let ((sin, cos), (y, x)) = ((i * ring).sin_cos(), (j * sector).sin_cos());
             (right * x + up * y) * sin + beam.axis * cos
         };
-        static CELLS: LazyLock<Vec<[usize; 2]>> = LazyLock::new(|| along_morton(RINGS));
-        let cells = &*CELLS;
+        let cells = along_morton(rings);
         let solid_angle = |i: usize| {
             let [inner, outer] = [i, i + 1].map(|i| (i as f64 * ring).cos());
             (inner - outer) * sector
@@ -383,7 +411,7 @@ impl Directions {
             way(i as f64 + u, j as f64 + v)
         };
         Directions {
-            ways: resample(&fluxes, RAYS).enumerate().map(place).collect(),
+            ways: resample(&fluxes, rays).enumerate().map(place).collect(),
             flux: total,
             spread: (even / PI).sqrt(),
         }
@@ -424,7 +452,8 @@ mod tests {
             bvh: &bvh,
             offset: 1e-6,
         };
-        let first = LampPatches::first(scene, beam, None, KernelBounds { longest: 0.01 });
+        let bounds = KernelBounds { longest: 0.01 };
+        let first = LampPatches::first(scene, beam, None, bounds, [RINGS, RAYS]);
         let at = Receiver {
             point,
             normal,

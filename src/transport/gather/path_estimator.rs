@@ -29,7 +29,7 @@ use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
 /// Sources that the first vertex of a path takes light from; later ones take it from one.
-const FIRST_SOURCES: u32 = 4;
+const FIRST_SOURCES: u32 = 8;
 /// Vertices of a path, at most: what comes later is below a thousandth even between white walls.
 const VERTICES: usize = 128;
 /// Vertices from which on a path goes on by chance, as often as the surface reflects.
@@ -135,7 +135,7 @@ impl PathEstimator {
             PreparedLight::Panel(_) => Vec::new(),
             PreparedLight::Spot(beam) => {
                 let projector = self.projectors[light].as_ref();
-                LampPatches::of_bounces(self.scene(), beam, projector, self.bounds)
+                LampPatches::of_any(self.scene(), beam, projector, self.bounds)
             }
         })
     }
