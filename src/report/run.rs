@@ -23,6 +23,9 @@ const EFFORT: Effort = Effort {
     paths: 64,
 };
 
+/// An interval that is wider says little.
+const TOO_WIDE: f64 = 0.04;
+
 /// What a run did, and what it took.
 #[derive(Clone, Debug)]
 pub struct RunSummary {
@@ -231,17 +234,24 @@ fn measured(engine: &Engine, done: &RunSummary) -> String {
     let cue = engine.show().cues.get(worst.cue);
     let number = cue.map_or(String::new(), |cue| cue.number.to_string());
     let asked = done.tolerance;
-    let is_more = asked.unit == ErrorUnit::Light && worst.measured.interval[0] > asked.error;
-    let words = format!(
-        "{} at cue {number}, {}, measured{}",
-        range(&worst.measured),
-        sheet::clock(worst.time.rounded()),
-        if is_more {
-            format!("; {} % asked for", percent(asked.error))
-        } else {
-            String::new()
-        }
-    );
+    let [least, most] = worst.measured.interval;
+    let of_light = asked.unit == ErrorUnit::Light;
+    let moment = format!("cue {number}, {}", sheet::clock(worst.time.rounded()));
+    let words = if most - least > TOO_WIDE {
+        // Noise hides the error.
+        format!(
+            "below {:.0} % at {moment}, measured; `measure cue {number} --paths 1024` says more",
+            100.0 * most
+        )
+    } else if of_light && least > asked.error {
+        let asked = percent(asked.error);
+        format!(
+            "{} at {moment}, measured; {asked} % asked for",
+            range(&worst.measured)
+        )
+    } else {
+        format!("{} at {moment}, measured", range(&worst.measured))
+    };
     let seconds = done.measured.iter().map(|m| m.measured.seconds).sum();
     line("error", &words, seconds)
 }

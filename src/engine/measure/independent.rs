@@ -296,6 +296,8 @@ impl Sums {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
+
     use super::*;
 
     /// A number from -1 to 1, by chance.
@@ -310,7 +312,7 @@ mod tests {
             (70..74, 20..23) => [30.0; 3],
             (x, _) => [0.2 + x as f32 / 100.0; 3],
         };
-        Image::from_data(96, 64, (0..96 * 64).flat_map(pixel).collect()).unwrap_or_default()
+        Image::from_data(96, 64, (0..96 * 64).flat_map(pixel).collect()).unwrap()
     }
 
     #[test]

@@ -22,8 +22,6 @@ use std::f64::consts::{PI, TAU};
 const RINGS: usize = 256;
 /// The same, and rays, to tell whether a lamp needs patches.
 const FEW: [usize; 2] = [64, 1 << 10];
-/// The same for estimates of single pixels.
-const SOME: [usize; 2] = [128, 1 << 12];
 /// Rays of a lamp, and patches; few enough to stay in the processor's cache.
 const RAYS: usize = 1 << 14;
 const PATCHES: usize = 1 << 12;
@@ -186,16 +184,6 @@ impl LampPatches {
         }
         let first = LampPatches::first(scene, beam, projector, bounds, [RINGS, RAYS]);
         first.with_later(scene)
-    }
-
-    /// The same of a lamp that has patches of the first bounce in any case, of fewer rays.
-    pub fn of_any(
-        scene: RayScene<'_>,
-        beam: &Beam,
-        projector: Option<&Projector>,
-        bounds: KernelBounds,
-    ) -> Vec<LampPatches> {
-        LampPatches::first(scene, beam, projector, bounds, SOME).with_later(scene)
     }
 
     /// These, and those of later bounces that are needed.

@@ -135,7 +135,7 @@ impl PathEstimator {
             PreparedLight::Panel(_) => Vec::new(),
             PreparedLight::Spot(beam) => {
                 let projector = self.projectors[light].as_ref();
-                LampPatches::of_any(self.scene(), beam, projector, self.bounds)
+                LampPatches::of_bounces(self.scene(), beam, projector, self.bounds)
             }
         })
     }
