@@ -7,8 +7,8 @@ use footlight_engine::measure::MeasuredError;
 pub fn describe(what: &str, measured: Option<&MeasuredError>) -> String {
     let Some(measured) = measured else {
         return format!(
-            "{what}: not measured: it is dark, or its renderer has no independent estimate (compare it \
-             with references by `footlight compare`)"
+            "{what}: not measured: it is dark, a bank is an image, or its renderer has no independent \
+             estimate (compare it with references by `footlight compare`)"
         );
     };
     let MeasuredError {

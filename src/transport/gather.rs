@@ -42,7 +42,7 @@ use crate::gather::direct_light::DirectLight;
 use crate::gather::emitter::{Emitter, Receiver, SampleSum};
 use crate::gather::first_bounce::FirstBounces;
 use crate::gather::irradiance_filter::{even_out, filter};
-use crate::gather::lamp_patches::{KernelBounds, LampPatches, Met};
+use crate::gather::lamp_patches::{KernelBounds, LampPatches, MOST_BOUNCES, Met};
 use crate::gather::picture_rays::{Gathered, PictureRays};
 use crate::gather::ray_scene::{RayScene, SurfacePoint};
 use crate::gather::sampling::{hash, point};
@@ -400,7 +400,8 @@ impl UnitLights for FinalGather {
         check_memory("the lights", new.len() * each, work.memory)?;
         let light = self.cells.light_bytes() + (36 + DirectLight::PIXEL_BYTES) * pixels;
         let most = BLOCK_BYTES.min(work.memory / 4);
-        let together = (most / light.max(1)).clamp(1, BLOCK);
+        let with_patches = light + MOST_BOUNCES * self.cells.bounce_bytes();
+        let together = (most / with_patches.max(1)).clamp(1, BLOCK);
         let mut done = 0;
         for block in new.chunks(together) {
             work.progress.report("reflected light", done, new.len());

@@ -19,7 +19,7 @@ use crate::{
 };
 use footlight_host::work::Work;
 use footlight_show::units::ErrorUnit;
-use footlight_stage::Polygon;
+use footlight_stage::{Light, Polygon};
 
 /// Radiosity with hemicubes or final gathering, three steps of quality.
 #[derive(Clone, Copy, Debug, Default)]
@@ -91,6 +91,15 @@ impl Transport for Radiosity {
         setup: &Setup,
         work: Work<'_>,
     ) -> Result<Option<Box<dyn PixelEstimator>>, TransportError> {
+        // Paths know nothing of banks that are images.
+        if setup
+            .rig
+            .lights
+            .iter()
+            .any(|light| matches!(light, Light::Image(_)))
+        {
+            return Ok(None);
+        }
         Ok(Some(Box::new(PathEstimator::new(setup, work)?)))
     }
 

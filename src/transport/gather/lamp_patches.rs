@@ -30,7 +30,7 @@ const NEAR: f64 = 2.0;
 /// Greatest factor by which a shading normal changes the flux that a surface receives.
 const MOST_SHADING: f64 = 4.0;
 /// Most bounces of a lamp that have patches.
-const MOST_BOUNCES: usize = 2;
+pub const MOST_BOUNCES: usize = 2;
 /// Rows and columns of the strata of directions in which a group of patches sends rays.
 const STRATA: usize = 32;
 /// Seeds of sequences of points.
