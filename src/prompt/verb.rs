@@ -72,7 +72,7 @@ pub enum Verb {
     /// Render every bank alone and hold it against its reference picture
     #[command(after_help = "compare --reference refs --quality 2 -o differences.png")]
     Compare(measure::Compare),
-    /// What a picture is off by, measured on some of its pixels by tracing paths
+    /// What a picture is off by, measured on some of its pixels
     #[command(after_help = "measure cue 3")]
     Measure(measure::Measure),
     /// What each step of quality sets, and how long it is likely to take
