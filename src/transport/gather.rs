@@ -398,10 +398,13 @@ impl UnitLights for FinalGather {
         let pixels = self.pixels();
         let each = 12 * pixels;
         check_memory("the lights", new.len() * each, work.memory)?;
-        let light = self.cells.light_bytes() + (36 + DirectLight::PIXEL_BYTES) * pixels;
+        // Light in cells is gone when pixels are sampled.
+        let bytes = |bounces: usize| {
+            let cells = self.cells.light_bytes() + bounces * self.cells.bounce_bytes();
+            36 * pixels + cells.max(DirectLight::PIXEL_BYTES * pixels)
+        };
         let most = BLOCK_BYTES.min(work.memory / 4);
-        let with_patches = light + MOST_BOUNCES * self.cells.bounce_bytes();
-        let together = (most / with_patches.max(1)).clamp(1, BLOCK);
+        let together = (most / bytes(MOST_BOUNCES).max(1)).clamp(1, BLOCK);
         let mut done = 0;
         for block in new.chunks(together) {
             work.progress.report("reflected light", done, new.len());
