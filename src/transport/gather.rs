@@ -410,10 +410,9 @@ impl UnitLights for FinalGather {
             work.progress.report("reflected light", done, new.len());
             let lamps: Vec<Vec<LampPatches>> = block.iter().map(|&l| self.patches(l)).collect();
             let bounces = lamps.iter().map(Vec::len).max().unwrap_or(0);
-            let with_bounces = light + bounces * self.cells.bounce_bytes();
             check_memory(
                 "light in the cache",
-                block.len() * with_bounces,
+                block.len() * bytes(bounces),
                 work.memory,
             )?;
             let mut found = self.indirect(block, &lamps, work)?;
