@@ -16,7 +16,7 @@ pub use super::answer::export::Export;
 pub use super::answer::help::Help;
 pub use super::answer::live::{At, Blind, Goto, Insert, Record, Set};
 pub use super::answer::measure::{Chart, Compare, Measure, Scale};
-pub use super::answer::picture::{Asked, Picture};
+pub use super::answer::picture::{Picture, Shot};
 pub use super::answer::play::{Film, Frames, Play};
 pub use super::answer::plot::Plot;
 pub use super::answer::render::{Plan, Pool, Refine, Run, Stop};
@@ -182,7 +182,7 @@ impl Verb {
             Verb::Plan(asked) => {
                 repl.seen_from(asked.from.view.as_deref(), |repl| render::plan(repl, asked))
             }
-            Verb::Picture(asked) => repl.seen_from(asked.asked.from.view.as_deref(), |repl| {
+            Verb::Picture(asked) => repl.seen_from(asked.shot.from.view.as_deref(), |repl| {
                 picture::picture(repl, asked)
             }),
             Verb::Refine(asked) => repl.seen_from(asked.from.view.as_deref(), |repl| {

@@ -18,7 +18,7 @@ use footlight_host::work::Cancelled;
 use footlight_show::units::{ErrorUnit, Tolerance};
 use footlight_transport::TransportError;
 
-/// Of each measured moment: about a twentieth of the time that a show of twenty banks takes.
+/// Effort of each measured moment: about a twentieth of the time that a show of twenty banks takes.
 const EFFORT: Effort = Effort {
     pixels: 512,
     paths: 64,
@@ -40,7 +40,7 @@ pub struct RunSummary {
     pub worst: Option<WorstMoment>,
     /// The same as displayed.
     pub worst_shown: Option<WorstMoment>,
-    /// What some of its moments are off by, measured; the worst first.
+    /// Measured errors of some of its moments; the worst first.
     pub measured: Vec<MeasuredMoment>,
     /// The tolerance that was asked for.
     pub tolerance: Tolerance,

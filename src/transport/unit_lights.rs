@@ -87,7 +87,7 @@ impl<M: UnitLights> Prepared for Composed<M> {
 
 /// Strength of each light in each channel under a setting; that of equal lights is added to the
 /// first of them.
-fn strengths_of(rig: &Rig, first_equal: &[usize], setting: &[f64]) -> Vec<[f64; 3]> {
+pub fn strengths_of(rig: &Rig, first_equal: &[usize], setting: &[f64]) -> Vec<[f64; 3]> {
     let mut out = vec![[0.0; 3]; rig.lights.len()];
     for (source, s) in rig.sources.iter().zip(setting) {
         for emitter in &source.emitters {
@@ -102,7 +102,7 @@ fn strengths_of(rig: &Rig, first_equal: &[usize], setting: &[f64]) -> Vec<[f64; 
 }
 
 /// For each light the first that is a panel of the same material, or itself.
-fn first_equal(lights: &[Light]) -> Vec<usize> {
+pub fn first_equal(lights: &[Light]) -> Vec<usize> {
     let material = |light: &Light| match light {
         Light::Panel { material, .. } => Some(*material),
         _ => None,

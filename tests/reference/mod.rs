@@ -180,7 +180,7 @@ pub fn counted(case: &Case, reference: &Image) -> Vec<bool> {
         return vec![true; reference.width() * reference.height()];
     }
     let seen = emitter_mask::emitters(&case.setup(), Work::silent()).unwrap();
-    away_from(&seen, case.view.width)
+    away_from(&seen, case.view.width, 1)
 }
 
 /// Relative root mean square error against the mean of two halves, and its estimate free of their

@@ -95,7 +95,7 @@ pub fn compare(engine: &Engine, folder: &Path, quality: Quality) -> Result<Compa
     let size = (rendering.setup.view.width, rendering.setup.view.height);
     let references = Reference::load(store, folder, &names, size, memory)?;
     let near = emitter_mask::emitters(&rendering.setup, work)?;
-    let counted = difference::away_from(&near, size.0);
+    let counted = difference::away_from(&near, size.0, 1);
     let held = references.iter().map(Reference::bytes).sum();
     let (images, seconds) = render_alone(engine, &settings, quality, held)?;
     let pairs = names.iter().zip(images.iter().zip(&references));

@@ -67,17 +67,22 @@ pub fn difference(
     })
 }
 
-/// The pixels left when those are dropped in whose 3 x 3 neighbourhood something `is` true.
-pub fn away_from(is: &[bool], width: usize) -> Vec<bool> {
+/// The pixels left when those are dropped that have something that `is` true within `reach` pixels across,
+/// down or both.
+pub fn away_from(is: &[bool], width: usize, reach: usize) -> Vec<bool> {
     let width = width.max(1);
-    let height = is.len() / width;
-    let near = |at: usize, count: usize| at.saturating_sub(1)..(at + 2).min(count);
-    let met = |x: usize, y: usize| {
-        near(y, height).any(|j| near(x, width).any(|i| is.get(j * width + i) == Some(&true)))
-    };
-    (0..is.len())
-        .map(|at| !met(at % width, at / width))
-        .collect()
+    let mut away = vec![true; is.len()];
+    let found = is.iter().enumerate().filter(|(_, is)| **is);
+    for (x, y) in found.map(|(at, _)| (at % width, at / width)) {
+        let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
+        for y in y.saturating_sub(reach)..=y + reach {
+            let row = y * width + columns.start..y * width + columns.end;
+            if let Some(row) = away.get_mut(row) {
+                row.fill(false);
+            }
+        }
+    }
+    away
 }
 
 #[cfg(test)]
@@ -140,11 +145,11 @@ mod tests {
     fn a_neighbourhood_is_nine_pixels_and_ends_at_the_border() {
         let mut seen = vec![false; 5 * 4];
         seen[0] = true;
-        let left: Vec<usize> = (0..20).filter(|&i| !away_from(&seen, 5)[i]).collect();
+        let left: Vec<usize> = (0..20).filter(|&i| !away_from(&seen, 5, 1)[i]).collect();
         assert_eq!(left, [0, 1, 5, 6]);
         seen[0] = false;
         seen[5 + 2] = true;
-        let counted = away_from(&seen, 5);
+        let counted = away_from(&seen, 5, 1);
         assert_eq!(counted.iter().filter(|c| !**c).count(), 9);
         assert!(counted[0] && counted[4] && counted[15] && !counted[1]);
     }

@@ -6,6 +6,7 @@
 
 use serde::Serialize;
 
+use super::difference::away_from;
 use crate::pool::Pool;
 use crate::{Engine, Error};
 use footlight_picture::Image;
@@ -29,15 +30,6 @@ pub struct Effort {
     pub pixels: usize,
     /// Paths of each of the two estimates of a pixel.
     pub paths: u32,
-}
-
-impl Default for Effort {
-    fn default() -> Effort {
-        Effort {
-            pixels: 512,
-            paths: 128,
-        }
-    }
 }
 
 /// A measured error, as a share of the root mean square of the light.
@@ -65,7 +57,7 @@ pub struct MeasuredMoment {
     pub cue: usize,
     /// When.
     pub time: Time,
-    /// What its picture is off by.
+    /// The error of its picture.
     pub measured: MeasuredError,
 }
 
@@ -81,10 +73,10 @@ pub fn measure(
     effort: Effort,
 ) -> Result<Option<MeasuredError>, Error> {
     let begin = engine.host.clock.seconds();
-    let Some(estimator) = estimator(engine)? else {
+    let Some(meter) = Meter::new(engine)? else {
         return Ok(None);
     };
-    measure_by(estimator.as_ref(), engine, image, setting, effort, begin)
+    meter.measure(image, setting, effort, begin)
 }
 
 /// Measures up to three moments of the show as the images stand: the one that is predicted to be worst,
@@ -95,7 +87,7 @@ pub fn measure(
 /// [`Error::NotRendered`] before the coarse images are rendered; else what rendering says.
 pub fn measure_show(engine: &Engine, effort: Effort) -> Result<Vec<MeasuredMoment>, Error> {
     let mut begin = engine.host.clock.seconds();
-    let Some(estimator) = estimator(engine)? else {
+    let Some(meter) = Meter::new(engine)? else {
         return Ok(Vec::new());
     };
     let estimate = engine.estimate();
@@ -104,7 +96,7 @@ pub fn measure_show(engine: &Engine, effort: Effort) -> Result<Vec<MeasuredMomen
     for (cue, time) in moments(engine)? {
         let setting = engine.document.setting(time);
         let image = pool.preview(&setting, work)?;
-        let found = measure_by(estimator.as_ref(), engine, &image, &setting, effort, begin)?;
+        let found = meter.measure(&image, &setting, effort, begin)?;
         measured.extend(found.map(|measured| MeasuredMoment {
             cue,
             time,
@@ -156,56 +148,57 @@ fn moments(engine: &Engine) -> Result<Vec<(usize, Time)>, Error> {
     Ok(moments)
 }
 
-fn estimator(engine: &Engine) -> Result<Option<Box<dyn PixelEstimator>>, Error> {
-    let estimate = engine.estimate();
-    let setup = &estimate.rendering()?.setup;
-    Ok(engine.host.renderer.estimator(setup, engine.work())?)
+/// What all measurements from one view share.
+struct Meter<'e> {
+    engine: &'e Engine,
+    estimator: Box<dyn PixelEstimator>,
+    /// False at pixels near those that show an emitter.
+    counted: Vec<bool>,
 }
 
-fn measure_by(
-    estimator: &dyn PixelEstimator,
-    engine: &Engine,
-    image: &Image,
-    setting: &[f64],
-    effort: Effort,
-    begin: f64,
-) -> Result<Option<MeasuredError>, Error> {
-    let estimate = engine.estimate();
-    let near = emitter_mask::emitters(&estimate.rendering()?.setup, engine.work())?;
-    let counted = away_from(&near, image.width());
-    let chosen = choose(image, &counted, effort.pixels);
-    let pixels: Vec<usize> = chosen.iter().map(|(pixel, _)| *pixel).collect();
-    let halves = estimator.estimate(setting, &pixels, 0..effort.paths, engine.work())?;
-    let mut parts = [Sums::default(); PARTS];
-    for (at, ((pixel, weight), halves)) in chosen.iter().zip(&halves).enumerate() {
-        let rgb = image.data().iter().skip(3 * pixel).take(3);
-        if let Some(part) = parts.get_mut(at % PARTS) {
-            part.add(rgb.map(|x| f64::from(*x)), halves, *weight);
-        }
+impl<'e> Meter<'e> {
+    fn new(engine: &'e Engine) -> Result<Option<Meter<'e>>, Error> {
+        let estimate = engine.estimate();
+        let setup = &estimate.rendering()?.setup;
+        let work = engine.work();
+        let Some(estimator) = engine.host.renderer.estimator(setup, work)? else {
+            return Ok(None);
+        };
+        let (near, width) = (emitter_mask::emitters(setup, work)?, setup.view.width);
+        Ok(Some(Meter {
+            engine,
+            estimator,
+            counted: away_from(&near, width, (width / AROUND).max(1)),
+        }))
     }
-    Ok(Sums::result(&parts).map(|result| MeasuredError {
-        pixels: pixels.len(),
-        paths: effort.paths,
-        seconds: engine.host.clock.seconds() - begin,
-        ..result
-    }))
-}
 
-/// False at pixels near those that show an emitter.
-fn away_from(near: &[bool], width: usize) -> Vec<bool> {
-    let reach = (width / AROUND).max(1);
-    let mut away = vec![true; near.len()];
-    let emitters = near.iter().enumerate().filter(|(_, shows)| **shows);
-    for (x, y) in emitters.map(|(at, _)| (at % width, at / width)) {
-        let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
-        for y in y.saturating_sub(reach)..=y + reach {
-            let row = y * width + columns.start..y * width + columns.end;
-            if let Some(row) = away.get_mut(row) {
-                row.fill(false);
+    /// `begin`: when the work for this measurement began, seconds of the host's clock.
+    fn measure(
+        &self,
+        image: &Image,
+        setting: &[f64],
+        effort: Effort,
+        begin: f64,
+    ) -> Result<Option<MeasuredError>, Error> {
+        let chosen = choose(image, &self.counted, effort.pixels);
+        let pixels: Vec<usize> = chosen.iter().map(|(pixel, _)| *pixel).collect();
+        let halves =
+            self.estimator
+                .estimate(setting, &pixels, 0..effort.paths, self.engine.work())?;
+        let mut parts = [Sums::default(); PARTS];
+        for (at, ((pixel, weight), halves)) in chosen.iter().zip(&halves).enumerate() {
+            let rgb = image.data().iter().skip(3 * pixel).take(3);
+            if let Some(part) = parts.get_mut(at % PARTS) {
+                part.add(rgb.map(|x| f64::from(*x)), halves, *weight);
             }
         }
+        Ok(Sums::result(&parts).map(|result| MeasuredError {
+            pixels: pixels.len(),
+            paths: effort.paths,
+            seconds: self.engine.host.clock.seconds() - begin,
+            ..result
+        }))
     }
-    away
 }
 
 /// Pixels among the counted ones, half of them drawn evenly over the picture and half by their light, with the weights that make

@@ -109,7 +109,7 @@ pub fn measure(engine: &Engine, folder: Option<&Path>) -> Result<Tradeoff, Error
     let finest = rendering.finest(engine.host.renderer.as_ref()).0;
     let size = (rendering.setup.view.width, rendering.setup.view.height);
     let near = emitter_mask::emitters(&rendering.setup, work)?;
-    let counted = difference::away_from(&near, size.0);
+    let counted = difference::away_from(&near, size.0, 1);
     let report = |done: u8| {
         let (done, total) = (usize::from(done), usize::from(finest));
         engine.host.progress.report("measuring steps", done, total);

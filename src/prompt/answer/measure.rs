@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 
-use super::picture::Asked;
+use super::picture::Shot;
 use crate::argument::{Output, check_quality, step};
 use crate::error::Error;
 use crate::repl::{Repl, Reply};
@@ -30,7 +30,7 @@ pub struct Scale {
 #[derive(Args, Clone, Debug, Default)]
 pub struct Measure {
     #[command(flatten)]
-    pub(crate) picture: Asked,
+    pub(crate) picture: Shot,
     /// Pixels that are estimated
     #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u32).range(32..=100_000))]
     pixels: u32,

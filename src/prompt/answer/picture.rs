@@ -18,7 +18,7 @@ use footlight_transport::Quality;
 
 /// A picture of a moment or a bank.
 #[derive(Args, Clone, Debug, Default)]
-pub struct Asked {
+pub struct Shot {
     #[arg(value_name = "TIME | cue N [+ TIME]", conflicts_with_all = ["at", "cue"])]
     moment: Vec<String>,
     /// The moment (default: the current time, or the start)
@@ -37,7 +37,7 @@ pub struct Asked {
     pub(crate) from: FromView,
 }
 
-impl Asked {
+impl Shot {
     /// The picture, its setting, and which one it is.
     pub fn image(&self, repl: &mut Repl) -> Result<(Image, Vec<f64>, String), Error> {
         let now = repl.live.time();
@@ -67,11 +67,11 @@ impl Asked {
     }
 }
 
-/// What `picture` shows.
+/// The picture, its exposure and its file.
 #[derive(Args, Clone, Debug, Default)]
 pub struct Picture {
     #[command(flatten)]
-    pub(crate) asked: Asked,
+    pub(crate) shot: Shot,
     /// How bright the light shows (default: that of the sequence; of a bank alone its own)
     #[arg(long, value_name = "STOPS", value_parser = argument::exposure)]
     #[arg(allow_negative_numbers = true)]
@@ -91,7 +91,7 @@ pub fn picture(repl: &mut Repl, asked: &Picture) -> Result<Reply, Error> {
     if asked.float && shown {
         return usage("`--float` is for an .exr");
     }
-    let (image, _, what) = asked.asked.image(repl)?;
+    let (image, _, what) = asked.shot.image(repl)?;
     let below = match tone::negative(&image) {
         0 => String::new(),
         n => format!("; {} a little below zero, shown as 0", count(n, "value")),
@@ -125,7 +125,7 @@ pub fn picture(repl: &mut Repl, asked: &Picture) -> Result<Reply, Error> {
 
 /// What the picture was made of.
 fn made_of(repl: &Repl, asked: &Picture) -> String {
-    if let Some(Quality(step)) = asked.asked.quality {
+    if let Some(Quality(step)) = asked.shot.quality {
         return format!("quality {step}");
     }
     if repl.engine.estimate().is_final() {
@@ -144,7 +144,7 @@ fn is_dark(repl: &mut Repl, asked: &Picture, image: &Image) -> bool {
             .iter()
             .any(|b| b.name == name)
     };
-    image.data().iter().all(|light| *light <= 0.0) || asked.asked.bank.as_deref().is_some_and(unlit)
+    image.data().iter().all(|light| *light <= 0.0) || asked.shot.bank.as_deref().is_some_and(unlit)
 }
 
 /// How the exposure came about, where it was not set.
@@ -158,7 +158,7 @@ fn chosen(repl: &Repl, asked: &Picture) -> &'static str {
 
 /// True for what is exposed by itself, as no sequence shows it.
 fn of_picture(repl: &Repl, asked: &Picture) -> bool {
-    asked.asked.bank.is_some() || repl.engine.show().cues.is_empty()
+    asked.shot.bank.is_some() || repl.engine.show().cues.is_empty()
 }
 
 /// The exposure that is said, else that of the whole sequence, so that pictures of different moments

@@ -142,19 +142,7 @@ impl DirectLight<'_> {
         };
         let reflectance = scene.surfaces.reflectance_at(facet, place.point, footprint);
         let reflectance = reflectance.map(|r| r as f32);
-        let here = if facet.is_smooth() {
-            Receiver {
-                point: place.point + facet.normal * scene.offset,
-                normal: facet.normal_at(place.point),
-                facet: facet.normal,
-            }
-        } else {
-            Receiver {
-                point: place.point,
-                normal: facet.normal,
-                facet: facet.normal,
-            }
-        };
+        let here = Receiver::new(facet, place.point, scene.offset);
         let random = point(self.rays.index(pixel) + u32::from(k), SEED);
         for ((emitter, sums), end) in self.emitters.iter().zip(sums).zip(ends) {
             if k >= *end {

@@ -10,6 +10,7 @@ use crate::direct::projector::Projector;
 use crate::gather::lamp_patches::LampPatches;
 use crate::gather::ray_scene::{DARK, RayScene};
 use crate::gather::sampling::cosine_direction;
+use crate::surfaces::facet::Facet;
 use crate::surfaces::surface::Surfaces;
 use arrayvec::ArrayVec;
 use footlight_show::geometry::Vec3;
@@ -53,6 +54,19 @@ pub struct Receiver {
     pub normal: Vec3,
     /// Unit normal of the facet: no light comes from below its plane.
     pub facet: Vec3,
+}
+
+impl Receiver {
+    /// A point of a facet; of one that is shaded by a normal that varies, which leans over it, raised by
+    /// `offset`, metres.
+    pub fn new(facet: &Facet, point: Vec3, offset: f64) -> Receiver {
+        let lift = if facet.is_smooth() { offset } else { 0.0 };
+        Receiver {
+            point: point + facet.normal * lift,
+            normal: facet.normal_at(point),
+            facet: facet.normal,
+        }
+    }
 }
 
 /// Direct light at a point from one sample of a light.

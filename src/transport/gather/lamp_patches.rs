@@ -105,13 +105,24 @@ impl Met {
 
 /// Cosine by which a receiver weights light from direction `way`, the density of its rays times pi: rays
 /// are distributed about the shading normal, and those that would go below the facet are mirrored.
-pub fn receiver_cosine(normal: Vec3, facet: Vec3, way: Vec3) -> f64 {
+fn receiver_cosine(normal: Vec3, facet: Vec3, way: Vec3) -> f64 {
     let height = way.dot(facet);
     if height <= 0.0 {
         return 0.0;
     }
     let mirrored = way - facet * (2.0 * height);
     way.dot(normal).max(0.0) + mirrored.dot(normal).max(0.0)
+}
+
+/// A direction in which a receiver sends a ray, and its [`receiver_cosine`].
+pub fn receiver_way(normal: Vec3, facet: Vec3, random: [f64; 2]) -> (Vec3, f64) {
+    let mut way = cosine_direction(normal, random);
+    let height = way.dot(facet);
+    if height < 0.0 {
+        // What lies below the facet is not seen: the mirror image of the ray is.
+        way = way - facet * (2.0 * height);
+    }
+    (way, receiver_cosine(normal, facet, way))
 }
 
 /// One lit place.
@@ -183,20 +194,12 @@ impl LampPatches {
             return Vec::new();
         }
         let first = LampPatches::first(scene, beam, projector, bounds, [RINGS, RAYS]);
-        first.with_later(scene)
-    }
-
-    /// These, and those of later bounces that are needed.
-    fn with_later(self, scene: RayScene<'_>) -> Vec<LampPatches> {
-        let mut bounces = vec![self];
-        while let Some(last) = bounces.last()
-            && bounces.len() < MOST_BOUNCES
-            && last.are_needed()
+        let mut bounces = vec![first];
+        while bounces.len() < MOST_BOUNCES
+            && let Some(last) = bounces.last()
+            && let later = last.reflected(scene)
+            && later.are_needed()
         {
-            let later = last.reflected(scene);
-            if !later.are_needed() {
-                break;
-            }
             bounces.push(later);
         }
         bounces
@@ -271,18 +274,20 @@ impl LampPatches {
         10 * small.count() > self.patches.len()
     }
 
+    /// Index of the bound at a place.
+    fn index(&self, place: Vec3) -> u32 {
+        let distance = (place - self.position).length();
+        self.bounds.index(self.spread * distance)
+    }
+
     /// True when a ray to `place` that passes this many bounds counts the lamp's light there.
     pub fn counts(&self, place: Vec3, passed: u32) -> bool {
-        passed > 0 && {
-            let distance = (place - self.position).length();
-            passed > self.bounds.index(self.spread * distance)
-        }
+        passed > 0 && passed > self.index(place)
     }
 
     /// The share `(1 - b / G)+` of the kernel of a ray to `place` that patches leave to the ray.
     pub fn rest(&self, place: Vec3, kernel: f64) -> f64 {
-        let distance = (place - self.position).length();
-        let bound = self.bounds.bound(self.bounds.index(self.spread * distance));
+        let bound = self.bounds.bound(self.index(place));
         (1.0 - bound / kernel).max(0.0)
     }
 

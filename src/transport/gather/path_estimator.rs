@@ -8,7 +8,7 @@
 //! numbers of their own, so that noise can be told from error.
 
 use super::emitter::{Emitter, Receiver};
-use super::lamp_patches::{KernelBounds, LampPatches, receiver_cosine};
+use super::lamp_patches::{KernelBounds, LampPatches, receiver_way};
 use super::ray_scene::{DARK, RayScene};
 use super::sampling::{cosine_direction, hash, point};
 use crate::direct::projector::{Projector, pixel as footprint, projector};
@@ -19,6 +19,7 @@ use crate::surfaces::FACET_BYTES;
 use crate::surfaces::camera::{Camera, camera};
 use crate::surfaces::surface::Surfaces;
 use crate::threads::Threads;
+use crate::unit_lights::{first_equal, strengths_of};
 use crate::{PixelEstimator, Setup, TransportError};
 use footlight_host::work::Work;
 use footlight_show::geometry::{Vec3, frame};
@@ -142,16 +143,7 @@ impl PathEstimator {
 
     /// All that shines under a setting.
     fn sources(&self, setting: &[f64]) -> Vec<PathSource<'_>> {
-        let mut strengths = vec![[0.0; 3]; self.lights.len()];
-        for (source, level) in self.rig.sources.iter().zip(setting) {
-            for emitter in &source.emitters {
-                let colour = self.rig.lights[emitter.light].strength().0;
-                let channels = strengths[emitter.light].iter_mut();
-                for ((sum, filter), colour) in channels.zip(emitter.filter.0).zip(colour) {
-                    *sum += level * filter * colour;
-                }
-            }
-        }
+        let strengths = strengths_of(&self.rig, &first_equal(&self.rig.lights), setting);
         let mut sources = Vec::new();
         for (light, strength) in strengths.into_iter().enumerate() {
             if strength == [0.0; 3] {
@@ -182,7 +174,7 @@ impl PathEstimator {
         };
         let [u, v] = random();
         let (x, y) = ((pixel % self.size[0]) as f64, (pixel / self.size[0]) as f64);
-        let mut way = self.camera.ray(x + u, y + v);
+        let way = self.camera.ray(x + u, y + v);
         let (mut place, _) = scene.look(self.camera.origin, way);
         let mut radiance = [0.0; 3];
         if let Some(facet) = self.surfaces.facets.get(place.facet as usize) {
@@ -193,6 +185,14 @@ impl PathEstimator {
         let mut weight = [1.0 / PI; 3];
         let mut legs: Vec<Leg> = Vec::new();
         let mut side = 0.0;
+        // About what arrives at a vertex from each source without shadows.
+        let mut expected = vec![0.0; sources.len()];
+        let expect = |expected: &mut [f64], at| {
+            for (expected, source) in expected.iter_mut().zip(sources) {
+                let strength = source.strength.into_iter().map(f64::abs).sum::<f64>();
+                *expected = strength * source.emitter.expected(at);
+            }
+        };
         for vertex in 0..VERTICES {
             if place.facet == DARK {
                 break;
@@ -208,17 +208,12 @@ impl PathEstimator {
             if highest == 0.0 {
                 break;
             }
-            let normal = facet.normal_at(place.point);
-            // A smooth surface's normal leans over its facet.
-            let lift = if facet.is_smooth() { self.offset } else { 0.0 };
-            let at = Receiver {
-                point: place.point + facet.normal * lift,
-                normal,
-                facet: facet.normal,
-            };
+            let at = Receiver::new(facet, place.point, self.offset);
+            expect(&mut expected, at);
             let count = if vertex == 0 { FIRST_SOURCES } else { 1 };
             for _ in 0..count {
-                let arrives = self.arrives(sources, at, &legs, sides, [random(), random()]);
+                let chances = (sources, expected.as_slice());
+                let arrives = self.arrives(chances, at, &legs, sides, [random(), random()]);
                 let share = 1.0 / f64::from(count);
                 (0..3).for_each(|c| radiance[c] += share * weight[c] * arrives[c]);
             }
@@ -229,13 +224,7 @@ impl PathEstimator {
                 }
                 (0..3).for_each(|c| weight[c] /= highest);
             }
-            way = cosine_direction(normal, random());
-            let height = way.dot(facet.normal);
-            if height < 0.0 {
-                // What lies below the facet is not seen: the mirror image of the ray is.
-                way = way - facet.normal * (2.0 * height);
-            }
-            let cosine = receiver_cosine(normal, facet.normal, way);
+            let (way, cosine) = receiver_way(at.normal, at.facet, random());
             let (next, distance) = scene.shoot(place, way);
             if let Some(other) = self.surfaces.facets.get(next.facet as usize) {
                 legs.push(Leg {
@@ -250,27 +239,23 @@ impl PathEstimator {
         radiance
     }
 
-    /// Irradiance at the last vertex of a path from one source, over its chance.
+    /// Irradiance at the last vertex of a path from one source, over its chance, which goes with what is
+    /// expected of it.
     fn arrives(
         &self,
-        sources: &[PathSource<'_>],
+        (sources, expected): (&[PathSource<'_>], &[f64]),
         at: Receiver,
         legs: &[Leg],
         footprint: impl FnOnce() -> [Vec3; 2],
         [[which, _], random]: [[f64; 2]; 2],
     ) -> [f64; 3] {
-        let expected = |source: &PathSource<'_>| {
-            let strength = source.strength.into_iter().map(f64::abs).sum::<f64>();
-            strength * source.emitter.expected(at)
-        };
-        let all: f64 = sources.iter().map(expected).sum();
+        let all: f64 = expected.iter().sum();
         let mut left = which * all;
         let mut chosen = None;
-        for source in sources {
-            let own = expected(source);
-            if own > 0.0 {
-                chosen = Some((source, own));
-                if left < own {
+        for (source, own) in sources.iter().zip(expected) {
+            if *own > 0.0 {
+                chosen = Some((source, *own));
+                if left < *own {
                     break;
                 }
                 left -= own;

@@ -7,7 +7,7 @@ use crate::TransportError;
 use crate::direct::projector::pixel as footprint;
 use crate::gather::cells::{CAMERA_RAY, CellFinder, CellSettings, Landing};
 use crate::gather::irradiance_filter::{SmoothPixel, differ};
-use crate::gather::lamp_patches::{KernelBounds, receiver_cosine};
+use crate::gather::lamp_patches::{KernelBounds, receiver_way};
 use crate::gather::ray_scene::{DARK, RayScene, SurfacePoint};
 use crate::gather::sampling::{cosine_direction, morton, point};
 use crate::gather::step::GatherStep;
@@ -278,14 +278,8 @@ impl PictureRays<'_> {
             let index = self.index(pixel).wrapping_add(ray);
             let facet = &self.scene.surfaces.facets[place.facet as usize];
             let normal = facet.normal_at(place.point);
-            let mut way = cosine_direction(normal, point(index, SEED_WAY));
-            let height = way.dot(facet.normal);
-            if height < 0.0 {
-                // What lies below the facet is not seen: the mirror image of the ray is.
-                way = way - facet.normal * (2.0 * height);
-            }
+            let (way, cosine) = receiver_way(normal, facet.normal, point(index, SEED_WAY));
             let ([u, v], [w, _]) = (point(index, SEED_CELL), point(index, SEED_BOUND));
-            let cosine = receiver_cosine(normal, facet.normal, way);
             let landing = settings.land(self.scene, place, way, cosine, [u, v, w]);
             (landing, place.facet)
         };
