@@ -331,7 +331,8 @@ pub trait Transport: Send + Sync {
 pub trait PixelEstimator: Send + Sync {
     /// Two independent estimates of each pixel's radiance (three channels, units as
     /// [`Prepared::render`]) under a setting, each the mean over the paths of these numbers. A pixel is
-    /// its index, row by row from the top.
+    /// its index, row by row from the top. One that shows a part of a light is not a number: how much
+    /// of it there is would decide.
     ///
     /// # Errors
     /// On cancel.

@@ -187,6 +187,9 @@ impl<'e> Meter<'e> {
                 .estimate(setting, &pixels, 0..effort.paths, self.engine.work())?;
         let mut parts = [Sums::default(); PARTS];
         for (at, ((pixel, weight), halves)) in chosen.iter().zip(&halves).enumerate() {
+            if halves.iter().flatten().any(|x| x.is_nan()) {
+                continue;
+            }
             let rgb = image.data().iter().skip(3 * pixel).take(3);
             if let Some(part) = parts.get_mut(at % PARTS) {
                 part.add(rgb.map(|x| f64::from(*x)), halves, *weight);
@@ -201,8 +204,9 @@ impl<'e> Meter<'e> {
     }
 }
 
-/// Pixels among the counted ones, half of them drawn evenly over the picture and half by their light, with the weights that make
-/// sums over them those of the whole picture. Systematic: neighbours are rarely drawn together.
+/// Pixels among the counted ones with the weights that make sums over them those of the whole picture: 0.4
+/// of them drawn evenly over the picture, 0.3 by their light and 0.3 by its square, which the error is a
+/// share of. Systematic: neighbours are rarely drawn together.
 fn choose(image: &Image, counted: &[bool], count: usize) -> Vec<(usize, f64)> {
     let bright = |rgb: &[f32]| rgb.iter().map(|x| f64::from(*x).max(0.0)).sum::<f64>();
     let all_pixels = image.data().chunks_exact(3).map(bright).enumerate();
@@ -212,8 +216,9 @@ fn choose(image: &Image, counted: &[bool], count: usize) -> Vec<(usize, f64)> {
         light.iter().map(|(_, own)| own).sum::<f64>(),
         light.len() as f64,
     );
+    let squares = light.iter().map(|(_, own)| own * own).sum::<f64>();
     let chance = |own: f64| match all > 0.0 {
-        true => 0.5 / pixels + 0.5 * own / all,
+        true => 0.4 / pixels + 0.3 * own / all + 0.3 * own * own / squares,
         false => 1.0 / pixels,
     };
     // A start that no pattern of the picture follows.

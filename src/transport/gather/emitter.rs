@@ -32,9 +32,14 @@ pub enum Emitter<'a> {
     Patches(&'a LampPatches),
 }
 
-/// A panel's triangles.
+/// Parts of a panel that are chosen by themselves, at most.
+const PARTS: usize = 16;
+
+/// A panel's triangles, or those of a part of it.
 pub struct AreaLight {
     material: usize,
+    /// The facets that they are of, ascending.
+    facets: Vec<usize>,
     triangles: Vec<Triangle>,
     /// Square metres of each triangle and those before it.
     areas: Vec<f64>,
@@ -119,6 +124,24 @@ impl<'a> Emitter<'a> {
             PreparedLight::Panel(pieces) => Emitter::Area(AreaLight::new(surfaces, pieces)),
             PreparedLight::Spot(beam) => Emitter::Point(beam, projector),
         }
+    }
+
+    /// The same in parts that lie together, where the light is a panel of many facets.
+    pub fn in_parts(
+        surfaces: &Surfaces,
+        light: &'a PreparedLight,
+        projector: Option<&'a Projector>,
+    ) -> Vec<Emitter<'a>> {
+        let PreparedLight::Panel(pieces) = light else {
+            return vec![Emitter::new(surfaces, light, projector)];
+        };
+        let facet = |piece: &usize| surfaces.pieces[*piece].facet;
+        let of_facets: Vec<&[usize]> = pieces.chunk_by(|a, b| facet(a) == facet(b)).collect();
+        let together = of_facets.len().div_ceil(PARTS).max(1);
+        let parts = of_facets.chunks(together).map(<[_]>::concat);
+        parts
+            .map(|pieces| Emitter::Area(AreaLight::new(surfaces, &pieces)))
+            .collect()
     }
 
     /// Is this the material of the panel that shines?
@@ -209,9 +232,12 @@ impl<'a> Emitter<'a> {
 impl AreaLight {
     fn new(surfaces: &Surfaces, pieces: &[usize]) -> AreaLight {
         let material = |&p: &usize| surfaces.facets[surfaces.pieces[p].facet].material;
+        let mut facets: Vec<usize> = pieces.iter().map(|&p| surfaces.pieces[p].facet).collect();
+        facets.sort_unstable();
         let mut out = AreaLight {
             // A panel without pieces has no material that anything shows.
             material: pieces.first().map_or(usize::MAX, material),
+            facets,
             triangles: Vec::new(),
             areas: Vec::new(),
         };
@@ -302,7 +328,7 @@ impl AreaLight {
         let (place, distance) = scene.look(point + normal * scene.offset, way);
         if place.facet != DARK {
             let facet = &scene.surfaces.facets[place.facet as usize];
-            if facet.material == self.material {
+            if self.facets.binary_search(&(place.facet as usize)).is_ok() {
                 let (cosine, away) = (way.dot(normal), -way.dot(facet.normal));
                 let density = by_area(way * distance, away * distance);
                 sum += cosine / (density + cosine / PI);

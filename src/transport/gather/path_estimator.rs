@@ -150,16 +150,15 @@ impl PathEstimator {
                 continue;
             }
             let projector = self.projectors[light].as_ref();
-            let own = Emitter::new(&self.surfaces, &self.lights[light], projector);
-            let patches = self.patches(light).iter().map(Emitter::Patches);
-            for (bounce, emitter) in std::iter::once(own).chain(patches).enumerate() {
-                sources.push(PathSource {
-                    emitter,
-                    light,
-                    bounce,
-                    strength,
-                });
-            }
+            let own = Emitter::in_parts(&self.surfaces, &self.lights[light], projector);
+            let patches = self.patches(light).iter().map(Emitter::Patches).zip(1..);
+            let emitters = own.into_iter().map(|part| (part, 0)).chain(patches);
+            sources.extend(emitters.map(|(emitter, bounce)| PathSource {
+                emitter,
+                light,
+                bounce,
+                strength,
+            }));
         }
         sources
     }
@@ -177,10 +176,10 @@ impl PathEstimator {
         let way = self.camera.ray(x + u, y + v);
         let (mut place, _) = scene.look(self.camera.origin, way);
         let mut radiance = [0.0; 3];
-        if let Some(facet) = self.surfaces.facets.get(place.facet as usize) {
-            for source in sources.iter().filter(|s| s.emitter.is_of(facet.material)) {
-                (0..3).for_each(|c| radiance[c] += source.strength[c]);
-            }
+        if let Some(facet) = self.surfaces.facets.get(place.facet as usize)
+            && sources.iter().any(|s| s.emitter.is_of(facet.material))
+        {
+            return [f64::NAN; 3];
         }
         let mut weight = [1.0 / PI; 3];
         let mut legs: Vec<Leg> = Vec::new();
@@ -358,7 +357,8 @@ mod tests {
         }
     }
 
-    /// In a closed cube whose walls shine and reflect the share r, radiance is 1 / (1 - r) everywhere.
+    /// In a closed cube whose walls shine and reflect the share r, light of 1 / (1 - r) comes from all
+    /// sides; a small card in it reflects its share of that.
     #[test]
     fn a_furnace_is_even() {
         let quad = |material, corners: [[f64; 3]; 4]| {
@@ -366,7 +366,10 @@ mod tests {
             Polygon::new(corners.to_vec(), material)
         };
         let scene = Scene {
-            materials: vec![Material::diffuse("wall", Rgb([0.6; 3]))],
+            materials: vec![
+                Material::diffuse("wall", Rgb([0.6; 3])),
+                Material::diffuse("card", Rgb([0.5; 3])),
+            ],
             polygons: vec![
                 quad(0, [[0., 0., 0.], [2., 0., 0.], [2., 2., 0.], [0., 2., 0.]]),
                 quad(0, [[0., 0., 2.], [0., 2., 2.], [2., 2., 2.], [2., 0., 2.]]),
@@ -374,6 +377,15 @@ mod tests {
                 quad(0, [[0., 2., 0.], [2., 2., 0.], [2., 2., 2.], [0., 2., 2.]]),
                 quad(0, [[0., 0., 0.], [0., 2., 0.], [0., 2., 2.], [0., 0., 2.]]),
                 quad(0, [[2., 0., 0.], [2., 0., 2.], [2., 2., 2.], [2., 2., 0.]]),
+                quad(
+                    1,
+                    [
+                        [0.99, 0.99, 1.],
+                        [1.01, 0.99, 1.],
+                        [1.01, 1.01, 1.],
+                        [0.99, 1.01, 1.],
+                    ],
+                ),
             ],
         };
         let rig = Rig {
@@ -384,15 +396,15 @@ mod tests {
             sources: Vec::new(),
         };
         let view = View {
-            from: vec3(0.3, 0.4, 0.5),
-            to: vec3(2.0, 1.5, 1.2),
-            fov: 70.0,
+            from: vec3(1.0, 0.99, 1.05),
+            to: vec3(1.0, 1.0, 1.0),
+            fov: 10.0,
             width: 16,
             height: 12,
             roll: 0.0,
         };
         let setup = with_sources(&Setup::new(scene, rig, view));
-        for ratio in ratio(&setup, &[1.0], 64, |_| 1.0 / (1.0 - 0.6)) {
+        for ratio in ratio(&setup, &[1.0], 64, |_| 0.5 / (1.0 - 0.6)) {
             assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
         }
     }
