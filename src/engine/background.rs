@@ -15,12 +15,14 @@ use std::time::Duration;
 use super::goal::{Ended, Refinement, RefinementSummary, Way};
 use super::images::ViewName;
 use super::refiner::{Extent, Next, Refiner, Ticket};
-use super::rendering::{Job, Rendered};
+use super::rendering::Rendered;
 use super::ways::Mixtures;
 use super::{Engine, Error};
+use crate::measure::MeasuredMoment;
+use crate::measure::independent::MeasureJob;
 use footlight_host::work::{Progress, Work};
 use footlight_show::units::ErrorUnit;
-use footlight_transport::Quality;
+use footlight_transport::{Quality, Setup, Transport, TransportError};
 
 /// How long a wait goes on before it looks at progress and cancel again.
 const GLANCE: Duration = Duration::from_millis(40);
@@ -56,17 +58,42 @@ impl Progress for JobProgress {
 
 /// A job that is at work elsewhere. Dropped, it is given up.
 struct PendingJob {
-    ticket: Box<Ticket>,
+    task: PendingTask,
     progress: StopOnDrop,
-    from: Receiver<Rendered>,
+    from: Receiver<Outcome>,
     /// What came back before it was asked for.
-    rendered: Option<Rendered>,
+    outcome: Option<Outcome>,
+}
+
+/// What a job is for.
+enum PendingTask {
+    Render(Box<Ticket>),
+    Measure {
+        setup: Setup,
+        quality: Quality,
+        started: f64,
+    },
+}
+
+/// What a job came to.
+enum Outcome {
+    Rendered(Rendered),
+    Measured(Box<MeasureJob>, Result<Vec<MeasuredMoment>, TransportError>),
+}
+
+impl PendingTask {
+    fn setup(&self) -> &Setup {
+        match self {
+            PendingTask::Render(ticket) => &ticket.setup,
+            PendingTask::Measure { setup, .. } => setup,
+        }
+    }
 }
 
 impl PendingJob {
     /// Waits at most `patience` for it; true once it is there.
     fn wait(&mut self, patience: Duration) -> Result<bool, Error> {
-        if self.rendered.is_some() {
+        if self.outcome.is_some() {
             return Ok(true);
         }
         // A look reads no clock: some platforms have none.
@@ -78,11 +105,11 @@ impl PendingJob {
                 .map_err(|e| e == RecvTimeoutError::Timeout)
         };
         match received {
-            Ok(rendered) => self.rendered = Some(rendered),
+            Ok(outcome) => self.outcome = Some(outcome),
             Err(true) => {}
             Err(false) => return Err(Error::TaskLost),
         }
-        Ok(self.rendered.is_some())
+        Ok(self.outcome.is_some())
     }
 }
 
@@ -125,7 +152,7 @@ pub struct Status {
 /// A call of the operator that is at work in the background.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JobStatus {
-    /// Images that it renders.
+    /// Images that it renders; 0 where it measures those that are there.
     pub images: usize,
     /// Whether these are refined images, or coarse ones.
     pub refined: bool,
@@ -284,7 +311,9 @@ impl Engine {
                         return Ok(None);
                     }
                     Err(lost) => {
-                        background.refiner.abandon(&mut self.means(), &job.ticket);
+                        if let PendingTask::Render(ticket) = &job.task {
+                            background.refiner.abandon(&mut self.means(), ticket);
+                        }
                         return Err(lost);
                     }
                 }
@@ -293,34 +322,62 @@ impl Engine {
                 Next::Added => {}
                 Next::Ended(ended) => return Ok(Some(ended)),
                 Next::Render(job, ticket) => {
-                    background.job = Some(self.launch(job, ticket)?);
+                    let task = PendingTask::Render(ticket);
+                    let run = |renderer: &dyn Transport, work: Work<'_>| {
+                        Outcome::Rendered(job.run(renderer, work))
+                    };
+                    background.job = Some(self.launch(task, run)?);
+                    return Ok(None);
+                }
+                Next::Measure(job) => {
+                    let task = PendingTask::Measure {
+                        setup: job.setup.clone(),
+                        quality: job.quality,
+                        started: self.now(),
+                    };
+                    let run = |renderer: &dyn Transport, work: Work<'_>| {
+                        let measured = job.run(renderer, work);
+                        Outcome::Measured(job, measured)
+                    };
+                    background.job = Some(self.launch(task, run)?);
                     return Ok(None);
                 }
             }
         }
     }
 
-    /// Takes in what a job rendered: of one that was cancelled its operator alone, which is no
-    /// error.
+    /// Takes in what a job rendered or measured: of one that was cancelled its operator alone, which is
+    /// no error.
     fn collect(
         &mut self,
         background: &mut BackgroundRefinement,
         job: PendingJob,
     ) -> Result<(), Error> {
-        let Some(rendered) = job.rendered else {
-            return Ok(());
+        let (refiner, now) = (&mut background.refiner, self.now());
+        let collected = match (job.task, job.outcome) {
+            (PendingTask::Render(ticket), Some(Outcome::Rendered(rendered))) => {
+                refiner.collect(&mut self.means(), *ticket, rendered)
+            }
+            (PendingTask::Measure { started, .. }, Some(Outcome::Measured(job, measured))) => {
+                measured.map_err(Error::from).and_then(|moments| {
+                    let measured = (moments, now - started);
+                    refiner.collect_measured(&mut self.means(), &job, measured)
+                })
+            }
+            _ => Ok(()),
         };
-        match background
-            .refiner
-            .collect(&mut self.means(), *job.ticket, rendered)
-        {
+        match collected {
             Err(error) if error.is_cancel() => Ok(()),
             other => other,
         }
     }
 
     /// Starts a job on the host's threads.
-    fn launch(&self, job: Job, ticket: Box<Ticket>) -> Result<PendingJob, Error> {
+    fn launch(
+        &self,
+        task: PendingTask,
+        run: impl FnOnce(&dyn Transport, Work<'_>) -> Outcome + Send + 'static,
+    ) -> Result<PendingJob, Error> {
         let background = self.host.background.as_ref().ok_or(Error::NoBackground)?;
         let progress = Arc::new(JobProgress::default());
         let (send, from) = channel();
@@ -334,13 +391,13 @@ impl Engine {
                 memory,
             };
             // It may not be wanted any more.
-            let _ = send.send(job.run(renderer.as_ref(), work));
+            let _ = send.send(run(renderer.as_ref(), work));
         }));
         Ok(PendingJob {
-            ticket,
+            task,
             progress: StopOnDrop(progress),
             from,
-            rendered: None,
+            outcome: None,
         })
     }
 
@@ -354,7 +411,7 @@ impl Engine {
             return;
         };
         let of_view = self.images.of(background.view());
-        if of_view.is_none_or(|v| !v.rendering.setup.has_same_scene(&job.ticket.setup)) {
+        if of_view.is_none_or(|v| !v.rendering.setup.has_same_scene(job.task.setup())) {
             job.progress.0.stop();
         }
     }
@@ -413,12 +470,24 @@ impl Engine {
     /// The call of the operator that is at work in the background, if any.
     fn job(&self) -> Option<JobStatus> {
         let job = self.background.as_ref()?.job.as_ref()?;
+        let (images, refined, quality, started, predicted) = match &job.task {
+            PendingTask::Render(ticket) => (
+                ticket.rendering(),
+                ticket.refined,
+                ticket.quality,
+                ticket.started,
+                ticket.predicted,
+            ),
+            PendingTask::Measure {
+                quality, started, ..
+            } => (0, false, *quality, *started, 0.0),
+        };
         Some(JobStatus {
-            images: job.ticket.rendering(),
-            refined: job.ticket.refined,
-            quality: job.ticket.quality,
-            spent: self.now() - job.ticket.started,
-            predicted: job.ticket.predicted,
+            images,
+            refined,
+            quality,
+            spent: self.now() - started,
+            predicted,
             task: job.progress.0.at(),
         })
     }

@@ -10,7 +10,6 @@ use crate::plan::Moment;
 use crate::pool::Pool;
 use footlight_picture::Image;
 use footlight_picture::tone;
-use footlight_show::units::ErrorUnit;
 
 /// The part of a picture's pixels that are darker than the one that counts.
 const DARK: f64 = 0.01;
@@ -20,9 +19,8 @@ const LOOKED_AT: usize = 3600;
 const MOST: usize = 500_000_000;
 /// Fewer than these would not tell a percentile.
 const LEAST: usize = 400;
-/// Steps that an error of all light shows as, where no picture is there that would tell: of the
-/// shipped shows the median is half of it.
-pub(super) const OF_ALL_LIGHT: f64 = 1000.0;
+/// Steps of 255 that an error of all light shows as: the median of the shipped shows.
+pub(super) const OF_ALL_LIGHT: f64 = 500.0;
 
 /// The largest channels and darkest pixel that count of a moment's picture.
 struct Look {
@@ -56,11 +54,9 @@ impl Estimate<'_> {
             }
             moment.scale *= steps;
         }
-        let step = self.coarse_steps()[1];
-        let stated = [ErrorUnit::Light, ErrorUnit::Steps].map(|unit| self.stated(step, unit));
-        if let ([Some(light), Some(steps)], true) = (stated, pool.is_relative() && largest > 0.0) {
-            // What is stated is what the worst moment shows.
-            let by = steps / (light * largest);
+        if pool.is_relative() && largest > 0.0 {
+            // Errors are not spread evenly: the worst moment shows about this.
+            let by = OF_ALL_LIGHT / largest;
             moments.iter_mut().for_each(|m| m.scale *= by);
         }
         Ok(())

@@ -3,7 +3,8 @@
 
 use super::Error;
 use super::document::Document;
-use super::goal::{Refinement, Step, Way};
+use super::displayed::OF_ALL_LIGHT;
+use super::goal::{Goal, Refinement, Step, Way};
 use super::host::Host;
 use super::images::{Images, ViewImages};
 use super::rendering::SetupImages;
@@ -100,7 +101,7 @@ impl<'e> Estimate<'e> {
     pub(super) fn coarse_pair_at(&self, coarse: u8) -> [Quality; 2] {
         let finest = self.finest().0;
         let cheap = coarse.clamp(1, finest);
-        let is_stated = self.stated(Quality(cheap), ErrorUnit::Light).is_some();
+        let is_stated = self.step_error(Quality(cheap), ErrorUnit::Light).is_some();
         let is_pair = !is_stated || self.samples(Quality(cheap)).is_some();
         [cheap, cheap.saturating_add(u8::from(is_pair)).min(finest)].map(Quality)
     }
@@ -137,11 +138,30 @@ impl<'e> Estimate<'e> {
         self.of_view.is_some() && self.finest() == Quality(1)
     }
 
-    /// What the operator states of a step.
-    pub(super) fn stated(&self, quality: Quality, unit: ErrorUnit) -> Option<f64> {
+    /// What images of a step are off by, as measured or as they usually are; `None` where the operator
+    /// knows nothing of it.
+    pub(super) fn step_error(&self, quality: Quality, unit: ErrorUnit) -> Option<f64> {
         let renderer = self.host.renderer.as_ref();
-        self.known_rendering()?
-            .stated_error(renderer, quality, unit)
+        let of_light = self.known_rendering()?.step_error(renderer, quality)?;
+        Some(match unit {
+            ErrorUnit::Light => of_light,
+            ErrorUnit::Steps => of_light * OF_ALL_LIGHT,
+        })
+    }
+
+    /// True where more may be rendered for a goal than the images of sources alone that are there.
+    pub fn may_refine(&self, goal: &Goal) -> bool {
+        !self.is_final() && (self.is_measuring_due(goal) || !goal.asks_for_a_way())
+    }
+
+    /// True where the images of sources alone are there, and what they are off by is yet to be measured.
+    pub(super) fn is_measuring_due(&self, goal: &Goal) -> bool {
+        let wants = goal.asks_for_a_way() && goal.until.is_some() && !self.is_pool_due();
+        let known = self.known_rendering();
+        let step = self.coarse_steps()[1];
+        wants
+            && self.step_error(step, ErrorUnit::Light).is_some()
+            && known.is_some_and(|r| r.measured_at(step, self.document).is_none())
     }
 
     /// Samples a pixel at a step of an operator with noise.

@@ -40,7 +40,7 @@ pub struct Forecast {
 }
 
 /// Settings that are left to refine, each with the error after it.
-type Ahead = Vec<(Vec<f64>, f64)>;
+pub(super) type Ahead = Vec<(Vec<f64>, f64)>;
 
 impl Estimate<'_> {
     /// What refinement has before it: for each next image its setting, the seconds that it is
@@ -118,9 +118,9 @@ impl Estimate<'_> {
 
     /// Settings to refine before there is any image, as levels alone order them, and the error of the
     /// coarse images as it is stated.
-    fn next_unseen(&self, unit: ErrorUnit) -> Result<Option<(f64, Ahead)>, Error> {
+    pub(super) fn next_unseen(&self, unit: ErrorUnit) -> Result<Option<(f64, Ahead)>, Error> {
         let ([_, fine], step) = (self.coarse_pair(), self.refined_step());
-        let (Some(coarse), Some(refined)) = (self.stated(fine, unit), self.stated(step, unit))
+        let (Some(coarse), Some(refined)) = (self.step_error(fine, unit), self.step_error(step, unit))
         else {
             return Ok(None);
         };
@@ -149,7 +149,7 @@ impl Estimate<'_> {
 }
 
 /// Marks the sources that a setting lights and counts those that were dark before.
-fn newly_lit(lit: &mut [bool], setting: &[f64]) -> usize {
+pub(super) fn newly_lit(lit: &mut [bool], setting: &[f64]) -> usize {
     let pairs = lit.iter_mut().zip(setting);
     let fresh = pairs.filter(|(lit, s)| !**lit && **s != 0.0);
     fresh.map(|(lit, _)| *lit = true).count()

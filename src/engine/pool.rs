@@ -225,6 +225,12 @@ impl Pool {
         Ok(self)
     }
 
+    /// States errors anew, as they were measured.
+    pub fn restate(&mut self, stated: Stated) {
+        self.stated = Some(stated);
+        self.fit = self.fit();
+    }
+
     /// True where errors rest on what the operator states.
     pub fn is_stated(&self) -> bool {
         self.stated.is_some()

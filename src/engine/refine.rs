@@ -4,6 +4,7 @@ use super::goal::{Ended, Goal, Refinement, RefinementSummary};
 use super::refiner::{Extent, Next, Refiner};
 use super::ways::WayForecast;
 use super::{Engine, Error};
+use footlight_transport::TransportError;
 
 impl Engine {
     /// Renders the coarse images unless they are there, and takes up the refined ones that this
@@ -112,6 +113,18 @@ impl Engine {
             match refiner.advance(&mut self.means())? {
                 Next::Ended(ended) => return Ok(ended),
                 Next::Added => {}
+                Next::Measure(job) => {
+                    let begin = self.now();
+                    let moments = match job.run(self.host.renderer.as_ref(), self.work()) {
+                        Err(TransportError::Cancelled(_)) if has_done => {
+                            return Ok(Ended::Stopped);
+                        }
+                        moments => moments?,
+                    };
+                    let measured = (moments, self.now() - begin);
+                    refiner.collect_measured(&mut self.means(), &job, measured)?;
+                    continue;
+                }
                 Next::Render(job, ticket) => {
                     let refined = ticket.refined;
                     let rendered = job.run(self.host.renderer.as_ref(), self.work());

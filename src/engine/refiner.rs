@@ -10,11 +10,14 @@ use super::Error;
 use super::forecast::NextImage;
 use super::goal::{Ended, Goal, Refinement, RefinementSummary, Warning};
 use super::means::Means;
-use super::rendering::{self, Job, Rendered, Reused};
+use super::rendering::{self, Job, MeasuredShow, Rendered, Reused};
 use super::ways::{Mixtures, WayForecast};
+use crate::measure::MeasuredMoment;
+use crate::measure::independent::MeasureJob;
 use crate::pool::Pool;
 use crate::pool::image_cache::Wanted;
 use footlight_picture::Image;
+use footlight_show::units::ErrorUnit;
 use footlight_transport::layered::images_alone;
 use footlight_transport::{Quality, Setup};
 
@@ -22,6 +25,8 @@ use footlight_transport::{Quality, Setup};
 pub(super) enum Next {
     /// Render, and give the images back by [`Refiner::collect`].
     Render(Job, Box<Ticket>),
+    /// Measure, and give the errors back by [`Refiner::collect_measured`].
+    Measure(Box<MeasureJob>),
     /// Images that were at hand were added.
     Added,
     /// Nothing more.
@@ -130,8 +135,14 @@ impl Refiner {
             return Ok(Next::Ended(Ended::Stopped));
         }
         loop {
+            // The way is chosen by what is measured of the first images.
+            let is_due = means.estimate(&self.wanted).is_measuring_due(&self.wanted.goal);
+            if is_due && self.extent != Extent::AtOnce {
+                break;
+            }
             if self.ways.is_none() {
-                let choice = means.estimate(&self.wanted).choose(&self.wanted.goal)?;
+                let (goal, extent) = (&self.wanted.goal, self.extent);
+                let choice = means.estimate(&self.wanted).choose(goal, extent)?;
                 if choice.base.is_some() {
                     means.images.rendering(&self.wanted.view)?.base = choice.base;
                 }
@@ -148,6 +159,11 @@ impl Refiner {
         }
         if self.extent == Extent::Coarse {
             return Ok(Next::Ended(Ended::Counted));
+        }
+        let estimate = means.estimate(&self.wanted);
+        if self.extent == Extent::Goal && estimate.is_measuring_due(&self.wanted.goal) {
+            let job = MeasureJob::new(&estimate, means.host.work())?;
+            return Ok(Next::Measure(Box::new(job)));
         }
         let estimate = means.estimate(&self.wanted);
         if let Some(ended) = estimate.ended(&self.wanted.goal, &self.done)? {
@@ -337,9 +353,12 @@ impl Refiner {
         let store = means.host.store.as_ref();
         let kept = rendering::take_in(image_cache, ticket.wanted.as_deref(), images, store);
         rendering::trim(image_cache, means.host.memory);
-        let seconds = means.now() - ticket.started;
+        let seconds = means.host.clock.seconds() - ticket.started;
         // What was found says nothing of what rendering takes.
         if ticket.found.iter().all(Option::is_none) {
+            if !ticket.refined {
+                rendering.taken.insert(ticket.quality.0, seconds);
+            }
             means.images.pace.learn(ticket.predicted, seconds);
         }
         if !ticket.refined {
@@ -361,6 +380,43 @@ impl Refiner {
             return Ok(());
         }
         self.add(means, ticket, kept)
+    }
+
+    /// Takes in errors that were measured; what they say may choose another way.
+    pub fn collect_measured(
+        &mut self,
+        means: &mut Means<'_>,
+        job: &MeasureJob,
+        (moments, seconds): (Vec<MeasuredMoment>, f64),
+    ) -> Result<(), Error> {
+        let usual = means.estimate(&self.wanted).step_error(job.quality, ErrorUnit::Light);
+        let revision = means.document.revision();
+        let rendering = means.images.rendering(&self.wanted.view)?;
+        if rendering.setup != job.setup {
+            return Ok(());
+        }
+        let usual = usual.unwrap_or(0.0);
+        let likely = moments.iter().map(|m| m.measured.likely(usual));
+        let error = likely.reduce(f64::max).unwrap_or(usual);
+        if usual > 0.0 {
+            rendering.error_scale *= error / usual;
+        }
+        rendering.measured.retain(|m| m.quality != job.quality);
+        rendering.measured.push(MeasuredShow {
+            quality: job.quality,
+            revision,
+            moments,
+            error,
+            seconds,
+        });
+        let stated = means.estimate(&self.wanted).stated_of_pool();
+        let rendering = means.images.rendering(&self.wanted.view)?;
+        if let (Some(pool), Some(stated)) = (&mut rendering.pool, stated) {
+            pool.restate(stated);
+        }
+        self.done.seconds += seconds;
+        self.ways = None;
+        means.record(&self.wanted, means.now())
     }
 
     /// Adds refined images to the pool, in the order of their settings.

@@ -10,6 +10,8 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
+use crate::document::Document;
+use crate::measure::MeasuredMoment;
 use crate::pool::Pool;
 use crate::pool::address::{Lighting, Lights, SceneKey};
 use crate::pool::disk_cache::Place;
@@ -18,7 +20,6 @@ use footlight_host::files::Store;
 use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_show::model::Preview;
-use footlight_show::units::ErrorUnit;
 use footlight_transport::contract::check_memory;
 use footlight_transport::layered::{Layered, only_images};
 use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError};
@@ -53,6 +54,27 @@ pub(super) struct SetupImages {
     pub pool_base: Option<[Quality; 2]>,
     /// Coarse and refined images, once there are any.
     pub pool: Option<Pool>,
+    /// Errors that were measured of images of sources alone, one for a step of quality.
+    pub measured: Vec<MeasuredShow>,
+    /// Seconds that the images of all sources alone took, by step of quality.
+    pub taken: BTreeMap<u8, f64>,
+    /// What errors are, as a multiple of what the operator's usually are.
+    pub error_scale: f64,
+}
+
+/// Errors that were measured of some moments of a show.
+#[derive(Clone, Debug)]
+pub(super) struct MeasuredShow {
+    /// The step of the images of sources alone.
+    pub quality: Quality,
+    /// [`Document::revision`] of the show that they are of.
+    pub revision: u64,
+    /// The worst first.
+    pub moments: Vec<MeasuredMoment>,
+    /// Likely error of the worst one, relative.
+    pub error: f64,
+    /// Seconds that it took.
+    pub seconds: f64,
 }
 
 /// At which steps of quality a show is seen.
@@ -62,6 +84,8 @@ pub(super) struct Shown {
     steps: [u8; 2],
     /// The steps of the images of sources alone, where they are others.
     base: Option<[Quality; 2]>,
+    /// [`SetupImages::error_scale`].
+    error_scale: f64,
 }
 
 /// Images to be rendered, with their addresses where they are to be kept.
@@ -82,6 +106,7 @@ impl SetupImages {
         shown: Option<Shown>,
     ) -> SetupImages {
         let steps = [preview.coarse, preview.refined];
+        let error_scale = shown.map_or(1.0, |shown| shown.error_scale);
         let shown = shown.filter(|shown| shown.steps == steps);
         // Banks given as images are images already: nothing is gained by keeping them twice.
         let version = results_version.filter(|_| !only_images(&setup.rig));
@@ -96,6 +121,9 @@ impl SetupImages {
             base: shown.and_then(|shown| shown.base),
             pool_base: None,
             pool: None,
+            measured: Vec::new(),
+            taken: BTreeMap::new(),
+            error_scale,
         }
     }
 
@@ -123,11 +151,18 @@ impl SetupImages {
         }
     }
 
+    /// What was measured of a step for a show as it is now.
+    pub fn measured_at(&self, step: Quality, document: &Document) -> Option<&MeasuredShow> {
+        let is_it = |m: &&MeasuredShow| m.quality == step && m.revision == document.revision();
+        self.measured.iter().find(is_it)
+    }
+
     /// The steps that the show asks for and those that it is seen at.
     pub fn shown(&self) -> Shown {
         Shown {
             steps: self.steps,
             base: self.base,
+            error_scale: self.error_scale,
         }
     }
 
@@ -161,15 +196,11 @@ impl SetupImages {
         self.layered(renderer).prepare(&self.setup, quality, work)
     }
 
-    /// What the rig's operator states of a step's error.
-    pub fn stated_error(
-        &self,
-        renderer: &dyn Transport,
-        quality: Quality,
-        unit: ErrorUnit,
-    ) -> Option<f64> {
-        let operator = self.layered(renderer);
-        operator.stated_error(&self.setup, quality, unit)
+    /// What images of a step are off by, relative to their light: what they usually are, scaled by what
+    /// was measured.
+    pub fn step_error(&self, renderer: &dyn Transport, quality: Quality) -> Option<f64> {
+        let usual = self.layered(renderer).usual_error(&self.setup, quality)?;
+        Some(self.error_scale * usual)
     }
 
     /// Predicted cost of the rig's operator.

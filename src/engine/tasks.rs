@@ -389,7 +389,8 @@ fn missing_images(engine: &mut Engine, wanted: &Refinement) -> Result<Vec<Task>,
     loop {
         match refiner.advance(&mut engine.means())? {
             Next::Ended(_) => return Ok(Vec::new()),
-            Next::Added => {}
+            // A list is made without measuring.
+            Next::Added | Next::Measure(_) => {}
             Next::Render(job, ticket) => {
                 refiner.abandon(&mut engine.means(), &ticket);
                 let estimate = engine.estimate_of(wanted);

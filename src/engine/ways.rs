@@ -14,6 +14,7 @@ use super::Error;
 use super::estimate::Estimate;
 use super::forecast::Forecast;
 use super::goal::{Goal, Way};
+use super::refiner::Extent;
 use super::rendering::each_step;
 use crate::pool::{Stated, is_within};
 use footlight_show::units::ErrorUnit;
@@ -121,7 +122,7 @@ impl Estimate<'_> {
     }
 
     /// Chooses the steps of the images of sources alone for a goal.
-    pub(super) fn choose(&self, goal: &Goal) -> Result<Choice, Error> {
+    pub(super) fn choose(&self, goal: &Goal, extent: Extent) -> Result<Choice, Error> {
         let mut choice = Choice {
             base: None,
             ways: Some(Vec::new()),
@@ -131,9 +132,11 @@ impl Estimate<'_> {
             return Ok(choice);
         }
         let [_, fine] = self.coarse_pair();
-        let is_stated = self.stated(fine, goal.unit()).is_some();
+        let is_stated = self.step_error(fine, goal.unit()).is_some();
         let is_named = self.way == Way::Alone;
-        let is_told = is_stated || is_named && self.samples(fine).is_none();
+        // What the first images are off by will be measured; a farm knows what they usually are.
+        let is_usual = is_stated && (goal.until.is_none() || extent == Extent::AtOnce);
+        let is_told = is_usual || !is_stated && is_named && self.samples(fine).is_none();
         let is_known = is_told && (goal.budget.is_none() || self.images.pace.is_known());
         if !goal.asks_for_a_way() {
             let refined = is_named.then(|| self.base_of(self.refined_step()));
@@ -226,7 +229,7 @@ impl Estimate<'_> {
         let base = self.rendering().ok().and_then(|r| r.base);
         let is_taken = self.way == Way::Alone || base == Some([quality; 2]);
         let is_truth = is_taken && quality == self.refined_step();
-        self.stated(quality, unit)
+        self.step_error(quality, unit)
             .or_else(|| self.noise_alone(quality, unit))
             .or((is_truth && self.samples(quality).is_none()).then_some(0.0))
     }
@@ -278,7 +281,7 @@ impl Estimate<'_> {
         let pair = self.coarse_pair();
         let [_, fine] = pair;
         let is_known =
-            self.samples(fine).is_some() || self.stated(fine, ErrorUnit::Light).is_some();
+            self.samples(fine).is_some() || self.step_error(fine, ErrorUnit::Light).is_some();
         let last = if is_known { self.finest() } else { fine };
         for quality in (fine.0..=last.0).rev().map(Quality) {
             let base = if is_known {
@@ -303,7 +306,7 @@ impl Estimate<'_> {
             return Some(Stated::noise([less, more, refined], sources));
         }
         let coarse = self.error_alone(fine, ErrorUnit::Light)?;
-        let refined = self.stated(self.refined_step(), ErrorUnit::Light);
+        let refined = self.step_error(self.refined_step(), ErrorUnit::Light);
         let calibration = if cheap < fine { 1.0 } else { coarse };
         Some(Stated::of(calibration, coarse, refined.unwrap_or(0.0)))
     }

@@ -27,13 +27,14 @@ const NOTE: &str = "A run of footlight has begun here and not ended: what lies b
                     of one run. The same `run` again makes it whole.\n";
 
 /// What every run leaves.
-const RESULTS: [&str; 7] = [
+const RESULTS: [&str; 8] = [
     "show.html",
     "cue-sheet.csv",
     "track-sheet.csv",
     "plan.json",
     "curves.png",
     "error.png",
+    "channels.png",
     "basis.png",
 ];
 
@@ -196,6 +197,9 @@ impl<'f> Results<'f> {
         self.list(store)?;
         store.write(&self.folder.join(name), bytes)?;
         self.earlier.retain(|(earlier, _)| earlier != name);
+        let own = digest(bytes);
+        self.written
+            .retain(|(written, digest)| written != name || *digest == own);
         Ok(())
     }
 
@@ -224,6 +228,16 @@ impl<'f> Results<'f> {
         self.earlier.clear();
         self.list(store)?;
         self.give_up(engine)
+    }
+
+    /// Where they are.
+    pub fn folder(&self) -> &Path {
+        self.folder
+    }
+
+    /// True where some were written.
+    pub fn has_any(&self) -> bool {
+        !self.written.is_empty()
     }
 
     /// Takes the mark away.

@@ -10,7 +10,8 @@ use super::{Error, page, plan, sheet};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Series, Theme};
 use footlight_engine::plan::PlanReport;
 use footlight_engine::playback::Playback;
-use footlight_engine::{self as engine, Engine, ManyKeys, Step};
+use footlight_engine::pool::Pool;
+use footlight_engine::{self as engine, Engine, ManyKeys, SpeedPoint};
 use footlight_host::work::{Work, in_order};
 use footlight_picture::exr::{self, Precision};
 use footlight_picture::shrink::shrink;
@@ -23,9 +24,6 @@ use footlight_transport::contract::check_memory;
 
 /// Errors below this are rounding; they have no place on a log axis.
 pub const ROUNDING: f64 = 1e-7;
-
-/// What is ahead is drawn down to this share of the tolerance: further down is of no use.
-const FAR: f64 = 0.01;
 
 /// Cues of a contact sheet; a show of more has several.
 const CUES: usize = 60;
@@ -73,17 +71,30 @@ pub fn write(
     };
     let errors = error_chart(engine, tolerance, Theme::Light)?;
     to.write(engine, "error.png", &errors.png()?)?;
-    if let Some(sheet) = basis_sheet(engine, Theme::Dark)? {
-        to.write(engine, "basis.png", &sheet.png()?)?;
+    let pool = engine.estimate().pool().ok_or(engine::Error::NotRendered)?;
+    let channels = channel_sheet(engine, pool, Theme::Dark)?;
+    to.write(engine, "channels.png", &channels.png()?)?;
+    if !pool.refined().is_empty() {
+        let basis = basis_sheet(engine, pool, Theme::Dark)?;
+        to.write(engine, "basis.png", &basis.png()?)?;
     }
     let Some(playback) = playback else {
         let many =
             ManyKeys::of(engine.document(), engine.host().memory).map(engine::Error::KeyImages);
         return Ok(many.map(|error| format!("no show.html: {}", error)));
     };
+    write_page(engine, playback, tone, to)
+}
+
+/// Writes the page; why there is none where its pictures are too many.
+fn write_page(
+    engine: &Engine,
+    playback: &Arc<Playback>,
+    tone: Tone,
+    to: &mut Results<'_>,
+) -> Result<Option<String>, Error> {
     match page::page(engine, playback, tone) {
         Ok((page, _)) => to.write(engine, "show.html", page.as_bytes())?,
-        // Its pictures can be too many for a page: all else is there.
         Err(Error::Engine(
             error @ (engine::Error::Picture(_)
             | engine::Error::Render(TransportError::Memory { .. })),
@@ -91,6 +102,19 @@ pub fn write(
         Err(error) => return Err(error),
     }
     Ok(None)
+}
+
+/// Writes what shows the lighting, of the pictures that are there: cue pictures, contact sheet, page.
+pub fn write_first(engine: &mut Engine, to: &mut Results<'_>) -> Result<(), Error> {
+    let playback = match engine.playback() {
+        Ok(playback) => playback,
+        // What follows says so.
+        Err(engine::Error::KeyImages(_)) => return Ok(()),
+        Err(error) => return Err(error.into()),
+    };
+    let tone = engine.document().tone_of(playback.images());
+    write_cues(engine, (Some(&playback), tone), to)?;
+    write_page(engine, &playback, tone, to).map(|_| ())
 }
 
 /// Every cue as it is complete: a picture each, and all on contact sheets.
@@ -193,139 +217,105 @@ fn write_keys(engine: &Engine, playback: &Playback, to: &mut Results<'_>) -> Res
     Ok(())
 }
 
-/// Predicted error against refined pictures and against seconds, so far and as it would go on.
+/// Error against seconds: what more seconds would buy. Logarithmic on both axes.
 pub fn error_chart(engine: &Engine, tolerance: Tolerance, theme: Theme) -> Result<Drawing, Error> {
+    let found = engine.estimate().speed_accuracy()?;
+    let place = |point: &SpeedPoint| (point.seconds, shown(point.error));
+    let series = |name: &str, marker, points: &[SpeedPoint], labels: Vec<String>| Series {
+        name: name.to_owned(),
+        points: points.iter().map(place).collect(),
+        marker,
+        labels,
+    };
+    let mut all = Vec::new();
+    if found.mixtures.len() > 1 {
+        let name = "coarse pictures, then mixtures in the order of the plan: predicted";
+        all.push(series(name, Marker::None, &found.mixtures, Vec::new()));
+    }
+    let quality = |point: &SpeedPoint| format!("quality {}", point.quality);
+    let (measured, predicted): (Vec<SpeedPoint>, Vec<SpeedPoint>) =
+        found.alone.iter().partition(|point| point.measured.is_some());
+    let names = measured.iter().map(quality).collect();
+    let name = "every bank at one quality: measured, with what it lies between";
+    for [least, most] in measured.iter().filter_map(|point| point.measured) {
+        // Only the lower end of the axis is cut off.
+        let least = least.max(most / 30.0);
+        let at = measured.iter().find(|p| p.measured.is_some_and(|m| m[1] == most));
+        let seconds = at.map_or(f64::NAN, |point| point.seconds);
+        all.push(Series {
+            name: name.to_owned(),
+            points: vec![(seconds, shown(least)), (seconds, shown(most))],
+            marker: Marker::None,
+            labels: Vec::new(),
+        });
+    }
+    if !measured.is_empty() {
+        all.push(Series {
+            points: measured.iter().map(place).flat_map(|p| [p, (f64::NAN, f64::NAN)]).collect(),
+            labels: measured.iter().map(quality).flat_map(|q| [q, String::new()]).collect(),
+            ..series(name, Marker::Circle, &[], names)
+        });
+    }
+    if !predicted.is_empty() {
+        let names = predicted.iter().map(quality).collect();
+        let name = "every bank at one quality: predicted";
+        all.push(series(name, Marker::Ring, &predicted, names));
+    }
     // A tolerance as displayed has no place among errors of light.
     let wanted = (tolerance.unit == ErrorUnit::Light).then_some(tolerance.error);
-    let ahead = onward(engine)?;
-    let steps = engine.estimate().steps();
-    let mut known = Vec::with_capacity(steps.len());
-    for step in steps {
-        known.push((step, engine.estimate().error_of(step.forecast)?));
-    }
-    // What is left when everything is refined is rounding; it has no place on a log axis.
-    let shown = |error: f64| {
-        if error > ROUNDING {
-            error * 100.0
-        } else {
-            f64::NAN
-        }
-    };
-    let series = |name: &str, marker, x: &dyn Fn(&Step) -> f64, y: &dyn Fn(&Step) -> f64| Series {
-        name: name.to_owned(),
-        points: steps.iter().map(|s| (x(s), shown(y(s)))).collect(),
-        marker,
-        labels: Vec::new(),
-    };
-    let panel = |title: &str, x: &str, scale, of: &dyn Fn(&Step) -> f64| Panel {
-        title: title.to_owned(),
-        x: Axis::new(x, scale),
-        y: Axis::new("error of the sequence, %", Scale::Log),
-        series: vec![
-            series("predicted at the time", Marker::Circle, of, &|s| s.error),
-            Series {
-                name: "as known at the end".to_owned(),
-                points: known
-                    .iter()
-                    .map(|(s, error)| (of(s), shown(*error)))
-                    .collect(),
-                marker: Marker::Square,
-                labels: Vec::new(),
-            },
-            Series {
-                name: "if it went on".to_owned(),
-                points: (ahead
-                    .iter()
-                    .filter(|s| s.error > FAR * wanted.unwrap_or(0.0)))
-                .map(|s| (of(s), shown(s.error)))
-                .collect(),
-                marker: Marker::Triangle,
-                labels: Vec::new(),
-            },
-        ],
+    let panel = Panel {
+        title: String::new(),
+        x: Axis::new("seconds of rendering", Scale::Log),
+        y: Axis::new("error at the worst moment, % of its light", Scale::Log),
+        series: all,
         reference: wanted.map(|error| {
             let words = format!("asked for: {} %", percent(error));
             (error * 100.0, words)
         }),
     };
-    Ok(chart::panels(
-        &format!(
-            "{}: error of the sequence, as predicted",
-            engine.show().title
-        ),
-        &[
-            panel(
-                "by refined pictures",
-                "refined pictures",
-                Scale::Whole,
-                &|s| s.refined as f64,
-            ),
-            panel("by computing time", "seconds", Scale::Linear, &|s| {
-                s.seconds
-            }),
-        ],
-        theme,
-    ))
+    let title = format!("{}: what more seconds would buy", engine.show().title);
+    Ok(chart::panels(&title, &[panel], theme))
 }
 
-/// The sequence as it stands and after each picture that is left to refine, predicted; nothing
-/// where none is left.
-fn onward(engine: &Engine) -> Result<Vec<Step>, Error> {
-    let forecast = engine.estimate().forecast()?;
-    let Some(now) = engine
-        .estimate()
-        .steps()
-        .last()
-        .filter(|_| !forecast.steps.is_empty())
-    else {
-        return Ok(Vec::new());
-    };
-    let mut out = vec![Step {
-        error: forecast.error,
-        ..*now
-    }];
-    let (mut refined, mut seconds) = (now.refined, now.seconds);
-    for ahead in forecast.steps {
-        refined += 1;
-        seconds += ahead.seconds;
-        out.push(Step {
-            refined,
-            seconds,
-            error: ahead.error,
-            forecast: ahead.error,
-        });
+/// An error in percent; what is left when everything is refined is rounding and has no place.
+fn shown(error: f64) -> f64 {
+    if error > ROUNDING {
+        error * 100.0
+    } else {
+        f64::NAN
     }
-    Ok(out)
 }
 
-/// The refined pictures, signed: light amber, negative light blue.
-pub fn basis_sheet(engine: &Engine, theme: Theme) -> Result<Option<Drawing>, Error> {
-    let Some(pool) = engine.estimate().pool() else {
-        return Ok(None);
-    };
-    let mut title = "basis pictures, and the error that each leaves";
-    let mut images: Vec<&Image> = pool.refined().iter().map(|r| r.image.as_ref()).collect();
-    let mut captions = Vec::new();
-    for i in 1..=images.len() {
+/// The mixtures that were refined, signed: light amber, negative light blue.
+pub fn basis_sheet(engine: &Engine, pool: &Pool, theme: Theme) -> Result<Drawing, Error> {
+    let images = pool.refined().iter().map(|r| r.image.as_ref()).collect();
+    let caption = |i: usize| {
         let step = engine.estimate().steps().get(i);
         let error = step.map(|s| format!(", then {} %", percent(s.error)));
-        captions.push(format!("{i}{}", error.unwrap_or_default()));
-    }
-    if images.is_empty() {
-        title = "each bank alone, coarse: nothing is refined yet";
-        images = pool.coarse().iter().map(AsRef::as_ref).collect();
-        captions = (engine.show().coordinates().into_iter())
-            .map(|c| c.name)
-            .collect();
-    }
-    let shown = in_order(&images, engine.work().threads, |image| {
-        signed::encode(image, signed::scale(image))
-    });
-    let tile = |(rgb, caption)| chart::Tile {
-        size: pool.size(),
-        rgb,
-        caption,
+        format!("{i}{}", error.unwrap_or_default())
     };
+    let captions = (1..=pool.refined().len()).map(caption).collect();
+    let title = "basis pictures, and the error that each leaves";
+    signed_sheet(engine, (title, images, captions), theme)
+}
+
+/// What each bank does alone, at full.
+pub fn channel_sheet(engine: &Engine, pool: &Pool, theme: Theme) -> Result<Drawing, Error> {
+    let images = pool.coarse().iter().map(AsRef::as_ref).collect();
+    let coordinates = engine.show().coordinates().into_iter();
+    let captions = coordinates.map(|c| c.name).collect();
+    signed_sheet(engine, ("each bank alone", images, captions), theme)
+}
+
+fn signed_sheet(
+    engine: &Engine,
+    (title, images, captions): (&str, Vec<&Image>, Vec<String>),
+    theme: Theme,
+) -> Result<Drawing, Error> {
+    let shown = in_order(&images, engine.work().threads, |image| {
+        (signed::encode(image, signed::scale(image)), image.size())
+    });
+    let tile = |((rgb, size), caption)| chart::Tile { size, rgb, caption };
     let tiles = shown.into_iter().zip(captions).map(tile).collect();
     let sheet = chart::Sheet {
         title: format!("{}: {title}", engine.show().title),
@@ -334,5 +324,5 @@ pub fn basis_sheet(engine: &Engine, theme: Theme) -> Result<Option<Drawing>, Err
         legend: "amber: light added; blue: negative light; each picture scaled by itself"
             .to_owned(),
     };
-    Ok(Some(chart::sheet(&sheet, theme)?))
+    Ok(chart::sheet(&sheet, theme)?)
 }

@@ -19,7 +19,7 @@ use crate::{
 use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_picture::combine::add_coloured;
-use footlight_show::units::{ErrorUnit, Rgb};
+use footlight_show::units::Rgb;
 use footlight_stage::{Emitter, Light, Rig};
 
 /// Seconds to add one number of a picture to another.
@@ -121,8 +121,8 @@ impl Transport for Layered<'_> {
         self.inner.map_or(0, |inner| inner.least_bytes(setup))
     }
 
-    fn stated_error(&self, setup: &Setup, quality: Quality, unit: ErrorUnit) -> Option<f64> {
-        self.inner?.stated_error(setup, quality, unit)
+    fn usual_error(&self, setup: &Setup, quality: Quality) -> Option<f64> {
+        self.inner?.usual_error(setup, quality)
     }
 
     fn samples(&self, quality: Quality) -> Option<f64> {

@@ -43,7 +43,6 @@ pub use setup::Setup;
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
 use footlight_show::hash::{GOLDEN, mix};
-use footlight_show::units::ErrorUnit;
 
 /// A step on an operator's one ordered scale of quality; 1 is the cheapest.
 #[derive(
@@ -296,10 +295,10 @@ pub trait Transport: Send + Sync {
         0
     }
 
-    /// What a picture of this setup at this quality is off by, relative, at most in 19 of 20 shows:
-    /// against the finest step, or, of the finest itself, against the truth. It falls with the
-    /// quality. `None` where the operator does not know; errors are then estimated from two steps.
-    fn stated_error(&self, _: &Setup, _: Quality, _unit: ErrorUnit) -> Option<f64> {
+    /// What pictures of this setup at this quality are usually off by, relative to their light. It falls
+    /// with the quality. Once a picture is measured by [`Transport::estimator`], only the ratios between
+    /// steps count. `None` where the operator does not know; errors are then estimated from two steps.
+    fn usual_error(&self, _: &Setup, _: Quality) -> Option<f64> {
         None
     }
 

@@ -7,13 +7,15 @@
 use serde::Serialize;
 
 use super::difference::away_from;
+use crate::estimate::Estimate;
 use crate::pool::Pool;
 use crate::{Engine, Error};
+use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_show::hash::mix;
 use footlight_show::units::{ErrorUnit, Time};
-use footlight_transport::PixelEstimator;
 use footlight_transport::surfaces::emitter_mask;
+use footlight_transport::{PixelEstimator, Quality, Setup, Transport, TransportError};
 
 /// Parts of the pixels that are left out in turn for the interval.
 const PARTS: usize = 32;
@@ -31,6 +33,12 @@ pub struct Effort {
     /// Paths of each of the two estimates of a pixel.
     pub paths: u32,
 }
+
+/// Effort of each moment of a show: some twentieth of the time that its images take.
+const EFFORT: Effort = Effort {
+    pixels: 512,
+    paths: 32,
+};
 
 /// A measured error, as a share of the root mean square of the light.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -61,6 +69,18 @@ pub struct MeasuredMoment {
     pub measured: MeasuredError,
 }
 
+impl MeasuredError {
+    /// The likely error where pictures of this kind are usually off by `usual`, give or take as much: the
+    /// mean of both squares by their precision.
+    pub fn likely(&self, usual: f64) -> f64 {
+        let weight = |spread: f64| spread.max(f64::MIN_POSITIVE).powi(-2);
+        let [square, usual] = [self.error, usual].map(|error| error * error);
+        let [_, most] = self.interval;
+        let [own, prior] = [weight((most * most - square) / WIDE), weight(usual)];
+        ((own * square + prior * usual) / (own + prior)).sqrt()
+    }
+}
+
 /// Measures a picture of a setting, from the view that is looked from. `None` where the renderer has no
 /// estimator, or the picture is dark.
 ///
@@ -73,52 +93,81 @@ pub fn measure(
     effort: Effort,
 ) -> Result<Option<MeasuredError>, Error> {
     let begin = engine.host.clock.seconds();
-    let Some(meter) = Meter::new(engine)? else {
+    let (estimate, work) = (engine.estimate(), engine.work());
+    let setup = &estimate.rendering()?.setup;
+    let Some(meter) = Meter::new(engine.host.renderer.as_ref(), setup, work)? else {
         return Ok(None);
     };
-    meter.measure(image, setting, effort, begin)
+    let found = meter.measure(image, setting, effort, work)?;
+    Ok(found.map(|found| MeasuredError {
+        seconds: engine.host.clock.seconds() - begin,
+        ..found
+    }))
 }
 
-/// Measures up to three moments of the show as the images stand: the one that is predicted to be worst,
-/// the brightest one, and one that the text picks by chance. The worst comes first.
-/// Empty where nothing can be measured.
-///
-/// # Errors
-/// [`Error::NotRendered`] before the coarse images are rendered; else what rendering says.
-pub fn measure_show(engine: &Engine, effort: Effort) -> Result<Vec<MeasuredMoment>, Error> {
-    let mut begin = engine.host.clock.seconds();
-    let Some(meter) = Meter::new(engine)? else {
-        return Ok(Vec::new());
-    };
-    let estimate = engine.estimate();
-    let (pool, work) = (estimate.rendered()?, engine.work());
-    let mut measured = Vec::new();
-    for (cue, time) in moments(engine)? {
-        let setting = engine.document.setting(time);
-        let image = pool.preview(&setting, work)?;
-        let found = meter.measure(&image, &setting, effort, begin)?;
-        measured.extend(found.map(|measured| MeasuredMoment {
-            cue,
-            time,
-            measured,
-        }));
-        begin = engine.host.clock.seconds();
+/// Moments of a show to be measured, with all that this needs, on any thread.
+pub(crate) struct MeasureJob {
+    pub setup: Setup,
+    pub quality: Quality,
+    moments: Vec<(usize, Time, Vec<f64>, Image)>,
+}
+
+impl MeasureJob {
+    /// Up to three moments of the show as the images stand: the one that is predicted to be worst, the
+    /// brightest one, and one that the text picks by chance.
+    pub fn new(estimate: &Estimate<'_>, work: Work<'_>) -> Result<MeasureJob, Error> {
+        let pool = estimate.rendered()?;
+        let with_picture = |(cue, time)| {
+            let setting = estimate.document.setting(time);
+            let image = pool.preview(&setting, work)?;
+            Ok::<_, Error>((cue, time, setting, image))
+        };
+        let moments = moments(estimate, work)?.into_iter().map(with_picture);
+        Ok(MeasureJob {
+            setup: estimate.rendering()?.setup.clone(),
+            quality: estimate.coarse_steps()[1],
+            moments: moments.collect::<Result<_, _>>()?,
+        })
     }
-    measured.sort_by(|a, b| b.measured.error.total_cmp(&a.measured.error));
-    Ok(measured)
+
+    /// Measures; the worst first. Empty where nothing can be measured.
+    pub fn run(
+        &self,
+        renderer: &dyn Transport,
+        work: Work<'_>,
+    ) -> Result<Vec<MeasuredMoment>, TransportError> {
+        let meter = match Meter::new(renderer, &self.setup, work) {
+            Ok(Some(meter)) => meter,
+            // The images serve without it.
+            Ok(None) | Err(TransportError::Memory { .. }) => return Ok(Vec::new()),
+            Err(error) => return Err(error),
+        };
+        let mut measured = Vec::new();
+        for (at, (cue, time, setting, image)) in self.moments.iter().enumerate() {
+            work.progress.report("measuring", at, self.moments.len());
+            let found = meter.measure(image, setting, EFFORT, work)?;
+            measured.extend(found.map(|measured| MeasuredMoment {
+                cue: *cue,
+                time: *time,
+                measured,
+            }));
+        }
+        measured.sort_by(|a, b| b.measured.error.total_cmp(&a.measured.error));
+        Ok(measured)
+    }
 }
 
-/// The moments that [`measure_show`] measures.
-fn moments(engine: &Engine) -> Result<Vec<(usize, Time)>, Error> {
-    let estimate = engine.estimate();
-    let (pool, work) = (estimate.rendered()?, engine.work());
+/// The moments that [`MeasureJob`] measures.
+fn moments(estimate: &Estimate<'_>, work: Work<'_>) -> Result<Vec<(usize, Time)>, Error> {
+    let pool = estimate.rendered()?;
+    let document = estimate.document;
     let mut light = Vec::new();
-    for unit in Pool::unit_settings(engine.show().coordinates().len()) {
+    for unit in Pool::unit_settings(document.show().coordinates().len()) {
         let image = pool.preview(&unit, work)?;
         light.push(image.data().iter().map(|x| f64::from(*x)).sum::<f64>());
     }
     let brightness = |(_, time): &(usize, Time)| {
-        let setting = engine.document.setting(*time);
+        let setting = document.setting(*time);
         setting.iter().zip(&light).map(|(s, l)| s * l).sum::<f64>()
     };
     let all = estimate.moments_of_cues();
@@ -129,7 +178,7 @@ fn moments(engine: &Engine) -> Result<Vec<(usize, Time)>, Error> {
         .iter()
         .filter(|moment| brightness(moment) > 0.0)
         .collect();
-    let text = engine.document.text().bytes();
+    let text = document.text().bytes();
     let chance = text.fold(0, |seed, byte| mix(seed ^ u64::from(byte)));
     let picked = lit
         .get((chance % lit.len().max(1) as u64) as usize)
@@ -149,42 +198,41 @@ fn moments(engine: &Engine) -> Result<Vec<(usize, Time)>, Error> {
 }
 
 /// What all measurements from one view share.
-struct Meter<'e> {
-    engine: &'e Engine,
+struct Meter {
     estimator: Box<dyn PixelEstimator>,
     /// False at pixels near those that show an emitter.
     counted: Vec<bool>,
 }
 
-impl<'e> Meter<'e> {
-    fn new(engine: &'e Engine) -> Result<Option<Meter<'e>>, Error> {
-        let estimate = engine.estimate();
-        let setup = &estimate.rendering()?.setup;
-        let work = engine.work();
-        let Some(estimator) = engine.host.renderer.estimator(setup, work)? else {
+impl Meter {
+    fn new(
+        renderer: &dyn Transport,
+        setup: &Setup,
+        work: Work<'_>,
+    ) -> Result<Option<Meter>, TransportError> {
+        let Some(estimator) = renderer.estimator(setup, work)? else {
             return Ok(None);
         };
         let (near, width) = (emitter_mask::emitters(setup, work)?, setup.view.width);
         Ok(Some(Meter {
-            engine,
             estimator,
             counted: away_from(&near, width, (width / AROUND).max(1)),
         }))
     }
 
-    /// `begin`: when the work for this measurement began, seconds of the host's clock.
+    /// Measures a picture but for the seconds that it takes.
     fn measure(
         &self,
         image: &Image,
         setting: &[f64],
         effort: Effort,
-        begin: f64,
-    ) -> Result<Option<MeasuredError>, Error> {
+        work: Work<'_>,
+    ) -> Result<Option<MeasuredError>, TransportError> {
         let chosen = choose(image, &self.counted, effort.pixels);
         let pixels: Vec<usize> = chosen.iter().map(|(pixel, _)| *pixel).collect();
-        let halves =
-            self.estimator
-                .estimate(setting, &pixels, 0..effort.paths, self.engine.work())?;
+        let halves = self
+            .estimator
+            .estimate(setting, &pixels, 0..effort.paths, work)?;
         let mut parts = [Sums::default(); PARTS];
         for (at, ((pixel, weight), halves)) in chosen.iter().zip(&halves).enumerate() {
             if halves.iter().flatten().any(|x| x.is_nan()) {
@@ -198,7 +246,6 @@ impl<'e> Meter<'e> {
         Ok(Sums::result(&parts).map(|result| MeasuredError {
             pixels: pixels.len(),
             paths: effort.paths,
-            seconds: self.engine.host.clock.seconds() - begin,
             ..result
         }))
     }

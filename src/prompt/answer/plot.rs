@@ -122,15 +122,21 @@ fn spectrum(
 
 fn basis(repl: &mut Repl, theme: Theme) -> Result<(Drawing, String), Error> {
     repl.engine.coarse()?;
-    let text = match repl.engine.estimate().refined() {
-        0 => format!(
-            "nothing is refined yet: the coarse pictures of {}",
-            count(repl.engine.show().coordinates().len(), "source")
+    let (engine, pool) = (&repl.engine, repl.engine.estimate().pool());
+    let pool = pool.ok_or(footlight_engine::Error::NoSetup)?;
+    Ok(match pool.refined().len() {
+        0 => (
+            results::channel_sheet(engine, pool, theme)?,
+            format!(
+                "nothing is refined yet: the coarse pictures of {}",
+                count(engine.show().coordinates().len(), "source")
+            ),
         ),
-        n => count(n, "basis picture"),
-    };
-    let sheet = results::basis_sheet(&repl.engine, theme)?;
-    Ok((sheet.ok_or(footlight_engine::Error::NoSetup)?, text))
+        n => (
+            results::basis_sheet(engine, pool, theme)?,
+            count(n, "basis picture"),
+        ),
+    })
 }
 
 fn error(repl: &mut Repl, theme: Theme) -> Result<(Drawing, String), Error> {

@@ -16,6 +16,8 @@ pub enum Marker {
     Triangle,
     /// A square on its corner.
     Diamond,
+    /// A circle.
+    Ring,
     /// The line alone.
     None,
 }
@@ -35,7 +37,7 @@ impl Marker {
             Marker::Square => &[(-3.5, -3.5), (3.5, -3.5), (3.5, 3.5), (-3.5, 3.5)],
             Marker::Triangle => &[(0.0, -4.8), (4.5, 3.2), (-4.5, 3.2)],
             Marker::Diamond => &[(0.0, -5.0), (5.0, 0.0), (0.0, 5.0), (-5.0, 0.0)],
-            Marker::Circle => &[],
+            Marker::Circle | Marker::Ring => &[],
             Marker::None => return,
         };
         let steps = match corners {
@@ -47,6 +49,9 @@ impl Marker {
         };
         drawing.path(steps.clone(), Stroke::solid(ground, 2.0 * size));
         drawing.area(steps, colour);
+        if self == Marker::Ring {
+            drawing.area(disc(at, 2.2 * size), ground);
+        }
     }
 }
 

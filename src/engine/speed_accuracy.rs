@@ -1,0 +1,92 @@
+//! Error against seconds: each source alone at each step of quality, and the mixtures of the plan.
+
+use super::Error;
+use super::estimate::Estimate;
+use super::forecast::newly_lit;
+use crate::measure::MeasuredMoment;
+use footlight_show::units::ErrorUnit;
+use footlight_transport::Quality;
+
+/// What seconds buy.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SpeedAccuracy {
+    /// Each source alone, a point for every step of quality.
+    pub alone: Vec<SpeedPoint>,
+    /// Coarse images, and after them the mixtures of the plan, as levels alone order them: predicted.
+    pub mixtures: Vec<SpeedPoint>,
+}
+
+/// An error and the seconds of rendering that it takes from nothing.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpeedPoint {
+    /// The step of quality.
+    pub quality: u8,
+    /// Measured where it was rendered, else predicted.
+    pub seconds: f64,
+    /// Likely error of the worst moment, relative.
+    pub error: f64,
+    /// What the error lies between in 95 of 100 cases, where it was measured.
+    pub measured: Option<[f64; 2]>,
+}
+
+impl Estimate<'_> {
+    /// The measured errors of the images of sources alone that are shown, the worst first, with the
+    /// seconds that measuring took; `None` where they were not measured.
+    pub fn measured(&self) -> Option<(&[MeasuredMoment], f64)> {
+        let step = self.coarse_steps()[1];
+        let of_step = self.of_view?.rendering.measured_at(step, self.document)?;
+        Some((&of_step.moments, of_step.seconds))
+    }
+
+    /// What more seconds would buy; nothing where the operator knows nothing of its errors.
+    ///
+    /// # Errors
+    /// [`Error::NoSetup`]; [`Error::Plan`].
+    pub fn speed_accuracy(&self) -> Result<SpeedAccuracy, Error> {
+        let rendering = self.rendering()?;
+        let (renderer, pace) = (self.host.renderer.as_ref(), self.images.pace.seconds());
+        let mut out = SpeedAccuracy::default();
+        let seconds_of = |step: Quality| {
+            let cost = rendering.cost(renderer, step);
+            let taken = rendering.taken.get(&step.0).copied();
+            taken.unwrap_or_else(|| cost.alone(rendering.sources() as f64) * pace)
+        };
+        for step in (1..=self.finest().0).map(Quality) {
+            let Some(expected) = self.step_error(step, ErrorUnit::Light) else {
+                return Ok(SpeedAccuracy::default());
+            };
+            let measured = rendering.measured_at(step, self.document);
+            let worst = measured.and_then(|m| m.moments.first().map(|worst| (m.error, worst)));
+            out.alone.push(SpeedPoint {
+                quality: step.0,
+                seconds: seconds_of(step),
+                error: worst.map_or(expected, |(error, _)| error),
+                measured: worst.map(|(_, worst)| worst.measured.interval),
+            });
+        }
+        if let Some((coarse, ahead)) = self.next_unseen(ErrorUnit::Light)? {
+            let (step, [_, coarse_step]) = (self.refined_step(), self.coarse_pair());
+            let cost = rendering.cost(renderer, step);
+            let mut point = SpeedPoint {
+                quality: step.0,
+                seconds: seconds_of(coarse_step),
+                error: coarse,
+                measured: None,
+            };
+            let mut lit = vec![false; rendering.sources()];
+            let mut prepare = cost.prepare;
+            for (setting, error) in ahead {
+                out.mixtures.push(point);
+                let fresh = newly_lit(&mut lit, &setting) as f64;
+                let work = std::mem::take(&mut prepare) + fresh * cost.per_source + cost.per_image;
+                point = SpeedPoint {
+                    seconds: point.seconds + work * pace,
+                    error,
+                    ..point
+                };
+            }
+            out.mixtures.push(point);
+        }
+        Ok(out)
+    }
+}
