@@ -2,8 +2,8 @@
 //! the choice of a way.
 
 use super::Error;
-use super::document::Document;
 use super::displayed::OF_ALL_LIGHT;
+use super::document::Document;
 use super::goal::{Goal, Refinement, Step, Way};
 use super::host::Host;
 use super::images::{Images, ViewImages};

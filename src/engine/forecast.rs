@@ -120,7 +120,8 @@ impl Estimate<'_> {
     /// coarse images as it is stated.
     pub(super) fn next_unseen(&self, unit: ErrorUnit) -> Result<Option<(f64, Ahead)>, Error> {
         let ([_, fine], step) = (self.coarse_pair(), self.refined_step());
-        let (Some(coarse), Some(refined)) = (self.step_error(fine, unit), self.step_error(step, unit))
+        let (Some(coarse), Some(refined)) =
+            (self.step_error(fine, unit), self.step_error(step, unit))
         else {
             return Ok(None);
         };

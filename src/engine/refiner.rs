@@ -136,7 +136,9 @@ impl Refiner {
         }
         loop {
             // The way is chosen by what is measured of the first images.
-            let is_due = means.estimate(&self.wanted).is_measuring_due(&self.wanted.goal);
+            let is_due = means
+                .estimate(&self.wanted)
+                .is_measuring_due(&self.wanted.goal);
             if is_due && self.extent != Extent::AtOnce {
                 break;
             }
@@ -389,7 +391,9 @@ impl Refiner {
         job: &MeasureJob,
         (moments, seconds): (Vec<MeasuredMoment>, f64),
     ) -> Result<(), Error> {
-        let usual = means.estimate(&self.wanted).step_error(job.quality, ErrorUnit::Light);
+        let usual = means
+            .estimate(&self.wanted)
+            .step_error(job.quality, ErrorUnit::Light);
         let revision = means.document.revision();
         let rendering = means.images.rendering(&self.wanted.view)?;
         if rendering.setup != job.setup {

@@ -233,14 +233,18 @@ pub fn error_chart(engine: &Engine, tolerance: Tolerance, theme: Theme) -> Resul
         all.push(series(name, Marker::None, &found.mixtures, Vec::new()));
     }
     let quality = |point: &SpeedPoint| format!("quality {}", point.quality);
-    let (measured, predicted): (Vec<SpeedPoint>, Vec<SpeedPoint>) =
-        found.alone.iter().partition(|point| point.measured.is_some());
+    let (measured, predicted): (Vec<SpeedPoint>, Vec<SpeedPoint>) = found
+        .alone
+        .iter()
+        .partition(|point| point.measured.is_some());
     let names = measured.iter().map(quality).collect();
     let name = "every bank at one quality: measured, with what it lies between";
     for [least, most] in measured.iter().filter_map(|point| point.measured) {
         // Only the lower end of the axis is cut off.
         let least = least.max(most / 30.0);
-        let at = measured.iter().find(|p| p.measured.is_some_and(|m| m[1] == most));
+        let at = measured
+            .iter()
+            .find(|p| p.measured.is_some_and(|m| m[1] == most));
         let seconds = at.map_or(f64::NAN, |point| point.seconds);
         all.push(Series {
             name: name.to_owned(),
@@ -251,8 +255,16 @@ pub fn error_chart(engine: &Engine, tolerance: Tolerance, theme: Theme) -> Resul
     }
     if !measured.is_empty() {
         all.push(Series {
-            points: measured.iter().map(place).flat_map(|p| [p, (f64::NAN, f64::NAN)]).collect(),
-            labels: measured.iter().map(quality).flat_map(|q| [q, String::new()]).collect(),
+            points: measured
+                .iter()
+                .map(place)
+                .flat_map(|p| [p, (f64::NAN, f64::NAN)])
+                .collect(),
+            labels: measured
+                .iter()
+                .map(quality)
+                .flat_map(|q| [q, String::new()])
+                .collect(),
             ..series(name, Marker::Circle, &[], names)
         });
     }

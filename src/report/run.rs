@@ -237,7 +237,11 @@ fn took(engine: &Engine, done: &RunSummary) -> String {
     let ahead = found.alone.iter().chain(&found.mixtures);
     let half = ahead.filter(|point| point.error <= 0.5 * now && point.measured.is_none());
     if let Some(point) = half.min_by(|a, b| a.seconds.total_cmp(&b.seconds)) {
-        let _ = write!(text, "; half the error takes some {}", seconds(point.seconds));
+        let _ = write!(
+            text,
+            "; half the error takes some {}",
+            seconds(point.seconds)
+        );
     }
     text
 }

@@ -5,7 +5,6 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use footlight_host::work::Work;
 use footlight_picture::Image;
-use footlight_show::units::ErrorUnit;
 use footlight_transport::radiosity::Radiosity;
 use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 
@@ -94,13 +93,8 @@ impl Transport for Altered {
         }))
     }
 
-    fn stated_error(&self, _: &Setup, quality: Quality, unit: ErrorUnit) -> Option<f64> {
-        let light = self.stated.get(usize::from(quality.0) - 1).copied();
-        // A percent shows as five steps.
-        light.map(|error| match unit {
-            ErrorUnit::Light => error,
-            ErrorUnit::Steps => 500.0 * error,
-        })
+    fn usual_error(&self, _: &Setup, quality: Quality) -> Option<f64> {
+        self.stated.get(usize::from(quality.0) - 1).copied()
     }
 
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
