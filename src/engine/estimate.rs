@@ -154,13 +154,20 @@ impl<'e> Estimate<'e> {
         !self.is_final() && (self.is_measuring_due(goal) || !goal.asks_for_a_way())
     }
 
+    /// True where images will be measured for a goal.
+    pub(super) fn measures(&self, goal: &Goal) -> bool {
+        let renderer = self.host.renderer.as_ref();
+        let known = self.known_rendering();
+        goal.asks_for_a_way()
+            && goal.until.is_some()
+            && known.is_some_and(|r| renderer.is_measurable(&r.setup))
+    }
+
     /// True where the images of sources alone are there, and what they are off by is yet to be measured.
     pub(super) fn is_measuring_due(&self, goal: &Goal) -> bool {
-        let wants = goal.asks_for_a_way() && goal.until.is_some() && !self.is_pool_due();
-        let known = self.known_rendering();
-        let step = self.coarse_steps()[1];
-        wants
-            && self.step_error(step, ErrorUnit::Light).is_some()
+        let (known, step) = (self.known_rendering(), self.coarse_steps()[1]);
+        self.measures(goal)
+            && !self.is_pool_due()
             && known.is_some_and(|r| r.measured_at(step, self.document).is_none())
     }
 

@@ -135,7 +135,7 @@ impl Estimate<'_> {
         let is_stated = self.step_error(fine, goal.unit()).is_some();
         let is_named = self.way == Way::Alone;
         // What the first images are off by will be measured; a farm knows what they usually are.
-        let is_usual = is_stated && (goal.until.is_none() || extent == Extent::AtOnce);
+        let is_usual = is_stated && (!self.measures(goal) || extent == Extent::AtOnce);
         let is_told = is_usual || !is_stated && is_named && self.samples(fine).is_none();
         let is_known = is_told && (goal.budget.is_none() || self.images.pace.is_known());
         if !goal.asks_for_a_way() {

@@ -128,10 +128,10 @@ pub fn status(status: &Status, words: &str) -> String {
 }
 
 fn describe_job(job: &JobStatus, text: &mut String) {
-    let what = if job.refined {
-        "a picture".to_owned()
-    } else {
-        count(job.images, "coarse picture")
+    let what = match job.images {
+        0 => "measuring errors".to_owned(),
+        _ if job.refined => "a picture".to_owned(),
+        images => count(images, "coarse picture"),
     };
     let quality = job.quality.0;
     let _ = write!(

@@ -183,8 +183,7 @@ pub fn describe(engine: &Engine, done: &RunSummary, images: &ImageSources) -> St
         done.plan.rank
     );
     text += &line("plan", &plan);
-    let shown = exposure(engine.show(), done.exposure);
-    text += &line("shown", shown.trim_start_matches("exposure "));
+    let _ = writeln!(text, "  {}", exposure(engine.show(), done.exposure));
     let page = match &done.missing {
         None => "show.html plays the show in a browser",
         Some(missing) => missing,
@@ -199,9 +198,13 @@ pub fn describe(engine: &Engine, done: &RunSummary, images: &ImageSources) -> St
 fn error_words(engine: &Engine, done: &RunSummary) -> String {
     let estimate = engine.estimate();
     let mut asked = error(done.tolerance.error, done.tolerance.unit);
-    if done.ended == Ended::Finest {
-        asked += ", the finest quality reaches no less";
-    }
+    asked += match done.ended {
+        Ended::Reached | Ended::Stopped => "",
+        Ended::Counted => "; as many pictures as asked for",
+        Ended::Spent => "; the time is used up",
+        Ended::Complete => "; nothing left to refine",
+        Ended::Finest => "; the finest quality reaches no less",
+    };
     let measured = estimate.measured().filter(|_| estimate.refined() == 0);
     if let Some(worst) = measured.and_then(|(moments, _)| moments.first()) {
         let at = moment(engine, worst.cue, worst.time);
@@ -260,11 +263,13 @@ fn come_by(images: &ImageSources) -> String {
     let parts: Vec<String> = parts
         .map(|(n, what)| format!("{n} of them {what}"))
         .collect();
-    let mut text = format!("{rendered} rendered, {found} from the pool");
-    if !parts.is_empty() {
-        let _ = write!(text, " ({})", parts.join(", "));
+    let found = count(found, "picture");
+    if parts.is_empty() {
+        format!("from the pool: {found}, rendered: {rendered}")
+    } else {
+        let parts = parts.join(", ");
+        format!("from the pool: {found} ({parts}), rendered: {rendered}")
     }
-    text
 }
 
 /// `cue 7, 0:46`

@@ -312,6 +312,11 @@ pub trait Transport: Send + Sync {
     /// Predicted cost for this setup and quality, in units of [`Transport::cost_scale`].
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost;
 
+    /// True where [`Transport::estimator`] can measure pictures of a setup.
+    fn is_measurable(&self, _: &Setup) -> bool {
+        false
+    }
+
     /// What estimates pixels of a setup independently of pictures, to measure their error; `None`
     /// where the operator has nothing of the kind.
     ///

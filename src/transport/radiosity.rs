@@ -89,18 +89,18 @@ impl Transport for Radiosity {
         Ok(Counts::of(setup, step)?.quality_parameters(step))
     }
 
+    fn is_measurable(&self, setup: &Setup) -> bool {
+        // Paths know nothing of banks that are images.
+        let mut lights = setup.rig.lights.iter();
+        !lights.any(|light| matches!(light, Light::Image(_)))
+    }
+
     fn estimator(
         &self,
         setup: &Setup,
         work: Work<'_>,
     ) -> Result<Option<Box<dyn PixelEstimator>>, TransportError> {
-        // Paths know nothing of banks that are images.
-        if setup
-            .rig
-            .lights
-            .iter()
-            .any(|light| matches!(light, Light::Image(_)))
-        {
+        if !self.is_measurable(setup) {
             return Ok(None);
         }
         Ok(Some(Box::new(PathEstimator::new(setup, work)?)))

@@ -142,7 +142,7 @@ fn the_spectrum_the_basis_and_the_error_follow_the_pool() {
     assert!(said.contains("nothing is refined yet"), "{said}");
     assert!(svg.contains("each bank alone") && svg.contains(">warm.g<"));
     let (_, svg) = drawn(&mut show, &store, "error");
-    assert!(svg.contains("if it went on"));
+    assert!(svg.contains("what more seconds would buy"));
     show.execute("refine 2").unwrap();
     let (said, svg) = drawn(&mut show, &store, "basis");
     assert!(said.starts_with("2 basis pictures"), "{said}");

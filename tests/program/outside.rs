@@ -186,7 +186,7 @@ fn a_renderer_that_states_nothing_takes_mixtures_unless_the_other_way_is_named()
     let (counts, refined, text) = ran("run --until 0.1% -o out --way alone");
     assert_eq!((counts, refined), ([0, 0, 6], 0), "{text}");
     assert!(
-        text.contains("every bank alone at quality 3") && text.contains("rendered: 2"),
+        text.contains("2 pictures at quality 3") && text.contains("rendered: 2"),
         "{text}"
     );
     let (counts, refined, text) = ran("run --until 0.1% -o out");

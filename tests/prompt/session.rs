@@ -292,7 +292,7 @@ fn run_leaves_its_results_and_no_keys_of_an_earlier_run() {
     let manifest = store.read(Path::new("o/files.sha256"), 1 << 20).unwrap();
     let manifest = String::from_utf8(manifest).unwrap();
     let cues = show.engine().show().cues.len();
-    assert_eq!(manifest.lines().count(), keys + cues + 8, "{manifest}");
+    assert_eq!(manifest.lines().count(), keys + cues + 9, "{manifest}");
     for line in manifest.lines() {
         let (digest, name) = line.split_once("  ").unwrap();
         let content = store.read(&Path::new("o").join(name), 1 << 28).unwrap();
