@@ -154,8 +154,8 @@ impl<'e> Estimate<'e> {
         !self.is_final() && (self.is_measuring_due(goal) || !goal.asks_for_a_way())
     }
 
-    /// True where images will be measured for a goal.
-    pub(super) fn measures(&self, goal: &Goal) -> bool {
+    /// True where images are measured on the way to a goal, the coarse ones first.
+    pub fn measures(&self, goal: &Goal) -> bool {
         let renderer = self.host.renderer.as_ref();
         let known = self.known_rendering();
         goal.asks_for_a_way()

@@ -49,17 +49,3 @@ fn name(way: &WayForecast) -> String {
         _ => format!("coarse pictures, {mixtures} at quality {quality}"),
     }
 }
-
-/// The way that is taken and the next best, in a line; empty where nothing is known of them.
-pub fn taken(ways: &[WayForecast]) -> String {
-    let [first, rest @ ..] = ways else {
-        return String::new();
-    };
-    let of = |way: &WayForecast| format!("{}, {}", name(way), seconds(way.seconds));
-    let mut text = of(first);
-    let other = |way: &&WayForecast| way.reaches && name(way) != name(first);
-    if let Some(next) = rest.iter().find(other) {
-        let _ = write!(text, "; next best: {}", of(next));
-    }
-    text
-}

@@ -120,7 +120,7 @@ pub const MANY_POLYGONS: usize = 2500;
 const MANY_ROUND: usize = 1000;
 
 /// What pictures of each step are usually off by, as measured at moments of the shipped shows and of rooms.
-const BY_HEMICUBES: [f64; 3] = [0.04, 0.03, 0.02];
+const BY_HEMICUBES: [f64; 3] = [0.02, 0.013, 0.008];
 const GATHERED: [f64; 3] = [0.05, 0.02, 0.01];
 
 /// Which of the two methods serves a scene, at every step: what light passes through only rays know.

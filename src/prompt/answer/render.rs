@@ -128,6 +128,12 @@ pub fn plan(repl: &mut Repl, asked: &Plan) -> Result<Reply, Error> {
         let wanted = asked.by.refinement(Goal::until(tolerance));
         let goal = wanted.goal;
         text.push_str(&report::ways::describe(&repl.engine.ways(wanted)?, &goal));
+        let estimate = repl.engine.estimate();
+        if estimate.measures(&goal) && estimate.measured().is_none() {
+            text.push_str(
+                "errors are those of most shows: `run` and `refine until` measure first\n",
+            );
+        }
     }
     if repl.engine.estimate().pool().is_some() && !repl.engine.estimate().is_final() {
         let at = qualities(&repl.engine);
