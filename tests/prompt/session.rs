@@ -298,7 +298,12 @@ fn run_leaves_its_results_and_no_keys_of_an_earlier_run() {
         let content = store.read(&Path::new("o").join(name), 1 << 28).unwrap();
         assert_eq!(digest, sha256(&content), "{name}");
     }
-    for word in ["3 banks", "1 picture at quality 3", "rank", "cue pictures"] {
+    for word in [
+        "3 banks",
+        "1 mixture at quality 3",
+        "rank",
+        "plays the show",
+    ] {
         assert!(
             reply.text.contains(word),
             "`{word}` is missing from:\n{}",

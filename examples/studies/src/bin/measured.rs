@@ -1,0 +1,124 @@
+//! What a refinement states of its error against what is true, over random shows (rooms, dark cues, open
+//! squares, textures with projections).
+//! `cargo run --release -p footlight-studies --bin measured [SHOWS] [ASKED %]...` refines each show until
+//! the errors asked for (5 % and 2 %) and measures the moment that came out worst again with 64 times the
+//! paths and pixels. It prints, for each, the interval that was stated, the true error, the step that was
+//! taken, and the cheapest one that would have done.
+
+use std::error::Error;
+
+use footlight_engine::measure::independent::{self, Effort};
+use footlight_engine::{Ended, Engine, Goal, Host};
+use footlight_picture::Image;
+use footlight_studies::random_show::random_show;
+use footlight_transport::Quality;
+
+/// Random shows.
+const SHOWS: u64 = 20;
+/// Percent.
+const ASKED: [f64; 2] = [5.0, 2.0];
+/// For the true error.
+const EFFORT: Effort = Effort {
+    pixels: 4096,
+    paths: 256,
+};
+
+type Failure = Box<dyn Error>;
+
+/// How often statements held.
+#[derive(Default)]
+struct Kept {
+    cases: usize,
+    in_interval: usize,
+    above_asked: usize,
+    worst: f64,
+    seconds: [f64; 2],
+}
+
+fn refine(engine: &mut Engine, name: &str, asked: f64, kept: &mut Kept) -> Result<(), Failure> {
+    let ended = engine.refine(Goal::until(asked))?.ended;
+    let estimate = engine.estimate();
+    let quality = estimate.coarse_steps()[1];
+    let points = estimate.speed_accuracy()?.alone;
+    let mixtures = estimate.refined();
+    let measured = estimate.measured().ok_or("nothing was measured")?;
+    let Some(worst) = measured.0.first().copied() else {
+        return Ok(());
+    };
+    let setting = engine.document().setting(worst.time);
+    let image = engine.picture_of(&setting)?;
+    let truth = |engine: &Engine, image: &Image| -> Result<f64, Failure> {
+        let found = independent::measure(engine, image, &setting, EFFORT)?;
+        Ok(found.ok_or("not measured")?.error)
+    };
+    let own = truth(engine, &image)?;
+    let mut cheapest = None;
+    for point in &points {
+        let image = engine.render(&setting, Quality(point.quality))?;
+        if truth(engine, &image)? <= asked {
+            cheapest = Some(point);
+            break;
+        }
+    }
+    let [least, most] = worst.measured.interval;
+    let is_in = least <= own && own <= most;
+    let taken = points.iter().filter(|point| point.measured.is_some());
+    let taken: f64 = taken.map(|point| point.seconds).sum::<f64>();
+    kept.cases += 1;
+    kept.in_interval += usize::from(is_in);
+    if ended == Some(Ended::Reached) {
+        kept.above_asked += usize::from(own > asked);
+        kept.worst = kept.worst.max(own / asked);
+    }
+    if let Some(cheapest) = cheapest {
+        kept.seconds[0] += taken;
+        kept.seconds[1] += cheapest.seconds;
+    }
+    let needed = cheapest.map_or("none".to_owned(), |point| point.quality.to_string());
+    println!(
+        "{name}: asked {:.1} %, {ended:?}, quality {} and {mixtures} mixtures; stated {:.2} to {:.2} %, true {:.2} %{}; \
+         quality {needed} is enough; {taken:.2} s",
+        100.0 * asked,
+        quality.0,
+        100.0 * least,
+        100.0 * most,
+        100.0 * own,
+        if is_in { "" } else { " (outside)" },
+    );
+    Ok(())
+}
+
+fn main() -> Result<(), Failure> {
+    let mut arguments = std::env::args().skip(1);
+    let shows = arguments.next().map_or(Ok(SHOWS), |n| n.parse())?;
+    let asked: Vec<f64> = arguments.map(|a| a.parse()).collect::<Result<_, _>>()?;
+    let asked = if asked.is_empty() {
+        ASKED.to_vec()
+    } else {
+        asked
+    };
+    let mut kept = Kept::default();
+    for seed in 1..=shows {
+        for percent in &asked {
+            let show = random_show(seed, [160, 90]);
+            let host = Host {
+                threads: 2,
+                ..Host::default()
+            };
+            let mut engine = show.open(host)?;
+            let name = format!("random {seed}");
+            refine(&mut engine, &name, percent / 100.0, &mut kept)?;
+        }
+    }
+    let [taken, needed] = kept.seconds;
+    println!(
+        "{} cases: {} true errors in the interval stated; {} beyond what was asked and said to be reached, the \
+         worst {:.2} times; {:.2} times the seconds of the cheapest step",
+        kept.cases,
+        kept.in_interval,
+        kept.above_asked,
+        kept.worst,
+        taken / needed
+    );
+    Ok(())
+}
