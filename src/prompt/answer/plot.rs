@@ -6,6 +6,7 @@ use super::usage;
 use crate::argument::{self, Output, tolerance};
 use crate::error::Error;
 use crate::repl::{Repl, Reply};
+use footlight_engine::Goal;
 use footlight_report::chart::{Drawing, Theme};
 use footlight_report::curves::{curves, moving};
 use footlight_report::format::DRAWING;
