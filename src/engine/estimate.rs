@@ -7,10 +7,13 @@ use super::document::Document;
 use super::goal::{Goal, Refinement, Step, Way};
 use super::host::Host;
 use super::images::{Images, ViewImages};
-use super::rendering::SetupImages;
+use super::rendering::{MeasuredShow, SetupImages};
 use crate::pool::Pool;
 use footlight_show::units::ErrorUnit;
 use footlight_transport::{Cost, Quality, Transport as _};
+
+/// Times the usual effort of a measurement, at most.
+const MOST_EFFORT: usize = 256;
 
 /// A document and its images as they stand, looked at from one view. Its answers are functions of
 /// these and change nothing.
@@ -163,12 +166,32 @@ impl<'e> Estimate<'e> {
             && known.is_some_and(|r| renderer.is_measurable(&r.setup))
     }
 
-    /// True where the images of sources alone are there, and what they are off by is yet to be measured.
+    /// True where the images of sources alone are there, and what they are off by is yet to be measured, or
+    /// so uncertain that another measurement is worth its time.
     pub(super) fn is_measuring_due(&self, goal: &Goal) -> bool {
         let (known, step) = (self.known_rendering(), self.coarse_steps()[1]);
-        self.measures(goal)
-            && !self.is_pool_due()
-            && known.is_some_and(|r| r.measured_at(step, self.document).is_none())
+        let is_due = |rendering: &SetupImages| {
+            let measured = rendering.measured_at(step, self.document);
+            measured.is_none_or(|m| self.is_worth_more(rendering, m, goal))
+        };
+        self.measures(goal) && !self.is_pool_due() && known.is_some_and(is_due)
+    }
+
+    /// Whether four times the effort may decide if an error is within a goal, in a quarter of the time
+    /// that the next finer step takes, or a tenth of what these images took.
+    fn is_worth_more(&self, rendering: &SetupImages, of: &MeasuredShow, goal: &Goal) -> bool {
+        let until = goal.until.filter(|until| until.unit == ErrorUnit::Light);
+        let (Some(until), Some(doubtful)) = (until, of.doubtful()) else {
+            return false;
+        };
+        let [least, most] = doubtful.measured.interval;
+        let finer = self.missing_of(self.base_of(Quality(of.quality.0 + 1)));
+        let worth = match finer {
+            Ok((_, seconds)) if of.quality < self.finest() => 0.25 * seconds,
+            _ => 0.1 * rendering.taken.get(&of.quality.0).copied().unwrap_or(0.0),
+        };
+        let is_in_doubt = least < until.error && until.error < most;
+        is_in_doubt && of.effort < MOST_EFFORT && 2.0 * of.seconds < worth
     }
 
     /// Samples a pixel at a step of an operator with noise.

@@ -389,29 +389,42 @@ impl Refiner {
         &mut self,
         means: &mut Means<'_>,
         job: &MeasureJob,
-        (moments, seconds): (Vec<MeasuredMoment>, f64),
+        (mut moments, seconds): (Vec<MeasuredMoment>, f64),
     ) -> Result<(), Error> {
-        let usual = means
-            .estimate(&self.wanted)
-            .step_error(job.quality, ErrorUnit::Light);
-        let revision = means.document.revision();
+        let estimate = means.estimate(&self.wanted);
+        let now = estimate.step_error(job.quality, ErrorUnit::Light);
+        let now = now.unwrap_or(0.0);
+        let document = means.document;
         let rendering = means.images.rendering(&self.wanted.view)?;
         if rendering.setup != job.setup {
             return Ok(());
         }
-        let usual = usual.unwrap_or(0.0);
-        let likely = moments.iter().map(|m| m.measured.likely(usual));
-        let error = likely.reduce(f64::max).unwrap_or(usual);
-        if usual > 0.0 {
-            rendering.error_scale *= error / usual;
+        let before = rendering.measured_at(job.quality, document);
+        let expected = before.map_or(now, |before| before.expected);
+        let is_new = |m: &&MeasuredMoment| !moments.iter().any(|new| new.time == m.time);
+        let kept: Vec<MeasuredMoment> = before
+            .iter()
+            .flat_map(|before| &before.moments)
+            .filter(is_new)
+            .copied()
+            .collect();
+        moments.extend(kept);
+        let likely = |m: &MeasuredMoment| m.measured.likely(expected);
+        moments.sort_by(|a, b| likely(b).total_cmp(&likely(a)));
+        let error = moments.first().map_or(now, likely);
+        let in_all = seconds + before.map_or(0.0, |before| before.seconds);
+        if now > 0.0 {
+            rendering.error_scale *= error / now;
         }
         rendering.measured.retain(|m| m.quality != job.quality);
         rendering.measured.push(MeasuredShow {
             quality: job.quality,
-            revision,
+            revision: document.revision(),
             moments,
             error,
-            seconds,
+            expected,
+            effort: job.effort,
+            seconds: in_all,
         });
         let stated = means.estimate(&self.wanted).stated_of_pool();
         let rendering = means.images.rendering(&self.wanted.view)?;

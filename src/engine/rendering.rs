@@ -73,8 +73,22 @@ pub(super) struct MeasuredShow {
     pub moments: Vec<MeasuredMoment>,
     /// Likely error of the worst one, relative.
     pub error: f64,
+    /// What was expected of it before.
+    pub expected: f64,
+    /// Times the usual effort that the one in doubt was measured with.
+    pub effort: usize,
     /// Seconds that it took.
     pub seconds: f64,
+}
+
+impl MeasuredShow {
+    /// The moment whose error may be the largest.
+    pub fn doubtful(&self) -> Option<&MeasuredMoment> {
+        let most = |m: &&MeasuredMoment| m.measured.interval[1];
+        self.moments
+            .iter()
+            .max_by(|a, b| most(a).total_cmp(&most(b)))
+    }
 }
 
 /// At which steps of quality a show is seen.

@@ -243,7 +243,8 @@ fn what_is_measured_of_a_room_is_true() {
         .collect();
     let ended = engine.refine(Goal::until(0.03)).unwrap().ended;
     assert_eq!(ended, Some(Ended::Reached));
-    let (moments, _) = engine.estimate().measured().unwrap();
+    let estimate = engine.estimate();
+    let (moments, _) = estimate.measured().unwrap();
     assert!(moments.iter().all(|m| m.measured.interval[0] <= 0.03));
     for (setting, truth) in settings.iter().zip(&truth) {
         let shown = engine.picture_of(setting).unwrap();

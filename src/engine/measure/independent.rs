@@ -109,12 +109,15 @@ pub fn measure(
 pub(crate) struct MeasureJob {
     pub setup: Setup,
     pub quality: Quality,
+    /// Times the usual effort.
+    pub effort: usize,
     moments: Vec<(usize, Time, Vec<f64>, Image)>,
 }
 
 impl MeasureJob {
     /// Up to three moments of the show as the images stand: the one that is predicted to be worst, the
-    /// brightest one, and one that the text picks by chance.
+    /// brightest one, and one that the text picks by chance. Where these were measured, the one that may
+    /// be off most, with four times the effort.
     pub fn new(estimate: &Estimate<'_>, work: Work<'_>) -> Result<MeasureJob, Error> {
         let pool = estimate.rendered()?;
         let with_picture = |(cue, time)| {
@@ -122,15 +125,22 @@ impl MeasureJob {
             let image = pool.preview(&setting, work)?;
             Ok::<_, Error>((cue, time, setting, image))
         };
-        let moments = moments(estimate, work)?.into_iter().map(with_picture);
+        let (rendering, quality) = (estimate.rendering()?, estimate.coarse_steps()[1]);
+        let before = rendering.measured_at(quality, estimate.document);
+        let (moments, effort) = match before.and_then(|m| Some((m.doubtful()?, 4 * m.effort))) {
+            Some((doubtful, effort)) => (vec![(doubtful.cue, doubtful.time)], effort),
+            None => (moments(estimate, work)?, 1),
+        };
+        let moments = moments.into_iter().map(with_picture);
         Ok(MeasureJob {
-            setup: estimate.rendering()?.setup.clone(),
-            quality: estimate.coarse_steps()[1],
+            setup: rendering.setup.clone(),
+            quality,
+            effort,
             moments: moments.collect::<Result<_, _>>()?,
         })
     }
 
-    /// Measures; the worst first. Empty where nothing can be measured.
+    /// Measures. Empty where nothing can be measured.
     pub fn run(
         &self,
         renderer: &dyn Transport,
@@ -142,17 +152,22 @@ impl MeasureJob {
             Ok(None) | Err(TransportError::Memory { .. }) => return Ok(Vec::new()),
             Err(error) => return Err(error),
         };
+        // More pixels and more paths for each.
+        let by = self.effort.isqrt();
+        let effort = Effort {
+            pixels: EFFORT.pixels * by,
+            paths: EFFORT.paths * by as u32,
+        };
         let mut measured = Vec::new();
         for (at, (cue, time, setting, image)) in self.moments.iter().enumerate() {
             work.progress.report("measuring", at, self.moments.len());
-            let found = meter.measure(image, setting, EFFORT, work)?;
+            let found = meter.measure(image, setting, effort, work)?;
             measured.extend(found.map(|measured| MeasuredMoment {
                 cue: *cue,
                 time: *time,
                 measured,
             }));
         }
-        measured.sort_by(|a, b| b.measured.error.total_cmp(&a.measured.error));
         Ok(measured)
     }
 }
