@@ -245,7 +245,7 @@ impl Estimate<'_> {
 
     /// The steps at which sources alone are rendered to be seen at one. Noise is told by a second
     /// picture, which makes the first one better by what it costs.
-    pub(super) fn base_of(&self, quality: Quality) -> [Quality; 2] {
+    fn base_of(&self, quality: Quality) -> [Quality; 2] {
         match self.samples(quality) {
             Some(_) => [Quality((quality.0 - 1).max(1)), quality],
             None => [quality; 2],
@@ -254,7 +254,7 @@ impl Estimate<'_> {
 
     /// How many images of sources alone are not at hand at one or two steps, and the predicted
     /// seconds of rendering them.
-    pub(super) fn missing_of(&self, base: [Quality; 2]) -> Result<(usize, f64), Error> {
+    fn missing_of(&self, base: [Quality; 2]) -> Result<(usize, f64), Error> {
         let rendering = self.rendering()?;
         let units = rendering.units();
         let (mut images, mut cost) = (0, 0.0);
