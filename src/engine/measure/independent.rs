@@ -4,6 +4,8 @@
 //! squared error of `x`, whatever the noise of `a` and `b`; that of `a b` is the squared light. Pixels next
 //! to a visible emitter do not count, as in [`comparison`](super::comparison): its edges would decide.
 
+use std::f64::consts::PI;
+
 use serde::Serialize;
 
 use super::difference::away_from;
@@ -70,14 +72,21 @@ pub struct MeasuredMoment {
 }
 
 impl MeasuredError {
-    /// The likely error where pictures of this kind are usually off by `usual`, give or take as much: the
-    /// mean of both squares by their precision.
+    /// The expected error where pictures of this kind are usually off by `usual`, and by up to three times
+    /// as much: of both squares by their precision, knowing that none is negative.
     pub fn likely(&self, usual: f64) -> f64 {
-        let weight = |spread: f64| spread.max(f64::MIN_POSITIVE).powi(-2);
-        let [square, usual] = [self.error, usual].map(|error| error * error);
-        let [_, most] = self.interval;
-        let [own, prior] = [weight((most * most - square) / WIDE), weight(usual)];
-        ((own * square + prior * usual) / (own + prior)).sqrt()
+        let weight = |spread: f64| spread.max(f64::MIN_POSITIVE.sqrt()).powi(-2);
+        let (square, most) = (self.error.powi(2), self.interval[1].powi(2));
+        let [own, prior] = [
+            weight((most - square) / WIDE),
+            weight((3.0 * usual).powi(2)),
+        ];
+        let mean = (own * square + prior * usual.powi(2)) / (own + prior);
+        let spread = (own + prior).sqrt().recip();
+        // The mean of the part of a normal distribution above zero; its sum within 1 % by a logistic curve.
+        let at = mean / spread;
+        let density = (-0.5 * at * at).exp() / (2.0 * PI).sqrt();
+        (mean + spread * density * (1.0 + (-1.702 * at).exp())).sqrt()
     }
 }
 
@@ -410,6 +419,29 @@ mod tests {
             }
         }
         assert!(held.into_iter().all(|held| held >= 36), "{held:?}");
+    }
+
+    /// A narrow interval speaks for itself; a wide one says no more than what errors usually are.
+    #[test]
+    fn a_wide_interval_leaves_what_is_usual() {
+        let likely = |error, most: f64| {
+            let measured = MeasuredError {
+                error,
+                interval: [0.0, most],
+                mean_ratio: 1.0,
+                pixels: 512,
+                paths: 32,
+                seconds: 0.0,
+            };
+            measured.likely(0.02)
+        };
+        assert!((likely(0.06, 0.0601) - 0.06).abs() < 1e-4);
+        assert!((0.004..0.02).contains(&likely(0.0, 0.017)));
+        let (wide, wider) = (likely(0.1, 0.5), likely(0.1, 5.0));
+        assert!(
+            (wide / wider - 1.0).abs() < 0.05 && wide < 0.07,
+            "{wide} {wider}"
+        );
     }
 
     #[test]
