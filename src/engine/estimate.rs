@@ -178,7 +178,7 @@ impl<'e> Estimate<'e> {
     }
 
     /// Whether four times the effort may decide if an error is within a goal, in a quarter of the time
-    /// that the way takes that is taken otherwise, or a tenth of what these images took.
+    /// that the way takes that is taken otherwise, or a fifth of what these images took.
     fn is_worth_more(&self, rendering: &SetupImages, of: &MeasuredShow, goal: &Goal) -> bool {
         let until = goal.until.filter(|until| until.unit == ErrorUnit::Light);
         let (Some(until), Some(doubtful)) = (until, of.doubtful()) else {
@@ -190,7 +190,7 @@ impl<'e> Estimate<'e> {
             .ok()
             .and_then(|ways| ways.first().map(|w| w.seconds));
         let taken = rendering.taken.get(&of.quality.0).copied().unwrap_or(0.0);
-        let worth = (0.25 * next.unwrap_or(0.0)).max(0.1 * taken);
+        let worth = (0.25 * next.unwrap_or(0.0)).max(0.2 * taken);
         let is_in_doubt = least < until.error && until.error < most;
         is_in_doubt && of.effort < MOST_EFFORT && 2.0 * of.seconds < worth
     }
