@@ -51,8 +51,17 @@ impl Estimate<'_> {
             let taken = rendering.taken.get(&step.0).copied();
             taken.unwrap_or_else(|| cost.alone(rendering.sources() as f64) * pace)
         };
+        // By the finest measured step that is no finer, over what the two usually err by.
+        let expected = |step: Quality| {
+            let own = self.step_error(step, ErrorUnit::Light)?;
+            let by = |q: u8| {
+                let of = rendering.measured_at(Quality(q), self.document)?;
+                Some(own * of.error / self.step_error(Quality(q), ErrorUnit::Light)?)
+            };
+            Some((1..=step.0).rev().find_map(by).unwrap_or(own))
+        };
         for step in (1..=self.finest().0).map(Quality) {
-            let Some(expected) = self.step_error(step, ErrorUnit::Light) else {
+            let Some(expected) = expected(step) else {
                 return Ok(SpeedAccuracy::default());
             };
             let measured = rendering.measured_at(step, self.document);
@@ -67,10 +76,11 @@ impl Estimate<'_> {
         if let Some((coarse, ahead)) = self.next_unseen(ErrorUnit::Light)? {
             let (step, [_, coarse_step]) = (self.refined_step(), self.coarse_pair());
             let cost = rendering.cost(renderer, step);
+            let scale = expected(coarse_step).map_or(1.0, |now| now / coarse);
             let mut point = SpeedPoint {
                 quality: step.0,
                 seconds: seconds_of(coarse_step),
-                error: coarse,
+                error: scale * coarse,
                 measured: None,
             };
             let mut lit = vec![false; rendering.sources()];
@@ -81,7 +91,7 @@ impl Estimate<'_> {
                 let work = std::mem::take(&mut prepare) + fresh * cost.per_source + cost.per_image;
                 point = SpeedPoint {
                     seconds: point.seconds + work * pace,
-                    error,
+                    error: scale * error,
                     ..point
                 };
             }
