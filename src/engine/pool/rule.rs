@@ -28,7 +28,7 @@ const ROUNDING: f64 = 1e-9;
 
 /// Whether an error that was `predicted` with so many refined pictures counts as within `wanted`:
 /// without two that it was held against it must leave room, threefold and fourfold. An error that
-/// rests on what the operator states ([`footlight_transport::Transport::stated_error`]) counts as it is.
+/// rests on what was measured or is usual ([`footlight_transport::Transport::usual_error`]) counts as it is.
 pub fn is_within(wanted: f64, predicted: f64, refined: usize, is_stated: bool) -> bool {
     let room = ROOM.get(refined).filter(|_| !is_stated);
     room.unwrap_or(&1.0) * predicted <= wanted * (1.0 + ROUNDING)
