@@ -65,7 +65,7 @@ struct PendingJob {
     outcome: Option<Outcome>,
 }
 
-/// What a job is for.
+/// The purpose of a job.
 enum PendingTask {
     Render(Box<Ticket>),
     Measure {
@@ -75,7 +75,7 @@ enum PendingTask {
     },
 }
 
-/// What a job came to.
+/// The result of a job.
 enum Outcome {
     Rendered(Rendered),
     Measured(Box<MeasureJob>, Result<Vec<MeasuredMoment>, TransportError>),

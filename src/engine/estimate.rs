@@ -141,7 +141,7 @@ impl<'e> Estimate<'e> {
         self.of_view.is_some() && self.finest() == Quality(1)
     }
 
-    /// What images of a step are off by, as measured or as they usually are; `None` where the operator
+    /// The error of images of a step, as measured or as they usually are; `None` where the operator
     /// knows nothing of it.
     pub(super) fn step_error(&self, quality: Quality, unit: ErrorUnit) -> Option<f64> {
         let renderer = self.host.renderer.as_ref();
@@ -177,7 +177,7 @@ impl<'e> Estimate<'e> {
         self.measures(goal) && !self.is_pool_due() && known.is_some_and(is_due)
     }
 
-    /// Whether four times the effort may decide if an error is within a goal, in a quarter of the time
+    /// True where four times the effort may decide if an error is within a goal, in a quarter of the time
     /// that the way takes that is taken otherwise, or a fifth of what these images took.
     fn is_worth_more(&self, rendering: &SetupImages, of: &MeasuredShow, goal: &Goal) -> bool {
         let until = goal.until.filter(|until| until.unit == ErrorUnit::Light);

@@ -10,7 +10,7 @@ use super::estimate::Estimate;
 use crate::plan::{self, Moment, Weighting};
 use crate::pool::{Pool, Stated};
 use footlight_show::units::ErrorUnit;
-use footlight_transport::Transport as _;
+use footlight_transport::{Cost, Transport as _};
 
 /// An image that could be refined next.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -67,11 +67,14 @@ impl Estimate<'_> {
             },
         };
         let (settings, errors): (Vec<Vec<f64>>, Vec<f64>) = next.into_iter().unzip();
-        let (cost, is_ready) = (self.cost(quality)?, rendering.is_prepared(quality));
-        let mut lit = vec![false; rendering.sources()];
+        let is_ready = rendering.is_prepared(quality);
+        let mut price = Price::new(self.cost(quality)?, rendering.sources());
+        if is_ready {
+            price.cost.prepare = 0.0;
+        }
         let refined = self.pool().map_or(&[][..], Pool::refined).iter();
         for refined in refined.filter(|r| is_ready && r.quality == quality) {
-            newly_lit(&mut lit, &refined.setting);
+            price.light(&refined.setting);
         }
         let stored = rendering.at_hand(
             &self.images.cache,
@@ -79,13 +82,11 @@ impl Estimate<'_> {
             &settings,
             self.host.store.as_ref(),
         );
-        let (mut prepare, mut steps) = (if is_ready { 0.0 } else { cost.prepare }, Vec::new());
+        let mut steps = Vec::new();
         for ((setting, error), stored) in settings.into_iter().zip(errors).zip(stored) {
             let mut seconds = 0.0;
             if !stored {
-                let fresh = newly_lit(&mut lit, &setting) as f64;
-                let work = std::mem::take(&mut prepare) + fresh * cost.per_source;
-                seconds = (work + cost.per_image) * self.images.pace.seconds();
+                seconds = price.next(&setting) * self.images.pace.seconds();
             }
             steps.push(NextImage {
                 setting,
@@ -149,11 +150,33 @@ impl Estimate<'_> {
     }
 }
 
-/// Marks the sources that a setting lights and counts those that were dark before.
-pub(super) fn newly_lit(lit: &mut [bool], setting: &[f64]) -> usize {
-    let pairs = lit.iter_mut().zip(setting);
-    let fresh = pairs.filter(|(lit, s)| !**lit && **s != 0.0);
-    fresh.map(|(lit, _)| *lit = true).count()
+/// Prices mixtures one after the other, in the operator's units: the first one prepares the step, and each
+/// pays for the sources that none before it has lit.
+pub(super) struct Price {
+    cost: Cost,
+    lit: Vec<bool>,
+}
+
+impl Price {
+    pub fn new(cost: Cost, sources: usize) -> Price {
+        Price {
+            cost,
+            lit: vec![false; sources],
+        }
+    }
+
+    /// Marks the sources that a setting lights and counts those that were dark before.
+    fn light(&mut self, setting: &[f64]) -> usize {
+        let pairs = self.lit.iter_mut().zip(setting);
+        let fresh = pairs.filter(|(lit, s)| !**lit && **s != 0.0);
+        fresh.map(|(lit, _)| *lit = true).count()
+    }
+
+    pub fn next(&mut self, setting: &[f64]) -> f64 {
+        let fresh = self.light(setting) as f64;
+        let prepare = std::mem::take(&mut self.cost.prepare);
+        prepare + fresh * self.cost.per_source + self.cost.per_image
+    }
 }
 
 #[cfg(test)]

@@ -225,7 +225,7 @@ impl Pool {
         Ok(self)
     }
 
-    /// States errors anew, as they were measured.
+    /// Replaces the stated errors by measured ones.
     pub fn restate(&mut self, stated: Stated) {
         self.stated = Some(stated);
         self.fit = self.fit();

@@ -134,13 +134,11 @@ impl Refiner {
         if self.stopping {
             return Ok(Next::Ended(Ended::Stopped));
         }
-        loop {
+        let is_measuring_due = loop {
             // The way is chosen by what is measured of the first images.
-            let is_due = means
-                .estimate(&self.wanted)
-                .is_measuring_due(&self.wanted.goal);
-            if is_due && self.extent != Extent::AtOnce {
-                break;
+            let estimate = means.estimate(&self.wanted);
+            if self.extent != Extent::AtOnce && estimate.is_measuring_due(&self.wanted.goal) {
+                break true;
             }
             if self.ways.is_none() {
                 let (goal, extent) = (&self.wanted.goal, self.extent);
@@ -151,23 +149,22 @@ impl Refiner {
                 self.ways = choice.ways;
             }
             if !means.estimate(&self.wanted).is_pool_due() {
-                break;
+                break false;
             }
             if let Some((job, ticket)) = self.next_coarse(means)? {
                 return Ok(Next::Render(job, Box::new(ticket)));
             }
             // What these images show may choose finer ones.
             self.make_pool(means)?;
-        }
+        };
         if self.extent == Extent::Coarse {
             return Ok(Next::Ended(Ended::Counted));
         }
         let estimate = means.estimate(&self.wanted);
-        if self.extent == Extent::Goal && estimate.is_measuring_due(&self.wanted.goal) {
+        if is_measuring_due {
             let job = MeasureJob::new(&estimate, means.host.work())?;
             return Ok(Next::Measure(Box::new(job)));
         }
-        let estimate = means.estimate(&self.wanted);
         if let Some(ended) = estimate.ended(&self.wanted.goal, &self.done)? {
             return Ok(Next::Ended(ended));
         }

@@ -58,7 +58,7 @@ pub(super) struct SetupImages {
     pub measured: Vec<MeasuredShow>,
     /// Seconds that the images of all sources alone took, by step of quality.
     pub taken: BTreeMap<u8, f64>,
-    /// What errors are, as a multiple of what the operator's usually are.
+    /// Factor from the operator's usual errors to those of this show.
     pub error_scale: f64,
 }
 
@@ -210,8 +210,7 @@ impl SetupImages {
         self.layered(renderer).prepare(&self.setup, quality, work)
     }
 
-    /// What images of a step are off by, relative to their light: what they usually are, scaled by what
-    /// was measured.
+    /// The error of images of a step, relative to their light: the usual one, scaled by the measurements.
     pub fn step_error(&self, renderer: &dyn Transport, quality: Quality) -> Option<f64> {
         let usual = self.layered(renderer).usual_error(&self.setup, quality)?;
         Some(self.error_scale * usual)

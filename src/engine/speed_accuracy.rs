@@ -2,7 +2,7 @@
 
 use super::Error;
 use super::estimate::Estimate;
-use super::forecast::newly_lit;
+use super::forecast::Price;
 use crate::measure::MeasuredMoment;
 use footlight_show::units::ErrorUnit;
 use footlight_transport::Quality;
@@ -65,17 +65,17 @@ impl Estimate<'_> {
                 return Ok(SpeedAccuracy::default());
             };
             let measured = rendering.measured_at(step, self.document);
-            let worst = measured.and_then(|m| m.moments.first().map(|worst| (m.error, worst)));
+            let worst = measured.and_then(|m| m.moments.first());
             out.alone.push(SpeedPoint {
                 quality: step.0,
                 seconds: seconds_of(step),
-                error: worst.map_or(expected, |(error, _)| error),
-                measured: worst.map(|(_, worst)| worst.measured.interval),
+                error: expected,
+                measured: worst.map(|worst| worst.measured.interval),
             });
         }
         if let Some((coarse, ahead)) = self.next_unseen(ErrorUnit::Light)? {
             let (step, [_, coarse_step]) = (self.refined_step(), self.coarse_pair());
-            let cost = rendering.cost(renderer, step);
+            let mut price = Price::new(rendering.cost(renderer, step), rendering.sources());
             let scale = expected(coarse_step).map_or(1.0, |now| now / coarse);
             let mut point = SpeedPoint {
                 quality: step.0,
@@ -83,14 +83,10 @@ impl Estimate<'_> {
                 error: scale * coarse,
                 measured: None,
             };
-            let mut lit = vec![false; rendering.sources()];
-            let mut prepare = cost.prepare;
             for (setting, error) in ahead {
                 out.mixtures.push(point);
-                let fresh = newly_lit(&mut lit, &setting) as f64;
-                let work = std::mem::take(&mut prepare) + fresh * cost.per_source + cost.per_image;
                 point = SpeedPoint {
-                    seconds: point.seconds + work * pace,
+                    seconds: point.seconds + price.next(&setting) * pace,
                     error: scale * error,
                     ..point
                 };

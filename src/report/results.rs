@@ -237,36 +237,15 @@ pub fn error_chart(engine: &Engine, tolerance: Tolerance, theme: Theme) -> Resul
         .alone
         .iter()
         .partition(|point| point.measured.is_some());
-    let names = measured.iter().map(quality).collect();
-    let name = "every bank at one quality: measured, with what it lies between";
-    for [least, most] in measured.iter().filter_map(|point| point.measured) {
-        // Only the lower end of the axis is cut off.
-        let least = least.max(most / 30.0);
-        let at = measured
-            .iter()
-            .find(|p| p.measured.is_some_and(|m| m[1] == most));
-        let seconds = at.map_or(f64::NAN, |point| point.seconds);
-        all.push(Series {
-            name: name.to_owned(),
-            points: vec![(seconds, shown(least)), (seconds, shown(most))],
-            marker: Marker::None,
-            labels: Vec::new(),
-        });
-    }
-    if !measured.is_empty() {
-        all.push(Series {
-            points: measured
-                .iter()
-                .map(place)
-                .flat_map(|p| [p, (f64::NAN, f64::NAN)])
-                .collect(),
-            labels: measured
-                .iter()
-                .map(quality)
-                .flat_map(|q| [q, String::new()])
-                .collect(),
-            ..series(name, Marker::Circle, &[], names)
-        });
+    // A series each, so that no line joins them.
+    for point in &measured {
+        let name = "every bank at one quality: measured, with what it lies between";
+        let [least, most] = point.measured.unwrap_or_default();
+        // A lower end near 0 would stretch the axis.
+        let ends = [least.max(most / 30.0), most].map(|error| SpeedPoint { error, ..*point });
+        all.push(series(name, Marker::None, &ends, Vec::new()));
+        let labels = vec![quality(point)];
+        all.push(series(name, Marker::Circle, &[*point], labels));
     }
     if !predicted.is_empty() {
         let names = predicted.iter().map(quality).collect();

@@ -107,7 +107,7 @@ pub fn run(
     })
 }
 
-/// The loop without its results, but for those of the first images where better ones may follow.
+/// The loop; it writes the results of the first images where better ones may follow.
 fn run_loop(
     engine: &mut Engine,
     wanted: &Refinement,

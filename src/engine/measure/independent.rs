@@ -5,12 +5,12 @@
 //! to a visible emitter do not count, as in [`comparison`](super::comparison): its edges would decide.
 
 use std::f64::consts::PI;
+use std::sync::Arc;
 
 use serde::Serialize;
 
 use super::difference::away_from;
 use crate::estimate::Estimate;
-use crate::pool::Pool;
 use crate::{Engine, Error};
 use footlight_host::work::Work;
 use footlight_picture::Image;
@@ -138,7 +138,7 @@ impl MeasureJob {
         let before = rendering.measured_at(quality, estimate.document);
         let (moments, effort) = match before.and_then(|m| Some((m.doubtful()?, 4 * m.effort))) {
             Some((doubtful, effort)) => (vec![(doubtful.cue, doubtful.time)], effort),
-            None => (moments(estimate, work)?, 1),
+            None => (moments(estimate)?, 1),
         };
         let moments = moments.into_iter().map(with_picture);
         Ok(MeasureJob {
@@ -182,38 +182,26 @@ impl MeasureJob {
 }
 
 /// The moments that [`MeasureJob`] measures.
-fn moments(estimate: &Estimate<'_>, work: Work<'_>) -> Result<Vec<(usize, Time)>, Error> {
-    let pool = estimate.rendered()?;
+fn moments(estimate: &Estimate<'_>) -> Result<Vec<(usize, Time)>, Error> {
     let document = estimate.document;
-    let mut light = Vec::new();
-    for unit in Pool::unit_settings(document.show().coordinates().len()) {
-        let image = pool.preview(&unit, work)?;
-        light.push(image.data().iter().map(|x| f64::from(*x)).sum::<f64>());
-    }
-    let brightness = |(_, time): &(usize, Time)| {
-        let setting = document.setting(*time);
-        setting.iter().zip(&light).map(|(s, l)| s * l).sum::<f64>()
+    let light_of = |image: &Arc<Image>| image.data().iter().map(|x| f64::from(*x)).sum::<f64>();
+    let light: Vec<f64> = estimate.rendered()?.coarse().iter().map(light_of).collect();
+    let with_brightness = |moment: (usize, Time)| {
+        let setting = document.setting(moment.1);
+        let pairs = setting.iter().zip(&light);
+        (pairs.map(|(s, l)| s * l).sum::<f64>(), moment)
     };
-    let all = estimate.moments_of_cues();
-    let brightest = all
-        .iter()
-        .max_by(|a, b| brightness(a).total_cmp(&brightness(b)));
-    let lit: Vec<&(usize, Time)> = all
-        .iter()
-        .filter(|moment| brightness(moment) > 0.0)
-        .collect();
+    let all = estimate.moments_of_cues().into_iter().map(with_brightness);
+    let lit: Vec<(f64, (usize, Time))> = all.filter(|(bright, _)| *bright > 0.0).collect();
+    let brightest = lit.iter().max_by(|(a, _), (b, _)| a.total_cmp(b));
     let text = document.text().bytes();
     let chance = text.fold(0, |seed, byte| mix(seed ^ u64::from(byte)));
-    let picked = lit
-        .get((chance % lit.len().max(1) as u64) as usize)
-        .copied();
+    let picked = lit.get((chance % lit.len().max(1) as u64) as usize);
     let worst = estimate.worst_moment(ErrorUnit::Light)?;
     let worst = worst.map(|worst| (worst.cue, worst.time));
     let mut moments: Vec<(usize, Time)> = Vec::new();
-    for moment in [worst, brightest.copied(), picked.copied()]
-        .into_iter()
-        .flatten()
-    {
+    let others = [brightest, picked].into_iter().flatten();
+    for moment in worst.into_iter().chain(others.map(|(_, moment)| *moment)) {
         if !moments.iter().any(|(_, time)| *time == moment.1) {
             moments.push(moment);
         }
@@ -221,7 +209,7 @@ fn moments(estimate: &Estimate<'_>, work: Work<'_>) -> Result<Vec<(usize, Time)>
     Ok(moments)
 }
 
-/// What all measurements from one view share.
+/// The parts that all measurements from one view share.
 struct Meter {
     estimator: Box<dyn PixelEstimator>,
     /// False at pixels near those that show an emitter.
@@ -244,7 +232,7 @@ impl Meter {
         }))
     }
 
-    /// Measures a picture but for the seconds that it takes.
+    /// Measures a picture; its seconds are left at 0.
     fn measure(
         &self,
         image: &Image,

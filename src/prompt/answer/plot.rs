@@ -143,7 +143,7 @@ fn basis(repl: &mut Repl, theme: Theme) -> Result<(Drawing, String), Error> {
 fn error(repl: &mut Repl, theme: Theme) -> Result<(Drawing, String), Error> {
     repl.engine.coarse()?;
     if !repl.engine.is_busy() {
-        // Any error will do: it measures what is there.
+        // Any error will do: this measures the pictures.
         repl.engine.refine(Goal::until(f64::MAX))?;
     }
     let tolerance = repl.engine.show().preview.tolerance;
