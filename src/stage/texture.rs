@@ -104,12 +104,12 @@ impl Texture {
         self.mean(place, [[0.0; 2]; 2])[3]
     }
 
-    /// Is light stopped at a place? `random` decides, 0 to 1, where alpha is a share.
-    pub fn stops(&self, place: [f64; 2], random: f64) -> bool {
+    /// Share of light that is stopped at a place, 0 to 1.
+    pub fn opacity(&self, place: [f64; 2]) -> f64 {
         match self.alpha {
-            Alpha::Opaque => true,
-            Alpha::Mask(least) => self.alpha(place) >= least,
-            Alpha::Blend => self.alpha(place) > random,
+            Alpha::Opaque => 1.0,
+            Alpha::Mask(least) => f64::from(u8::from(self.alpha(place) >= least)),
+            Alpha::Blend => self.alpha(place),
         }
     }
 

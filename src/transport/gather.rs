@@ -22,6 +22,7 @@ mod emitter;
 mod first_bounce;
 mod irradiance_filter;
 mod lamp_patches;
+mod parts;
 mod path_estimator;
 mod picture_rays;
 mod ray_scene;
@@ -38,12 +39,13 @@ use crate::direct::{PreparedLight, check_rig, luminaires};
 use crate::gather::bounces::Bounces;
 use crate::gather::bvh::Bvh;
 use crate::gather::cells::{CellFinder, Cells};
-use crate::gather::direct_light::DirectLight;
+use crate::gather::direct_light::{DirectLight, Unit};
 use crate::gather::emitter::{Emitter, Receiver, SampleSum};
 use crate::gather::first_bounce::FirstBounces;
 use crate::gather::irradiance_filter::{even_out, filter};
 use crate::gather::lamp_patches::{KernelBounds, LampPatches, MOST_BOUNCES, Met};
-use crate::gather::picture_rays::{Gathered, PictureRays};
+use crate::gather::parts::Parts;
+use crate::gather::picture_rays::PictureRays;
 use crate::gather::ray_scene::{RayScene, SurfacePoint};
 use crate::gather::sampling::{hash, point};
 use crate::memory::MemoryBudget;
@@ -64,6 +66,8 @@ use std::f64::consts::PI;
 /// is found once for all of them.
 const BLOCK: usize = 8;
 const BLOCK_BYTES: usize = 192 << 20;
+/// Parts of pixels that one task works on.
+const PARTS: usize = 256;
 /// Seed of the sequences of points.
 const SEED_CELL_LIGHT: u32 = 0x777;
 
@@ -79,9 +83,7 @@ pub struct FinalGather {
     offset: f64,
     lights: Vec<PreparedLight>,
     projectors: Vec<Option<Projector>>,
-    /// Facets of the first samples of each pixel.
-    seen: Vec<u32>,
-    gathered: Gathered,
+    parts: Parts,
     cells: Cells,
     bounds: KernelBounds,
     bounces: Bounces,
@@ -134,11 +136,11 @@ impl FinalGather {
             step,
         };
         let seen = picture.seen(work)?;
-        let mixed = picture.mixed_share(&seen);
         let settings = picture.cell_settings(&seen, work)?;
         let mut finder = CellFinder::new(picture.scene, settings);
-        let gathered = picture.gather((&seen, mixed), settings, &mut finder, &budget, work)?;
-        budget.take("the rays of the picture", gathered.bytes())?;
+        let parts = picture.gather(&seen, settings, &mut finder, &budget, work)?;
+        drop(seen);
+        budget.take("the rays of the picture", parts.bytes())?;
         let cells = finder.find(&budget, work)?;
         budget.take("the radiosity cache", cells.bytes())?;
         let bounces = cells.bounces(work)?;
@@ -150,8 +152,7 @@ impl FinalGather {
             offset,
             lights,
             projectors: rig.lights.iter().map(projector).collect(),
-            seen,
-            gathered,
+            parts,
             cells,
             bounds: settings.bounds,
             bounces,
@@ -208,81 +209,47 @@ impl FinalGather {
             .cells
             .radiosity(start, lights.len(), &self.bounces, work)?;
         let width = 3 * lights.len();
-        let pixels = self.width * self.height;
-        let mut gathered = vec![0.0_f32; pixels * width];
-        let rows = gathered.par_chunks_mut(width * self.width).enumerate();
-        rows.try_for_each(|(y, row)| {
+        let mut gathered = vec![0.0_f32; self.parts.all().len() * width];
+        let parts = gathered.par_chunks_mut(width).enumerate();
+        parts.with_min_len(PARTS).try_for_each(|(part, out)| {
             work.check()?;
-            let mut sums = vec![0.0_f32; width];
-            for (x, out) in row.chunks_exact_mut(width).enumerate() {
-                let pixel = y * self.width + x;
-                let mut cells = self.gathered.cells.get(pixel);
-                let runs = self.gathered.runs.get(pixel);
-                let rays = runs.iter().map(|run| run.rays).sum::<u32>();
-                let share = 1.0 / rays.max(1) as f32;
-                for run in runs {
-                    sums.fill(0.0);
-                    let (met, later) = cells.split_at(run.rays as usize);
-                    cells = later;
-                    for same in met.chunk_by(Met::is_same_cell) {
-                        let Some(Met { cell, .. }) = Met::unpack(same[0]) else {
-                            continue;
-                        };
-                        let light = &radiosity[cell * width..][..width];
-                        for (sum, radiosity) in sums.iter_mut().zip(light) {
-                            *sum += same.len() as f32 * radiosity;
-                        }
-                        let passed = same.iter().filter_map(|met| Met::unpack(*met));
-                        first_bounces.add_rays(cell, passed.map(|met| met.passed), &mut sums);
-                    }
-                    let Some(facet) = self.surfaces.facets.get(run.facet as usize) else {
-                        continue;
-                    };
-                    let is_smooth = self.gathered.smooth[pixel].is_some();
-                    let scale = match self.gathered.paints.get(run.paint as usize) {
-                        None => facet.reflectance.map(|r| (r / PI) as f32 * share),
-                        // Light is evened out without the texture.
-                        Some(_) if is_smooth => [share / PI as f32; 3],
-                        Some(paint) => paint.map(|r| r * (share / PI as f32)),
-                    };
-                    for (k, sum) in sums.iter().enumerate() {
-                        out[k] += scale[k % 3] * sum;
-                    }
+            for same in self.parts.cells.get(part).chunk_by(Met::is_same_cell) {
+                let Some(Met { cell, .. }) = Met::unpack(same[0]) else {
+                    continue;
+                };
+                let light = &radiosity[cell * width..][..width];
+                for (sum, radiosity) in out.iter_mut().zip(light) {
+                    *sum += same.len() as f32 * radiosity;
                 }
+                let passed = same.iter().filter_map(|met| Met::unpack(*met));
+                first_bounces.add_rays(cell, passed.map(|met| met.passed), out);
             }
-            Ok(())
+            let share = 1.0 / (PI as f32 * self.parts.all()[part].rays as f32);
+            out.iter_mut().for_each(|sum| *sum *= share);
+            Ok::<(), Cancelled>(())
         })?;
-        let smooth = &self.gathered.smooth;
-        let mut filtered = filter(smooth, [self.width, self.height], &gathered, width, work)?;
-        self.paint(&mut filtered, width);
-        let pixel = |l: usize| move |p: &[f32]| [p[3 * l], p[3 * l + 1], p[3 * l + 2]];
-        let picture = |l: usize| filtered.chunks_exact(width).flat_map(pixel(l)).collect();
+        let filtered = filter(&self.parts, self.width, &gathered, width, work)?;
+        drop(gathered);
+        let picture = |light| {
+            let mut picture = vec![0.0_f32; 3 * self.width * self.height];
+            self.add_light(&filtered, (light, lights.len()), &mut picture);
+            picture
+        };
         Ok((0..lights.len()).map(picture).collect())
     }
 
-    /// Multiplies the evened out light of pixels by their textures.
-    fn paint(&self, filtered: &mut [f32], width: usize) {
-        for (pixel, values) in filtered.chunks_exact_mut(width).enumerate() {
-            if let Some(paint) = self.texture(pixel) {
-                let factors = paint.iter().cycle();
-                values.iter_mut().zip(factors).for_each(|(v, r)| *v *= r);
+    /// Adds one light of so many to a picture: what comes to each part times what it reflects.
+    fn add_light(&self, arrives: &[f32], (light, lights): (usize, usize), picture: &mut [f32]) {
+        for (pixel, out) in picture.chunks_exact_mut(3).enumerate() {
+            for at in self.parts.of(pixel..pixel + 1) {
+                let part = &self.parts.all()[at];
+                let arrives = &arrives[3 * (at * lights + light)..];
+                let reflected = self.parts.reflectance(part, &self.surfaces);
+                for ((out, r), arrives) in out.iter_mut().zip(reflected).zip(arrives) {
+                    *out += part.share * r * arrives;
+                }
             }
         }
-    }
-
-    /// Mean reflectance of the texture that a smooth pixel shows.
-    fn texture(&self, pixel: usize) -> Option<[f32; 3]> {
-        let Gathered {
-            runs,
-            paints,
-            smooth,
-            ..
-        } = &self.gathered;
-        let run = runs
-            .get(pixel)
-            .first()
-            .filter(|_| smooth[pixel].is_some())?;
-        paints.get(run.paint as usize).copied()
     }
 
     /// Adds the light that pixels take from patches.
@@ -305,32 +272,30 @@ impl FinalGather {
                     step: self.step.of_patches(),
                     ..self.rays()
                 },
-                seen: &self.seen,
+                parts: &self.parts,
                 emitters: &emitters,
-                evened: Some(&self.gathered.smooth),
+                unit: Unit::Part,
                 report,
             };
             let (mut light, mut variance) = light.with_variance(&lit, work)?;
-            let (lights, size) = (emitters.len(), [self.width, self.height]);
-            let pixels = light.chunks_exact_mut(3 * lights);
-            for (pixel, (light, variance)) in
-                pixels.zip(variance.chunks_exact_mut(lights)).enumerate()
-            {
-                // Light is evened out without the texture.
-                if let Some(paint) = self.texture(pixel) {
-                    let inverse = paint.map(|r| if r > 0.0 { 1.0 / r } else { 0.0 });
-                    let factors = inverse.iter().cycle();
-                    light.iter_mut().zip(factors).for_each(|(v, r)| *v *= r);
-                    let most = paint.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
-                    variance.iter_mut().for_each(|v| *v /= most * most);
-                }
+            let lights = emitters.len();
+            // Light is evened out without the texture.
+            let parts = self
+                .parts
+                .all()
+                .iter()
+                .zip(light.chunks_exact_mut(3 * lights));
+            for ((part, light), variance) in parts.zip(variance.chunks_exact_mut(lights)) {
+                let reflected = self.parts.reflectance(part, &self.surfaces);
+                let inverse = reflected.map(|r| if r > 0.0 { 1.0 / r } else { 0.0 });
+                let factors = inverse.iter().cycle();
+                light.iter_mut().zip(factors).for_each(|(v, r)| *v *= r);
+                let most = reflected.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
+                variance.iter_mut().for_each(|v| *v /= most * most);
             }
-            even_out(&self.gathered.smooth, size, &mut light, &variance, work)?;
-            self.paint(&mut light, 3 * lights);
+            even_out(&self.parts, self.width, &mut light, &variance, work)?;
             for (at, picture) in lit.into_iter().enumerate() {
-                let light = light.chunks_exact(3).skip(at).step_by(lights);
-                let sums = picture.iter_mut().zip(light.flatten());
-                sums.for_each(|(to, from)| *to += from);
+                self.add_light(&light, (at, lights), picture);
             }
         }
         Ok(())
@@ -398,10 +363,11 @@ impl UnitLights for FinalGather {
         let pixels = self.pixels();
         let each = 12 * pixels;
         check_memory("the lights", new.len() * each, work.memory)?;
-        // Light in cells is gone when pixels are sampled.
+        let parts = self.parts.all().len();
+        // Light in cells is gone when parts are sampled.
         let bytes = |bounces: usize| {
             let cells = self.cells.light_bytes() + bounces * self.cells.bounce_bytes();
-            36 * pixels + cells.max(DirectLight::PIXEL_BYTES * pixels)
+            12 * pixels + 24 * parts + cells.max(DirectLight::UNIT_BYTES * parts)
         };
         let most = BLOCK_BYTES.min(work.memory / 4);
         let together = (most / bytes(MOST_BOUNCES).max(1)).clamp(1, BLOCK);
@@ -419,9 +385,9 @@ impl UnitLights for FinalGather {
             let emitters: Vec<Emitter<'_>> = block.iter().map(|&l| self.emitter(l)).collect();
             let direct = DirectLight {
                 rays: self.rays(),
-                seen: &self.seen,
+                parts: &self.parts,
                 emitters: &emitters,
-                evened: None,
+                unit: Unit::Pixel,
                 report: (done, new.len()),
             };
             direct.add_to(&mut found, work)?;

@@ -163,7 +163,7 @@ impl Bvh {
         &self,
         origin: Vec3,
         way: Vec3,
-        passes: impl Fn(&Hit) -> bool,
+        passes: impl FnMut(&Hit) -> bool,
     ) -> Option<Hit> {
         self.walk::<false>(origin, way, f32::INFINITY, passes)
     }
@@ -174,7 +174,12 @@ impl Bvh {
     }
 
     /// The same, without what `passes`.
-    pub fn is_blocked_past(&self, origin: Vec3, way: Vec3, passes: impl Fn(&Hit) -> bool) -> bool {
+    pub fn is_blocked_past(
+        &self,
+        origin: Vec3,
+        way: Vec3,
+        passes: impl FnMut(&Hit) -> bool,
+    ) -> bool {
         self.walk::<true>(origin, way, 1.0, passes).is_some()
     }
 
@@ -184,7 +189,7 @@ impl Bvh {
         origin: Vec3,
         way: Vec3,
         reach: f32,
-        passes: impl Fn(&Hit) -> bool,
+        mut passes: impl FnMut(&Hit) -> bool,
     ) -> Option<Hit> {
         let from = origin - self.middle;
         let origin = [from.x as f32, from.y as f32, from.z as f32];

@@ -52,7 +52,7 @@ pub struct Landing {
     key: Option<Key>,
     point: CellPoint,
     /// Metres; infinite where nothing is hit.
-    pub distance: f32,
+    distance: f32,
     /// As [`KernelBounds::passed`].
     passed: u32,
 }
@@ -68,6 +68,11 @@ impl Landing {
         distance: f32::INFINITY,
         passed: 0,
     };
+
+    /// One over the ray's length, at least a millimetre.
+    pub fn nearness(&self) -> f64 {
+        1.0 / f64::from(self.distance).max(1e-3)
+    }
 }
 
 /// A hash of a cell's place, direction, size and material that stands for them: among ten million

@@ -1,14 +1,17 @@
-//! Direct light in the pixels of one light: more samples where the first ones differ.
+//! Direct light in pixels and their parts: more samples where the first ones differ.
 
 use crate::direct::projector::pixel as footprint;
+use crate::gather::BLOCK;
 use crate::gather::emitter::{Emitter, Receiver, SampleSum};
-use crate::gather::irradiance_filter::SmoothPixel;
+use crate::gather::parts::Parts;
 use crate::gather::picture_rays::PictureRays;
+use crate::gather::ray_scene::SurfacePoint;
 use crate::gather::sampling::point;
 use crate::gather::step::{GatherStep, more_pixels};
 use footlight_host::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::f32::consts::PI;
+use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Spreads are distinguished over so many octaves below a light's mean level and as many above it, in
@@ -25,22 +28,31 @@ const EVENED: f32 = 0.25;
 /// Seed of the sequence of points.
 const SEED: u32 = 1000;
 
-/// Direct light of several lights in pixels: what a sample of a pixel shows is found once for all
-/// of them.
+/// What samples are summed over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unit {
+    /// Whole pixels: new samples find edges more exactly.
+    Pixel,
+    /// Parts of pixels, whose light is evened out afterwards.
+    Part,
+}
+
+/// Direct light of several lights: what a sample shows is found once for all of them.
 pub struct DirectLight<'a> {
     pub rays: PictureRays<'a>,
-    /// Facets of the first samples of each pixel.
-    pub seen: &'a [u32],
+    pub parts: &'a Parts,
     pub emitters: &'a [Emitter<'a>],
-    /// Pixels whose light is evened out afterwards, where it is.
-    pub evened: Option<&'a [Option<SmoothPixel>]>,
+    pub unit: Unit,
     /// Lights that were done before, and of how many, for progress.
     pub report: (usize, usize),
 }
 
+/// Sums over the samples of each unit and light, and their numbers.
+type Sampled = (Vec<SampleSums>, Vec<u16>);
+
 impl DirectLight<'_> {
-    /// Bytes that a pixel takes for each light meanwhile.
-    pub const PIXEL_BYTES: usize = size_of::<PixelSums>() + size_of::<u16>();
+    /// Bytes that a unit takes for each light meanwhile.
+    pub const UNIT_BYTES: usize = size_of::<SampleSums>() + size_of::<u16>();
 
     /// Adds each light, and the panel itself where it is seen, to a picture of its reflected light.
     ///
@@ -50,16 +62,20 @@ impl DirectLight<'_> {
         let (sums, samples) = self.sums(pictures, work)?;
         let lights = self.emitters.len();
         for (light, picture) in pictures.iter_mut().enumerate() {
-            let own = (light..sums.len()).step_by(lights);
-            for (pixel, at) in picture.chunks_exact_mut(3).zip(own) {
-                let radiance = sums[at].radiance(f32::from(samples[at]));
-                pixel.iter_mut().zip(radiance).for_each(|(p, r)| *p += r);
+            for (pixel, out) in picture.chunks_exact_mut(3).enumerate() {
+                for unit in self.units(pixel) {
+                    let share = self.share(unit);
+                    let at = unit * lights + light;
+                    let radiance = sums[at].radiance(f32::from(samples[at]));
+                    let channels = out.iter_mut().zip(radiance);
+                    channels.for_each(|(p, r)| *p += share * r);
+                }
             }
         }
         Ok(())
     }
 
-    /// The light of each pixel: three channels of each light, and the variance of the highest one.
+    /// The light of each unit: three channels of each light, and the variance of the highest one.
     ///
     /// # Errors
     /// On cancel.
@@ -71,25 +87,19 @@ impl DirectLight<'_> {
         let (sums, samples) = self.sums(pictures, work)?;
         let all = || sums.iter().zip(samples.iter().map(|n| f32::from(*n)));
         let light = all().flat_map(|(sums, n)| sums.radiance(n)).collect();
-        let variance = |(sums, n): (&PixelSums, f32)| sums.spread(n).powi(2) / (n - 1.0);
+        let variance = |(sums, n): (&SampleSums, f32)| sums.spread(n).powi(2) / (n - 1.0).max(1.0);
         Ok((light, all().map(variance).collect()))
     }
 
-    /// Sums over the samples of each pixel and light, and their numbers.
-    fn sums(
-        &self,
-        pictures: &[impl AsRef<[f32]>],
-        work: Work<'_>,
-    ) -> Result<(Vec<PixelSums>, Vec<u16>), Cancelled> {
+    fn sums(&self, pictures: &[impl AsRef<[f32]>], work: Work<'_>) -> Result<Sampled, Cancelled> {
         let first = self.rays.step.first as u16;
         let lights = self.emitters.len();
-        let [width, height] = self.rays.size;
-        let mut sums = vec![PixelSums::default(); width * height * lights];
+        let mut sums = vec![SampleSums::default(); self.count() * lights];
         let mut samples = vec![first; sums.len()];
         self.sample(&mut sums, 0, &samples, work)?;
         for (light, picture) in pictures.iter().enumerate() {
-            let own = sums.iter().skip(light).step_by(lights);
-            let allotted = self.allot(own, picture.as_ref());
+            let own: Vec<SampleSums> = sums.iter().skip(light).step_by(lights).copied().collect();
+            let allotted = self.allot(&own, picture.as_ref());
             let places = samples.iter_mut().skip(light).step_by(lights);
             places.zip(allotted).for_each(|(to, from)| *to = from);
         }
@@ -97,83 +107,152 @@ impl DirectLight<'_> {
         Ok((sums, samples))
     }
 
-    /// Adds samples to the sums of all pixels and lights, from the one of number `start` up to as many
+    /// How many units there are.
+    fn count(&self) -> usize {
+        match self.unit {
+            Unit::Pixel => self.parts.pixels.count(),
+            Unit::Part => self.parts.all().len(),
+        }
+    }
+
+    /// Indices of the units of a pixel.
+    fn units(&self, pixel: usize) -> Range<usize> {
+        match self.unit {
+            Unit::Pixel => pixel..pixel + 1,
+            Unit::Part => self.parts.of(pixel..pixel + 1),
+        }
+    }
+
+    /// Share of its pixel.
+    fn share(&self, unit: usize) -> f32 {
+        match self.unit {
+            Unit::Pixel => 1.0,
+            Unit::Part => self.parts.all()[unit].share,
+        }
+    }
+
+    /// Root mean square of a light's picture, from the first samples.
+    fn level(&self, sums: &[SampleSums], indirect: &[f32]) -> f64 {
+        let first = self.rays.step.first as f32;
+        let square = |(pixel, indirect): (usize, &[f32])| {
+            let direct = self
+                .units(pixel)
+                .map(|unit| self.share(unit) * sums[unit].level / first);
+            f64::from(direct.sum::<f32>() + indirect[1]).powi(2)
+        };
+        let pixels = indirect.chunks_exact(3).enumerate();
+        (pixels.map(square).sum::<f64>() / (indirect.len() / 3).max(1) as f64).sqrt()
+    }
+
+    /// Adds samples to the sums of all units and lights, from the one of number `start` up to as many
     /// as each takes.
     fn sample(
         &self,
-        sums: &mut [PixelSums],
+        sums: &mut [SampleSums],
         start: u16,
         samples: &[u16],
         work: Work<'_>,
     ) -> Result<(), Cancelled> {
         let lights = self.emitters.len();
-        let row = self.rays.size[0] * lights;
-        let rows = sums.par_chunks_mut(row).zip(samples.par_chunks(row));
+        let [width, height] = self.rays.size;
+        let rows: Vec<&mut [SampleSums]> = match self.unit {
+            Unit::Pixel => sums.chunks_mut(width * lights).collect(),
+            Unit::Part => self.parts.rows(width, lights, sums),
+        };
         let sampled = AtomicUsize::new(0);
-        rows.enumerate().try_for_each(|(y, (sums, samples))| {
+        rows.into_par_iter().enumerate().try_for_each(|(y, sums)| {
             work.check()?;
-            let pixels = sums.chunks_exact_mut(lights);
-            for (x, (sums, ends)) in pixels.zip(samples.chunks_exact(lights)).enumerate() {
-                let pixel = y * self.rays.size[0] + x;
-                let end = ends.iter().copied().max().unwrap_or(start);
-                (start..end).for_each(|k| self.sample_pixel(pixel, k, sums, ends));
+            let mut sums = sums.chunks_exact_mut(lights);
+            for pixel in y * width..(y + 1) * width {
+                for (unit, sums) in self.units(pixel).zip(&mut sums) {
+                    let ends = &samples[unit * lights..(unit + 1) * lights];
+                    let end = ends.iter().copied().max().unwrap_or(start);
+                    for k in start..end {
+                        self.add_sample((pixel, unit), k, sums, ends);
+                    }
+                }
             }
             let sampled = sampled.fetch_add(1, Ordering::Relaxed) + 1;
             // The first samples are few.
             if start > 0 {
-                let ((before, all), rows) = (self.report, self.rays.size[1]);
-                let done = before + lights * sampled / rows;
+                let (before, all) = self.report;
+                let done = before + lights * sampled / height;
                 work.progress.report("direct light", done, all);
             }
             Ok(())
         })
     }
 
-    /// Adds sample `k` of a pixel to the sums of those lights that take so many.
-    fn sample_pixel(&self, pixel: usize, k: u16, sums: &mut [PixelSums], ends: &[u16]) {
-        let scene = self.rays.scene;
-        let Some(place) = self.rays.sample(self.seen, pixel, u32::from(k)) else {
-            return;
-        };
-        let facet = &scene.surfaces.facets[place.facet as usize];
-        let footprint = || {
-            let weight = 1.0 / f64::from(self.rays.step.first);
-            footprint(self.rays.camera, place.point, facet.normal, weight)
-        };
-        let reflectance = scene.surfaces.reflectance_at(facet, place.point, footprint);
-        let reflectance = reflectance.map(|r| r as f32);
-        let here = Receiver::new(facet, place.point, scene.offset);
+    /// Adds sample `k` of a unit to the sums of those lights that take so many.
+    fn add_sample(
+        &self,
+        (pixel, unit): (usize, usize),
+        k: u16,
+        sums: &mut [SampleSums],
+        ends: &[u16],
+    ) {
         let random = point(self.rays.index(pixel) + u32::from(k), SEED);
-        for ((emitter, sums), end) in self.emitters.iter().zip(sums).zip(ends) {
-            if k >= *end {
-                continue;
+        let mut levels = [0.0; BLOCK];
+        let mut add =
+            |place, weight| self.add_place((place, weight), random, (sums, &mut levels), (k, ends));
+        match self.unit {
+            Unit::Part => {
+                let (place, weight) = self.rays.on_part(self.parts, unit, pixel, u32::from(k));
+                add(place, weight);
             }
-            let mut level = 0.0;
-            if emitter.is_of(facet.material) {
-                sums.shining += 1.0;
-                level += 1.0;
-            }
-            if !facet.is_black() {
-                let sample = emitter.sample(scene, here, footprint, random);
-                let colour = emitter.colour(random);
-                let factors = [0, 1, 2].map(|k| reflectance[k] * colour[k]);
-                for (sum, factor) in sums.channels.iter_mut().zip(factors) {
-                    sum.add(sample, factor);
-                }
-                if sample.visible > 0.0 {
-                    let highest = factors.iter().copied().fold(0.0, f32::max);
-                    level += highest * sample.unoccluded as f32 / PI;
-                }
-            }
+            Unit::Pixel => self
+                .rays
+                .on_pixel(self.parts, pixel, u32::from(k), &mut add),
+        }
+        for (sums, level) in sums.iter_mut().zip(levels) {
             sums.level += level;
             sums.square += level * level;
         }
     }
+
+    /// Adds the light at a place that a sample shows, and its radiance to the sample's `levels`.
+    fn add_place(
+        &self,
+        (place, weight): (SurfacePoint, f32),
+        random: [f64; 2],
+        (sums, levels): (&mut [SampleSums], &mut [f32]),
+        (k, ends): (u16, &[u16]),
+    ) {
+        let scene = self.rays.scene;
+        let facet = &scene.surfaces.facets[place.facet as usize];
+        let footprint = || {
+            let share = 1.0 / f64::from(self.rays.step.first);
+            footprint(self.rays.camera, place.point, facet.normal, share)
+        };
+        let reflectance = scene.surfaces.reflectance_at(facet, place.point, footprint);
+        let reflectance = reflectance.map(|r| r as f32);
+        let here = Receiver::new(facet, place.point, scene.offset);
+        let lights = self.emitters.iter().zip(sums).zip(levels).zip(ends);
+        for (((emitter, sums), level), _) in lights.filter(|(_, end)| k < **end) {
+            if emitter.is_of(facet.material) {
+                sums.shining += weight;
+                *level += weight;
+            }
+            if facet.is_black() {
+                continue;
+            }
+            let sample = emitter.sample(scene, here, footprint, random);
+            let colour = emitter.colour(random);
+            let factors = [0, 1, 2].map(|k| weight * reflectance[k] * colour[k]);
+            for (sum, factor) in sums.channels.iter_mut().zip(factors) {
+                sum.add(sample, factor);
+            }
+            if sample.visible > 0.0 {
+                let highest = factors.iter().copied().fold(0.0, f32::max);
+                *level += highest * sample.unoccluded as f32 / PI;
+            }
+        }
+    }
 }
 
-/// Sums over the samples of one light in a pixel.
+/// Sums over the samples of one light in a unit.
 #[derive(Clone, Copy, Debug, Default)]
-struct PixelSums {
+struct SampleSums {
     /// Of each channel, weighted by the reflectance of what the sample shows.
     channels: [SampleSum; 3],
     /// Samples that show the light itself.
@@ -183,7 +262,7 @@ struct PixelSums {
     square: f32,
 }
 
-impl PixelSums {
+impl SampleSums {
     fn radiance(&self, samples: f32) -> [f32; 3] {
         self.channels
             .map(|c| (c.irradiance() / PI + self.shining) / samples)
@@ -197,9 +276,9 @@ impl PixelSums {
 }
 
 impl DirectLight<'_> {
-    /// How many samples each pixel takes, so that the noise of the whole picture is what the step
-    /// allows: more where the first samples differ.
-    fn allot<'a>(&self, sums: impl Iterator<Item = &'a PixelSums>, indirect: &[f32]) -> Vec<u16> {
+    /// How many samples of a light each unit takes, so that the noise of the whole picture is what the
+    /// step allows: more where the first samples differ.
+    fn allot(&self, sums: &[SampleSums], indirect: &[f32]) -> Vec<u16> {
         let GatherStep {
             first,
             most,
@@ -207,31 +286,12 @@ impl DirectLight<'_> {
             ..
         } = self.rays.step;
         let aim = aim * more_pixels(self.rays.size).sqrt();
-        // Light that is evened out is smooth: a pixel's own spread would favour those whose first samples
-        // are low.
-        let neighbour_spread = if self.evened.is_some() {
-            1.0
-        } else {
-            NEIGHBOUR
-        };
-        let n = first as f32;
-        let mut square = 0.0;
-        let mut own = Vec::with_capacity(indirect.len() / 3);
-        for (sums, indirect) in sums.zip(indirect.chunks_exact(3)) {
-            let mean = sums.level / n;
-            square += f64::from(mean + indirect[1]).powi(2);
-            own.push(sums.spread(n));
-        }
-        let mut spreads = with_neighbours(&own, self.rays.size, neighbour_spread);
-        if let Some(smooth) = self.evened {
-            let smooth = spreads.iter_mut().zip(smooth).filter(|(_, s)| s.is_some());
-            smooth.for_each(|(spread, _)| *spread *= EVENED);
-        }
-        let pixels = spreads.len() as f64;
-        let level = (square / pixels).sqrt();
+        let level = self.level(sums, indirect);
         if level == 0.0 {
-            return vec![first as u16; spreads.len()];
+            return vec![first as u16; sums.len()];
         }
+        let spreads = self.spreads(sums);
+        let pixels = self.parts.pixels.count() as f64;
         // Spreads are taken together by parts of an octave.
         let bin = |s: f32| {
             let octave = f64::from(OCTAVES) + (f64::from(s) / level).log2();
@@ -261,17 +321,33 @@ impl DirectLight<'_> {
     }
 }
 
-/// The spreads of pixels, raised to a share of their neighbours'.
-fn with_neighbours(own: &[f32], [width, height]: [usize; 2], share: f32) -> Vec<f32> {
-    let of = |at: usize| {
-        let (x, y) = (at % width, at / width);
-        let mut most = 0.0_f32;
-        for y in y.saturating_sub(1)..(y + 2).min(height) {
-            for x in x.saturating_sub(1)..(x + 2).min(width) {
-                most = most.max(own[y * width + x]);
+impl DirectLight<'_> {
+    /// About the standard deviation of a sample of each unit, as a share of its pixel: that of its first
+    /// samples, raised by those around it.
+    fn spreads(&self, sums: &[SampleSums]) -> Vec<f32> {
+        let first = self.rays.step.first as f32;
+        let spread = |unit: usize| sums[unit].spread(first);
+        // Light that is evened out is smooth: its own spread would favour units whose first samples are
+        // low.
+        let (neighbours, left) = match self.unit {
+            Unit::Pixel => (NEIGHBOUR, 1.0),
+            Unit::Part => (1.0, EVENED),
+        };
+        let [width, height] = self.rays.size;
+        let highest = |pixel| self.units(pixel).map(spread).fold(0.0, f32::max);
+        let highest: Vec<f32> = (0..width * height).map(highest).collect();
+        let mut out = Vec::with_capacity(sums.len());
+        for pixel in 0..width * height {
+            let (x, y) = (pixel % width, pixel / width);
+            let mut most = 0.0_f32;
+            for y in y.saturating_sub(1)..(y + 2).min(height) {
+                for x in x.saturating_sub(1)..(x + 2).min(width) {
+                    most = most.max(highest[y * width + x]);
+                }
             }
+            let of = |unit| left * self.share(unit) * spread(unit).max(neighbours * most);
+            out.extend(self.units(pixel).map(of));
         }
-        own[at].max(share * most)
-    };
-    (0..own.len()).map(of).collect()
+        out
+    }
 }

@@ -8,7 +8,7 @@ use crate::direct::beam::Beam;
 use crate::direct::lambert::closed_form;
 use crate::direct::projector::Projector;
 use crate::gather::lamp_patches::LampPatches;
-use crate::gather::ray_scene::{DARK, RayScene};
+use crate::gather::ray_scene::RayScene;
 use crate::gather::sampling::cosine_direction;
 use crate::surfaces::facet::Facet;
 use crate::surfaces::surface::Surfaces;
@@ -218,11 +218,15 @@ impl<'a> Emitter<'a> {
                     light *= projector.share(point, footprint());
                 }
                 let from = point + normal * scene.offset;
-                let is_lit = light > 0.0 && !scene.is_blocked(from, beam.position - from);
+                let visible = if light > 0.0 {
+                    light * scene.transmittance(from, beam.position - from)
+                } else {
+                    0.0
+                };
                 Sample {
                     unoccluded: light,
                     sampled: light,
-                    visible: if is_lit { light } else { 0.0 },
+                    visible,
                 }
             }
         }
@@ -292,9 +296,7 @@ impl AreaLight {
             if cosine > 0.0 && away > 0.0 && square > 0.0 {
                 out.sampled = area * cosine * away / (square * square);
                 let end = (at.point + way, triangle.normal);
-                if !scene.is_hidden((at.point, at.normal), end) {
-                    out.visible = out.sampled;
-                }
+                out.visible = out.sampled * scene.visibility((at.point, at.normal), end);
             }
             return out;
         }
@@ -319,19 +321,21 @@ impl AreaLight {
         let way = end - point;
         let length = way.length();
         let (cosine, away) = (way.dot(normal) / length, -way.dot(triangle.normal));
-        if cosine > 0.0 && away > 0.0 && !scene.is_hidden((point, normal), (end, triangle.normal)) {
-            sum += cosine / (by_area(way, away) + cosine / PI);
+        if cosine > 0.0 && away > 0.0 {
+            let visible = scene.visibility((point, normal), (end, triangle.normal));
+            sum += visible * cosine / (by_area(way, away) + cosine / PI);
         }
         // The same pair turned by half the square is another even pair.
         let turned = [(u + 0.5).fract(), (v + 0.5).fract()];
         let way = cosine_direction(normal, turned);
-        let (place, distance) = scene.look(point + normal * scene.offset, way);
-        if place.facet != DARK {
-            let facet = &scene.surfaces.facets[place.facet as usize];
+        let from = point + normal * scene.offset;
+        for (place, visible) in scene.layers(from, way) {
             if self.facets.binary_search(&(place.facet as usize)).is_ok() {
+                let facet = &scene.surfaces.facets[place.facet as usize];
+                let distance = (place.point - from).length();
                 let (cosine, away) = (way.dot(normal), -way.dot(facet.normal));
                 let density = by_area(way * distance, away * distance);
-                sum += cosine / (density + cosine / PI);
+                sum += visible * cosine / (density + cosine / PI);
             }
         }
         Sample {

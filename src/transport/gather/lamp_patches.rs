@@ -324,11 +324,12 @@ impl LampPatches {
         }
         let cosine = receiver_cosine(at.normal, at.facet, to);
         let end = (patch.point, patch.normal);
-        if cosine <= 0.0 || scene.is_hidden((at.point, at.facet), end) {
+        if cosine <= 0.0 {
             return 0.0;
         }
         let kernel = cosine * away / (square * square);
-        self.radiance_area * kernel.min(self.bounds.bound(patch.bound))
+        let visible = scene.visibility((at.point, at.facet), end);
+        visible * self.radiance_area * kernel.min(self.bounds.bound(patch.bound))
     }
 }
 

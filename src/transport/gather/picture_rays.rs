@@ -6,14 +6,13 @@
 use crate::TransportError;
 use crate::direct::projector::pixel as footprint;
 use crate::gather::cells::{CAMERA_RAY, CellFinder, CellSettings, Landing};
-use crate::gather::irradiance_filter::{SmoothPixel, differ};
 use crate::gather::lamp_patches::{KernelBounds, receiver_way};
+use crate::gather::parts::{Hit, NO_PAINT, Part, Parts, Sample, by_surface, differ};
 use crate::gather::ray_scene::{DARK, RayScene, SurfacePoint};
 use crate::gather::sampling::{cosine_direction, morton, point};
 use crate::gather::step::GatherStep;
 use crate::memory::MemoryBudget;
 use crate::surfaces::camera::Camera;
-use crate::surfaces::lists::Lists;
 use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::Vec3;
 use rayon::prelude::*;
@@ -26,45 +25,13 @@ const PIXEL_SAMPLES: u32 = 2048;
 const BAND: usize = 1 << 17;
 /// Pixels that one task works on.
 const RUN: usize = 16;
+/// Least radius of the irradiance filter, in pixels.
+const LEAST_RADIUS: f64 = 2.5;
 /// Seeds of the sequences of points.
 const SEED_CAMERA: u32 = 101;
 const SEED_WAY: u32 = 202;
 const SEED_CELL: u32 = 303;
 const SEED_BOUND: u32 = 404;
-
-/// What the pixels' rays found.
-#[derive(Default)]
-pub struct Gathered {
-    /// For each pixel the cells that its rays end in, packed ([`crate::gather::lamp_patches::Met`]), or [`DARK`], sorted within each
-    /// run.
-    pub cells: Lists<u32>,
-    /// Of each pixel its rays by the material that they leave.
-    pub runs: Lists<Run>,
-    /// Mean reflectance of the textures that pixels show.
-    pub paints: Vec<[f32; 3]>,
-    /// Pixels that show one smooth surface.
-    pub smooth: Vec<Option<SmoothPixel>>,
-}
-
-impl Gathered {
-    /// Bytes held.
-    pub fn bytes(&self) -> usize {
-        self.cells.bytes()
-            + self.runs.bytes()
-            + size_of_val(self.paints.as_slice())
-            + self.smooth.len() * size_of::<Option<SmoothPixel>>()
-    }
-}
-
-/// Rays of a pixel that leave surfaces of one material.
-#[derive(Clone, Copy, Debug)]
-pub struct Run {
-    /// One of the facets that they leave, or [`DARK`].
-    pub facet: u32,
-    pub rays: u32,
-    /// Index of the reflectance of a texture there; [`DARK`] without one.
-    pub paint: u32,
-}
 
 /// The camera's rays.
 #[derive(Clone, Copy)]
@@ -94,48 +61,137 @@ impl PictureRays<'_> {
         self.camera.ray(x + u, y + v)
     }
 
-    /// What sample `k` of a pixel shows, if it is a front; `seen` are the facets of the first ones.
-    pub fn sample(&self, seen: &[u32], pixel: usize, k: u32) -> Option<SurfacePoint> {
-        let first = self.step.first;
-        if k >= first {
-            return self.place(pixel, k);
-        }
-        self.on_facet(pixel, k, seen[pixel * first as usize + k as usize])
-    }
-
-    fn place(&self, pixel: usize, k: u32) -> Option<SurfacePoint> {
-        let (place, _) = self.scene.look(self.camera.origin, self.way(pixel, k));
-        (place.facet != DARK).then_some(place)
-    }
-
-    /// The same where the facet is known.
-    fn on_facet(&self, pixel: usize, k: u32, facet: u32) -> Option<SurfacePoint> {
-        if facet == DARK {
-            return None;
-        }
+    /// Where sample `k` of a pixel shows a facet's plane.
+    pub fn on_facet(&self, pixel: usize, k: u32, facet: u32) -> SurfacePoint {
         let own = &self.scene.surfaces.facets[facet as usize];
         let way = self.way(pixel, k);
         let distance = -own.height(self.camera.origin) / own.normal.dot(way);
-        Some(SurfacePoint {
+        SurfacePoint {
             facet,
             point: self.camera.origin + way * distance,
-        })
+        }
     }
 
-    /// Facets of the first samples of all pixels.
+    /// Where sample `k` of a part of a pixel lies, and what it counts: 1 in the mean over the part.
+    pub fn on_part(&self, parts: &Parts, part: usize, pixel: usize, k: u32) -> (SurfacePoint, f32) {
+        let hits = parts.hits.get(part);
+        let own = &parts.all()[part];
+        match hits.get(k as usize % hits.len().max(1)) {
+            None => (self.on_facet(pixel, k, own.facet), 1.0),
+            Some(hit) => {
+                let mean = own.share * self.step.edge as f32 / hits.len() as f32;
+                let place = self.on_facet(pixel, u32::from(hit.sample), hit.facet);
+                (place, hit.share() / mean)
+            }
+        }
+    }
+
+    /// Calls back for each place that sample `k` of a pixel shows, with its share of what the sample
+    /// shows.
+    pub fn on_pixel(
+        &self,
+        parts: &Parts,
+        pixel: usize,
+        k: u32,
+        mut each: impl FnMut(SurfacePoint, f32),
+    ) {
+        let own = || parts.of(pixel..pixel + 1);
+        let is_plain = own().all(|part| parts.hits.get(part).is_empty());
+        if !is_plain && k >= self.step.edge {
+            let layers = self.scene.layers(self.camera.origin, self.way(pixel, k));
+            layers
+                .into_iter()
+                .for_each(|(place, share)| each(place, share as f32));
+            return;
+        }
+        for part in own() {
+            let hits = parts.hits.get(part);
+            let Part { facet, share, .. } = parts.all()[part];
+            if hits.is_empty() {
+                each(self.on_facet(pixel, k, facet), share);
+            }
+            let start = hits.partition_point(|hit| u32::from(hit.sample) < k);
+            let own = hits[start..]
+                .iter()
+                .take_while(|hit| u32::from(hit.sample) == k);
+            own.for_each(|hit| each(self.on_facet(pixel, k, hit.facet), hit.share()));
+        }
+    }
+
+    /// Facets of the first samples of all pixels; sheets are not seen through.
     pub fn seen(&self, work: Work<'_>) -> Result<Vec<u32>, Cancelled> {
-        let first = self.step.first;
         let of = |pixel: usize| {
-            let facet = |k| self.place(pixel, k).map_or(DARK, |place| place.facet);
-            (0..first).map(facet).collect::<Vec<u32>>()
+            let facet = |k| {
+                let hit = self
+                    .scene
+                    .bvh
+                    .first_hit(self.camera.origin, self.way(pixel, k));
+                let is_sheet = |facet| self.scene.surfaces.is_sheet(facet);
+                let hit = hit.filter(|hit| hit.front || is_sheet(hit.facet));
+                hit.map_or(DARK, |hit| hit.facet)
+            };
+            (0..self.step.first).map(facet).collect::<Vec<u32>>()
         };
         Ok(each(self.pixels(), work, of)?.concat())
+    }
+
+    /// The facet that all of a pixel's first samples and those of the pixels around it show, if it is
+    /// one and hides what lies behind; a facet of [`DARK`] where they show the void.
+    fn sole_facet(&self, seen: &[u32], pixel: usize) -> Option<u32> {
+        let (first, [width, height]) = (self.step.first as usize, self.size);
+        let facet = seen[pixel * first];
+        let (x, y) = (pixel % width, pixel / width);
+        let columns = x.saturating_sub(1)..(x + 2).min(width);
+        let mut rows = y.saturating_sub(1)..(y + 2).min(height);
+        let is_same = |seen: &[u32]| seen.iter().all(|other| *other == facet);
+        let is_sole = is_same(&seen[pixel * first..][..first])
+            && !self.scene.surfaces.is_sheet(facet)
+            && rows.all(|y| {
+                let row = (y * width + columns.start) * first..(y * width + columns.end) * first;
+                let surfaces = self.scene.surfaces;
+                let next = seen[row].iter();
+                next.copied()
+                    .all(|other| other == facet || !differ(surfaces, [facet, other]))
+            });
+        is_sole.then_some(facet)
+    }
+
+    /// Side of a pixel at the distance of a point, metres.
+    fn footprint(&self, point: Vec3) -> f64 {
+        self.camera.forward.dot(point - self.camera.origin) * self.camera.step_x
+    }
+
+    /// How many samples a pixel has, and what they show by surface.
+    fn split(&self, seen: &[u32], pixel: usize) -> (u32, Vec<Vec<Sample>>) {
+        let sample = |place, k: u32, share: f64| Sample {
+            place,
+            hit: Hit {
+                facet: place.facet,
+                sample: k as u16,
+                opacity: (share * f64::from(u16::MAX)).round() as u16,
+            },
+        };
+        if let Some(facet) = self.sole_facet(seen, pixel) {
+            let place = |k| sample(self.on_facet(pixel, k, facet), k, 1.0);
+            let samples = || (0..self.step.first).map(place).collect();
+            let groups = (facet != DARK).then(samples).into_iter().collect();
+            return (self.step.first, groups);
+        }
+        let layers = |k: u32| {
+            let layers = self.scene.layers(self.camera.origin, self.way(pixel, k));
+            let of = move |(place, share): (SurfacePoint, f64)| sample(place, k, share);
+            layers.into_iter().map(of)
+        };
+        let samples = (0..self.step.edge).flat_map(layers);
+        let groups = by_surface(self.scene.surfaces, samples, |p| self.footprint(p));
+        (self.step.edge, groups)
     }
 
     /// Sides of cells, from the mean length of a ray of each pixel.
     pub fn cell_settings(&self, seen: &[u32], work: Work<'_>) -> Result<CellSettings, Cancelled> {
         let of = |pixel: usize| {
-            let place = self.on_facet(pixel, 0, seen[pixel * self.step.first as usize])?;
+            let facet = seen[pixel * self.step.first as usize];
+            let place = (facet != DARK).then(|| self.on_facet(pixel, 0, facet))?;
             let normal = self.scene.surfaces.facets[place.facet as usize].normal;
             let way = cosine_direction(normal, point(self.index(pixel), SEED_WAY));
             let (_, distance) = self.scene.shoot(place, way);
@@ -160,141 +216,159 @@ impl PictureRays<'_> {
         })
     }
 
-    /// The rays of every pixel, some pixels at a time.
+    /// The parts of every pixel with their rays, some pixels at a time.
     pub fn gather(
         &self,
-        (seen, mixed): (&[u32], f64),
+        seen: &[u32],
         settings: CellSettings,
         finder: &mut CellFinder<'_>,
         budget: &MemoryBudget,
         work: Work<'_>,
-    ) -> Result<Gathered, TransportError> {
-        let [width, height] = self.size;
-        let mut out = Gathered {
-            smooth: vec![None; width * height],
-            ..Gathered::default()
-        };
-        let mixed = self.step.rays_of_mixed(mixed, self.size);
-        let band = (BAND * rayon::current_num_threads() / mixed as usize).max(1);
-        for start in (0..width * height).step_by(band) {
-            work.progress.report("rays", start, width * height);
-            let of = |at: usize| self.rays_of(start + at, seen, mixed, settings);
-            let found = each(band.min(width * height - start), work, of)?;
-            for (at, (mut landings, smooth)) in found.into_iter().enumerate() {
-                let pixel = start + at;
-                let material = |facet: u32| {
-                    let own = self.scene.surfaces.facets.get(facet as usize);
-                    own.map(|own| own.material)
-                };
-                landings.sort_by_key(|(_, facet)| material(*facet));
-                let weighted = landings.iter().map(|(landing, _)| (*landing, CAMERA_RAY));
-                let mut cells = finder.ask(weighted);
-                let alike = landings.chunk_by(|a, b| material(a.1) == material(b.1));
-                let mut rest = cells.as_mut_slice();
-                for some in alike {
-                    let (own, later) = rest.split_at_mut(some.len());
-                    own.sort_unstable();
-                    rest = later;
-                    let paint = self.paint(seen, pixel, some[0].1).map_or(DARK, |paint| {
+    ) -> Result<Parts, TransportError> {
+        let pixels = self.pixels();
+        let mut out = Parts::default();
+        let band = (BAND * rayon::current_num_threads() / self.step.rays as usize).max(1);
+        for start in (0..pixels).step_by(band) {
+            work.progress.report("rays", start, pixels);
+            let of = |at: usize| self.parts_of(seen, start + at, settings);
+            for found in each(band.min(pixels - start), work, of)? {
+                for FoundPart {
+                    mut part,
+                    hits,
+                    paint,
+                    landings,
+                } in found
+                {
+                    if let Some(paint) = paint {
+                        part.paint = out.paints.len() as u32;
                         out.paints.push(paint);
-                        out.paints.len() as u32 - 1
-                    });
-                    out.runs.add(Run {
-                        facet: some[0].1,
-                        rays: some.len() as u32,
-                        paint,
-                    });
+                    }
+                    let weighted = landings.into_iter().map(|landing| (landing, CAMERA_RAY));
+                    let mut cells = finder.ask(weighted);
+                    cells.sort_unstable();
+                    out.pixels.add(part);
+                    out.hits.push(hits);
+                    out.cells.push(cells);
                 }
-                out.runs.end();
-                out.cells.push(cells);
-                out.smooth[pixel] = smooth;
+                out.pixels.end();
             }
             budget.check("the rays of the picture", out.bytes() + finder.bytes())?;
         }
+        out.pixels.shrink();
+        out.hits.shrink();
         out.cells.shrink();
-        out.runs.shrink();
-        work.progress.report("rays", width * height, width * height);
+        work.progress.report("rays", pixels, pixels);
         Ok(out)
     }
 
-    /// Which share of the pixels shows more than one smooth surface.
-    pub fn mixed_share(&self, seen: &[u32]) -> f64 {
-        let surfaces = self.scene.surfaces;
-        let is_mixed = |own: &&[u32]| own.iter().any(|f| differ(surfaces, [own[0], *f]));
-        let pixels = seen.chunks_exact(self.step.first as usize);
-        pixels.clone().filter(is_mixed).count() as f64 / pixels.len().max(1) as f64
-    }
-
-    /// Mean reflectance of a texture in a pixel, where a facet of its material is one of those that the
-    /// pixel shows.
-    fn paint(&self, seen: &[u32], pixel: usize, facet: u32) -> Option<[f32; 3]> {
-        let surfaces = self.scene.surfaces;
-        let shown = surfaces.facets.get(facet as usize)?;
-        surfaces.texture(shown.material)?;
-        let first = self.step.first as usize;
-        let own = &seen[pixel * first..(pixel + 1) * first];
-        let (mut sum, mut count) = ([0.0; 3], 0.0);
-        for (k, facet) in (0..).zip(own) {
-            let Some(place) = self.on_facet(pixel, k, *facet) else {
-                continue;
-            };
-            let facet = &surfaces.facets[place.facet as usize];
-            if facet.material == shown.material {
-                let sides =
-                    || footprint(self.camera, place.point, facet.normal, 1.0 / first as f64);
-                let found = surfaces.reflectance_at(facet, place.point, sides);
-                sum.iter_mut().zip(found).for_each(|(s, r)| *s += r);
-                count += 1.0;
-            }
-        }
-        let mean = if count > 0.0 {
-            sum.map(|s| s / count)
-        } else {
-            shown.reflectance
+    /// The parts of a pixel, the largest first.
+    fn parts_of(&self, seen: &[u32], pixel: usize, settings: CellSettings) -> Vec<FoundPart> {
+        let (count, mut groups) = self.split(seen, pixel);
+        groups.sort_by_key(|group| {
+            std::cmp::Reverse(group.iter().map(|s| u32::from(s.hit.opacity)).sum::<u32>())
+        });
+        let mut sent = 0;
+        let part = |group: Vec<Sample>| {
+            let found = self.part(pixel, (&group, count), sent, settings);
+            sent += found.part.rays;
+            found
         };
-        Some(mean.map(|r| r as f32))
+        groups.into_iter().map(part).collect()
     }
 
-    /// The rays of a pixel with the facets that they leave, and what is smooth there.
-    fn rays_of(
+    /// A part of a pixel from the samples that show it, of so many in all; `sent` rays have left other
+    /// parts.
+    fn part(
         &self,
         pixel: usize,
-        seen: &[u32],
-        mixed: u32,
+        (samples, count): (&[Sample], u32),
+        sent: u32,
         settings: CellSettings,
-    ) -> (Vec<(Landing, u32)>, Option<SmoothPixel>) {
-        let first = self.step.first as usize;
-        let own = &seen[pixel * first..(pixel + 1) * first];
-        let is_one = own.iter().all(|f| *f == own[0]);
-        let ray = |ray: u32| {
-            let place = if is_one {
-                self.on_facet(pixel, ray, own[0])
+    ) -> FoundPart {
+        let surfaces = self.scene.surfaces;
+        let facet = |place: SurfacePoint| &surfaces.facets[place.facet as usize];
+        let first = samples[0];
+        let is_like =
+            |s: &Sample| s.hit.facet == first.hit.facet && s.hit.opacity == first.hit.opacity;
+        let is_plain = samples.len() as u32 == count && samples.iter().all(is_like);
+        let share = samples.iter().map(|s| s.hit.share()).sum::<f32>() / count as f32;
+        let own = facet(first.place);
+        let rays = self.step.rays_of_part(share);
+        let place = |ray: u32| {
+            if is_plain {
+                self.on_facet(pixel, ray, first.hit.facet)
             } else {
-                self.sample(seen, pixel, ray)
-            };
-            let Some(place) = place else {
-                return (Landing::NOWHERE, DARK);
-            };
+                samples[ray as usize % samples.len()].place
+            }
+        };
+        let ray = |ray: u32| {
+            let place = place(ray);
             let index = self.index(pixel).wrapping_add(ray);
-            let facet = &self.scene.surfaces.facets[place.facet as usize];
+            let facet = facet(place);
             let normal = facet.normal_at(place.point);
             let (way, cosine) = receiver_way(normal, facet.normal, point(index, SEED_WAY));
             let ([u, v], [w, _]) = (point(index, SEED_CELL), point(index, SEED_BOUND));
-            let landing = settings.land(self.scene, place, way, cosine, [u, v, w]);
-            (landing, place.facet)
+            settings.land(self.scene, place, way, cosine, [u, v, w])
         };
-        let mut out: Vec<(Landing, u32)> = (0..self.step.rays).map(ray).collect();
-        let places = (0..).zip(own).map(|(k, f)| self.on_facet(pixel, k, *f));
-        let places: Option<Vec<SurfacePoint>> = places.collect();
-        let smooth = places.and_then(|places| {
-            let distances = out.iter().map(|(landing, _)| f64::from(landing.distance));
-            SmoothPixel::new(self.scene.surfaces, &places, distances, self.step.filter)
-        });
-        if smooth.is_none() {
-            out.extend((self.step.rays..mixed).map(ray));
+        let landings: Vec<Landing> = (sent..sent + rays).map(ray).collect();
+        let near: f64 = landings.iter().map(Landing::nearness).sum();
+        let (mut middle, mut normal) = (Vec3::ZERO, Vec3::ZERO);
+        for sample in samples {
+            middle += sample.place.point;
+            normal += facet(sample.place).normal_at(sample.place.point);
         }
-        (out, smooth)
+        let middle = middle / samples.len() as f64;
+        // In corners too, where light changes over less than a pixel, neighbours share what they have.
+        let least = LEAST_RADIUS * self.footprint(middle);
+        let radius = (self.step.filter * f64::from(rays) / near).max(least);
+        FoundPart {
+            part: Part {
+                share,
+                facet: first.hit.facet,
+                rays,
+                paint: NO_PAINT,
+                point: middle,
+                normal: normal.normalized(),
+                material: own.material as u32,
+                radius: radius.min(1e6) as f32,
+            },
+            hits: if is_plain {
+                Vec::new()
+            } else {
+                samples.iter().map(|sample| sample.hit).collect()
+            },
+            paint: self.paint(samples),
+            landings,
+        }
     }
+
+    /// Mean reflectance of the texture that samples of a pixel show.
+    fn paint(&self, samples: &[Sample]) -> Option<[f32; 3]> {
+        let surfaces = self.scene.surfaces;
+        let facet = |sample: &Sample| &surfaces.facets[sample.hit.facet as usize];
+        surfaces.texture(facet(&samples[0]).material)?;
+        let first = self.step.first as usize;
+        let some = samples.iter().step_by(samples.len().div_ceil(first));
+        let count = some.len() as f64;
+        let mut sum = [0.0; 3];
+        for sample in some {
+            let facet = facet(sample);
+            let point = sample.place.point;
+            let sides = || footprint(self.camera, point, facet.normal, 1.0 / first as f64);
+            let found = surfaces.reflectance_at(facet, point, sides);
+            sum.iter_mut().zip(found).for_each(|(s, r)| *s += r);
+        }
+        Some(sum.map(|s| (s / count) as f32))
+    }
+}
+
+/// A part of a pixel as it is found.
+struct FoundPart {
+    part: Part,
+    hits: Vec<Hit>,
+    /// Mean reflectance of its texture.
+    paint: Option<[f32; 3]>,
+    landings: Vec<Landing>,
 }
 
 /// One value for each of so many pixels, by its number.

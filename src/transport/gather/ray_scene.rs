@@ -4,10 +4,14 @@
 
 use crate::gather::bvh::{Bvh, Hit};
 use crate::surfaces::surface::Surfaces;
+use arrayvec::ArrayVec;
 use footlight_show::geometry::Vec3;
 
 /// No light comes from there: nothing is hit, or a back.
 pub const DARK: u32 = u32::MAX;
+
+/// Layers that a ray shows, at most: what lies behind more is seen by chance.
+const MOST_LAYERS: usize = 8;
 
 /// A point of a facet.
 #[derive(Clone, Copy, Debug)]
@@ -37,22 +41,76 @@ impl RayScene<'_> {
         self.look(from.point + normal * self.offset, way)
     }
 
-    /// Does anything stand between a point of a surface and one of an emitter, each with its unit
-    /// normal?
-    pub fn is_hidden(&self, (point, normal): (Vec3, Vec3), (end, facing): (Vec3, Vec3)) -> bool {
+    /// Share of the light between a point of a surface and one of an emitter, each with its unit
+    /// normal, that nothing stops.
+    pub fn visibility(&self, (point, normal): (Vec3, Vec3), (end, facing): (Vec3, Vec3)) -> f64 {
         let from = point + normal * self.offset;
         let to = end + facing * (2.0 * self.offset);
-        self.is_blocked(from, to - from)
+        self.transmittance(from, to - from)
     }
 
-    /// Does anything stop light on the segment from `origin` by `way`?
-    pub fn is_blocked(&self, origin: Vec3, way: Vec3) -> bool {
-        if self.surfaces.is_cut {
-            self.bvh
-                .is_blocked_past(origin, way, |hit| self.passes(hit, origin, way))
-        } else {
-            self.bvh.is_blocked(origin, way)
+    /// Share of the light on the segment from `origin` by `way` that nothing stops.
+    pub fn transmittance(&self, origin: Vec3, way: Vec3) -> f64 {
+        if !self.surfaces.is_cut {
+            return f64::from(u8::from(!self.bvh.is_blocked(origin, way)));
         }
+        let mut passed = 1.0;
+        let mut crossed = ArrayVec::<u32, MOST_LAYERS>::new();
+        let is_blocked = self.bvh.is_blocked_past(origin, way, |hit| {
+            let point = origin + way * f64::from(hit.distance);
+            let Some((sheet, opacity)) = self.surfaces.sheet(hit.facet, point) else {
+                return false;
+            };
+            // Of a sheet's front and back one counts.
+            if hit.distance < 1.0 && !crossed.contains(&sheet) {
+                passed *= 1.0 - opacity;
+                // Of more sheets than there is room for a back may count again: little passes them.
+                let _ = crossed.try_push(sheet);
+            }
+            true
+        });
+        if is_blocked { 0.0 } else { passed }
+    }
+
+    /// The layers that are seen from `origin`, the nearest first: fronts that let light through, and what
+    /// lies behind them, each with its share of what is seen. Backs and the void have none.
+    pub fn layers(&self, origin: Vec3, way: Vec3) -> ArrayVec<(SurfacePoint, f64), MOST_LAYERS> {
+        let mut layers = ArrayVec::new();
+        if !self.surfaces.is_cut {
+            let (place, _) = self.look(origin, way);
+            layers.extend((place.facet != DARK).then_some((place, 1.0)));
+            return layers;
+        }
+        let mut sheets = ArrayVec::<(Hit, u32, f64), { MOST_LAYERS - 1 }>::new();
+        let end = self.bvh.first_hit_past(origin, way, |hit| {
+            let point = origin + way * f64::from(hit.distance);
+            let Some((sheet, opacity)) = self.surfaces.sheet(hit.facet, point) else {
+                return false;
+            };
+            let found = (*hit, sheet, opacity);
+            if let Some(known) = sheets.iter_mut().find(|known| known.1 == sheet) {
+                // The side that is seen counts.
+                if hit.front {
+                    *known = found;
+                }
+                return true;
+            }
+            sheets.try_push(found).is_ok() || self.passes(hit, origin, way)
+        });
+        let reach = end.map_or(f32::INFINITY, |end| end.distance);
+        sheets.retain(|(hit, ..)| hit.distance < reach);
+        sheets.sort_by(|(a, ..), (b, ..)| a.distance.total_cmp(&b.distance));
+        let mut passed = 1.0;
+        let hits = sheets.iter().map(|(hit, _, opacity)| (*hit, *opacity));
+        for (hit, opacity) in hits.chain(end.map(|end| (end, 1.0))) {
+            let share = passed * opacity;
+            passed -= share;
+            let (place, _) = self.place(&hit, origin, way);
+            if place.facet != DARK && share > 0.0 {
+                layers.push((place, share));
+            }
+        }
+        layers
     }
 
     fn first_hit(&self, origin: Vec3, way: Vec3) -> Option<Hit> {
@@ -78,6 +136,11 @@ impl RayScene<'_> {
         let Some(hit) = self.first_hit(origin, way) else {
             return (nowhere, f64::INFINITY);
         };
+        self.place(&hit, origin, way)
+    }
+
+    /// Where a ray meets a front, and how far away; a facet of [`DARK`] for a back.
+    fn place(&self, hit: &Hit, origin: Vec3, way: Vec3) -> (SurfacePoint, f64) {
         // On the facet's plane, more exactly than single precision has it.
         let facet = &self.surfaces.facets[hit.facet as usize];
         let slope = facet.normal.dot(way);

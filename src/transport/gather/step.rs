@@ -1,7 +1,7 @@
 //! The scale of quality of final gathering: the parameters of each step, and what it costs.
 
 use crate::gather::BLOCK;
-use crate::gather::irradiance_filter::differ;
+use crate::gather::parts::differ;
 use crate::surfaces::camera::camera;
 use crate::surfaces::raster::ItemBuffer;
 use crate::surfaces::surface::Surfaces;
@@ -13,12 +13,14 @@ use footlight_show::geometry::View;
 pub struct GatherStep {
     /// Samples of a pixel at first.
     pub first: u32,
-    /// And at most.
+    /// Samples of geometry alone of a pixel on an edge, or one that shows a sheet.
+    pub edge: u32,
+    /// Samples of a light in a part of a pixel, at most.
     pub most: u32,
     /// Noise of direct light aimed at, as a share of the root mean square of a light's picture of
     /// 57,600 pixels or fewer.
     pub noise: f64,
-    /// Rays of a pixel that shows one smooth surface; up to eight times as many of another.
+    /// Rays of a pixel that shows one surface.
     pub rays: u32,
     /// Least and greatest side of a cell, as shares of the mean length of the camera's rays
     /// after their first hit.
@@ -36,6 +38,7 @@ pub struct GatherStep {
 pub const STEPS: [GatherStep; 3] = [
     GatherStep {
         first: 4,
+        edge: 16,
         most: 64,
         noise: 0.046,
         rays: 16,
@@ -46,6 +49,7 @@ pub const STEPS: [GatherStep; 3] = [
     },
     GatherStep {
         first: 8,
+        edge: 64,
         most: 1024,
         noise: 0.011,
         rays: 64,
@@ -56,6 +60,7 @@ pub const STEPS: [GatherStep; 3] = [
     },
     GatherStep {
         first: 16,
+        edge: 128,
         most: 1024,
         noise: 0.005,
         rays: 256,
@@ -69,10 +74,6 @@ pub const STEPS: [GatherStep; 3] = [
 /// Pixels of the picture that a step's noise is meant for, and how many times as many count.
 const PIXELS: f64 = 57_600.0;
 const MOST_PIXELS: f64 = 4.0;
-/// Where all pixels show more than one smooth surface, how many times the step's rays each has; and
-/// at most.
-const MIXED_RAYS: f64 = 16.0;
-const MOST_TIMES: f64 = 8.0;
 
 /// By how much a picture has more pixels than those that a step's noise is meant for, up to a limit:
 /// finer pixels may be noisier, as the eye sees the mean of several.
@@ -94,12 +95,13 @@ impl GatherStep {
         step.ok_or(TransportError::Quality(quality.0, STEPS.len() as u8))
     }
 
-    /// Rays of a pixel that shows more than one smooth surface, where a share of the picture's pixels
-    /// is `mixed`. Nothing evens out their noise: they are the more, the more of the picture such
-    /// pixels are.
-    pub fn rays_of_mixed(&self, mixed: f64, size: [usize; 2]) -> u32 {
-        let times = (MIXED_RAYS * mixed / more_pixels(size)).clamp(1.0, MOST_TIMES);
-        (f64::from(self.rays) * times) as u32
+    /// Rays of a part of a pixel: a power of two, so that they are evenly spread.
+    pub fn rays_of_part(&self, share: f32) -> u32 {
+        if share > 0.25 {
+            self.rays
+        } else {
+            self.rays / 2
+        }
     }
 
     /// The step for the first bounce of lamps that have patches.
@@ -159,8 +161,7 @@ pub fn cost(setup: &Setup, quality: Quality) -> Result<Cost, TransportError> {
     let share = lights / rig.sources.len().max(1) as f64;
     let first = f64::from(step.first);
     let mixed = mixed_share(&Surfaces::shapes(scene)?, view)? * (1.0 - MARGIN / first.sqrt());
-    let [smooth, several] = [step.rays, step.rays_of_mixed(mixed, size)].map(f64::from);
-    let rays = first + smooth * (1.0 - mixed) + several * mixed;
+    let rays = first + f64::from(step.rays) + mixed * f64::from(step.edge);
     let cells = pixels * (rays * mixed).sqrt() * step.points / step.cells[0];
     let noise = step.noise * more_pixels(size).sqrt();
     // As direct light allots them: stratified samples do better than their number's root.

@@ -169,22 +169,33 @@ impl Surfaces {
         (area > 0.0).then(|| sum.map(|s| s / area))
     }
 
-    /// Does light pass through a facet where a ray meets it? What is half transparent lets some rays
-    /// through, the same in any company, through a front and its back alike.
+    /// True where light passes through a facet somewhere.
+    pub fn is_sheet(&self, facet: u32) -> bool {
+        let own = self.facets.get(facet as usize);
+        let texture = own.and_then(|own| self.texture(own.material));
+        texture.is_some_and(Texture::is_cut)
+    }
+
+    /// The number of the sheet that a facet is a side of and its opacity at a point, 0 to below 1;
+    /// `None` where it stops all light.
+    pub fn sheet(&self, facet: u32, point: Vec3) -> Option<(u32, f64)> {
+        let own = self.facets.get(facet as usize)?;
+        let texture = self.texture(own.material).filter(|t| t.is_cut())?;
+        let shading = own.shading.as_deref()?;
+        let opacity = texture.opacity(shading.place(point));
+        (opacity < 1.0).then_some((shading.sheet, opacity))
+    }
+
+    /// Does a ray pass through a facet where it meets it? Of what is half transparent some rays do, the
+    /// same in any company, through a front and its back alike.
     pub fn lets_through(&self, facet: u32, point: Vec3, way: Vec3) -> bool {
-        let Some(own) = self.facets.get(facet as usize) else {
-            return false;
-        };
-        let texture = self.texture(own.material).filter(|t| t.is_cut());
-        let Some((texture, shading)) = texture.zip(own.shading.as_deref()) else {
+        let Some((sheet, opacity)) = self.sheet(facet, point) else {
             return false;
         };
         let bits = [way.x, way.y, way.z].map(f64::to_bits);
-        let seed = bits
-            .iter()
-            .fold(u64::from(shading.sheet), |s, b| mix(s ^ b));
+        let seed = bits.iter().fold(u64::from(sheet), |s, b| mix(s ^ b));
         let random = (seed >> 11) as f64 / (1_u64 << 53) as f64;
-        !texture.stops(shading.place(point), random)
+        opacity <= random
     }
 
     /// Of polygons that reflect one half, for tests.

@@ -1,0 +1,170 @@
+//! The parts of each pixel: what its samples show, split by surface.
+//!
+//! Light is gathered, sampled and evened out for each part, and the pixel is their sum by shares. So a
+//! pixel on an edge is as free of noise as its neighbours, and one behind gauze shows both the gauze
+//! and what lies behind it. This module depends on geometry alone.
+
+use crate::gather::ray_scene::SurfacePoint;
+use crate::surfaces::facet::Facet;
+use crate::surfaces::lists::Lists;
+use crate::surfaces::surface::Surfaces;
+use footlight_show::geometry::Vec3;
+use std::ops::Range;
+
+/// Cosine between normals that count as one surface.
+pub const ALIKE: f64 = 0.9;
+/// The same between facets that are shaded by normals of corners.
+const ROUND: f64 = 0.5;
+
+/// What a pixel shows of one surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// Share of the pixel, 0 to 1.
+    pub share: f32,
+    /// One of its facets; the only one of a part without hits.
+    pub facet: u32,
+    /// How many rays gather its light.
+    pub rays: u32,
+    /// Index of the reflectance of its texture; [`NO_PAINT`] without one.
+    pub paint: u32,
+    /// Mean of its points and unit mean of its normals.
+    pub point: Vec3,
+    pub normal: Vec3,
+    /// Index of the material.
+    pub material: u32,
+    /// Radius within which its light is evened out, metres.
+    pub radius: f32,
+}
+
+/// The part has no texture.
+pub const NO_PAINT: u32 = u32::MAX;
+
+/// A sample of a pixel that shows a part.
+#[derive(Clone, Copy, Debug)]
+pub struct Hit {
+    /// Its facet.
+    pub facet: u32,
+    /// Number of the pixel's sample.
+    pub sample: u16,
+    /// Its share of the sample, of `u16::MAX`: less than all of it for gauze and what lies behind.
+    pub opacity: u16,
+}
+
+impl Hit {
+    /// The share of the sample, 0 to 1.
+    pub fn share(&self) -> f32 {
+        f32::from(self.opacity) / f32::from(u16::MAX)
+    }
+}
+
+/// The parts of all pixels.
+#[derive(Default)]
+pub struct Parts {
+    /// Of each pixel, row by row from the top.
+    pub pixels: Lists<Part>,
+    /// Of each part its samples; none where every sample of the pixel shows its one facet alike.
+    pub hits: Lists<Hit>,
+    /// Of each part the cells that its rays end in, packed ([`crate::gather::lamp_patches::Met`]) and
+    /// sorted.
+    pub cells: Lists<u32>,
+    /// Mean reflectance of the textures that parts show.
+    pub paints: Vec<[f32; 3]>,
+}
+
+impl Parts {
+    /// Bytes held.
+    pub fn bytes(&self) -> usize {
+        self.pixels.bytes()
+            + self.hits.bytes()
+            + self.cells.bytes()
+            + size_of_val(self.paints.as_slice())
+    }
+
+    /// All parts, pixel by pixel.
+    pub fn all(&self) -> &[Part] {
+        self.pixels.items()
+    }
+
+    /// Indices of the parts of some pixels that follow each other.
+    pub fn of(&self, pixels: Range<usize>) -> Range<usize> {
+        let start = |pixel: usize| pixel.checked_sub(1).map_or(0, |p| self.pixels.range(p).end);
+        start(pixels.start)..start(pixels.end)
+    }
+
+    /// Reflectance of a part.
+    pub fn reflectance(&self, part: &Part, surfaces: &Surfaces) -> [f32; 3] {
+        let paint = self.paints.get(part.paint as usize).copied();
+        let facet = || surfaces.facets.get(part.facet as usize);
+        let own = || facet().map_or([0.0; 3], |facet| facet.reflectance.map(|r| r as f32));
+        paint.unwrap_or_else(own)
+    }
+
+    /// Splits values of all parts, `width` for each, into rows of pixels of this many columns.
+    pub fn rows<'a, T>(
+        &self,
+        columns: usize,
+        width: usize,
+        mut values: &'a mut [T],
+    ) -> Vec<&'a mut [T]> {
+        let rows = self.pixels.count() / columns.max(1);
+        let row = |y: usize| {
+            let own = self.of(y * columns..(y + 1) * columns);
+            let (row, rest) = std::mem::take(&mut values).split_at_mut(width * own.len());
+            values = rest;
+            row
+        };
+        (0..rows).map(row).collect()
+    }
+}
+
+/// Do two of a view's items, facets or what is none, belong to different surfaces?
+pub fn differ(surfaces: &Surfaces, [a, b]: [u32; 2]) -> bool {
+    match [a, b].map(|item| surfaces.facets.get(item as usize)) {
+        [Some(a), Some(b)] => !is_one_surface(a, b),
+        [a, b] => a.is_some() != b.is_some(),
+    }
+}
+
+/// True where two facets are of one material and about one direction.
+fn is_one_surface(a: &Facet, b: &Facet) -> bool {
+    let least = if a.is_smooth() && b.is_smooth() {
+        ROUND
+    } else {
+        ALIKE
+    };
+    a.material == b.material && a.normal.dot(b.normal) >= least
+}
+
+/// What a sample of a pixel shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Sample {
+    pub place: SurfacePoint,
+    pub hit: Hit,
+}
+
+/// Groups samples of a pixel by surface: those of one material, about one direction, and within
+/// `thickness` metres of one plane.
+pub fn by_surface(
+    surfaces: &Surfaces,
+    samples: impl Iterator<Item = Sample>,
+    thickness: impl Fn(Vec3) -> f64,
+) -> Vec<Vec<Sample>> {
+    let mut groups: Vec<Vec<Sample>> = Vec::new();
+    let facet = |place: SurfacePoint| &surfaces.facets[place.facet as usize];
+    for sample in samples {
+        let own = facet(sample.place);
+        let is_same = |group: &&mut Vec<Sample>| {
+            let first = group[0].place;
+            let other = facet(first);
+            let heights = [own.height(first.point), other.height(sample.place.point)];
+            let height = heights[0].abs().min(heights[1].abs());
+            first.facet == sample.place.facet
+                || is_one_surface(own, other) && height <= thickness(first.point)
+        };
+        match groups.iter_mut().find(is_same) {
+            Some(group) => group.push(sample),
+            None => groups.push(vec![sample]),
+        }
+    }
+    groups
+}
