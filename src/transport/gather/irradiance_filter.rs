@@ -145,8 +145,8 @@ fn plane(near: &[(usize, f64, [f64; 2])]) -> Vector3<f64> {
     }
     // Of few neighbours on one side the slope is mostly noise: it is held back a little.
     let all = moments[(0, 0)].max(f64::MIN_POSITIVE);
-    moments[(1, 1)] += 0.01 * all;
-    moments[(2, 2)] += 0.01 * all;
+    moments[(1, 1)] += 0.03 * all;
+    moments[(2, 2)] += 0.03 * all;
     let unit = Vector3::new(1.0, 0.0, 0.0);
     match moments.cholesky() {
         Some(factors) => factors.solve(&unit),
