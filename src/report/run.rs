@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::document::headline;
 use super::manifest::Results;
 use super::measured::range;
+use super::refine::too_large;
 use super::words::{count, error, exposure, qualities, seconds};
 use super::{Error, results, sheet};
 use footlight_engine::plan::PlanReport;
@@ -204,6 +205,7 @@ fn error_words(engine: &Engine, done: &RunSummary) -> String {
         Ended::Spent => "; the time is used up",
         Ended::Complete => "; nothing left to refine",
         Ended::Finest => "; the finest quality reaches no less",
+        Ended::Memory(_) => "; a finer quality needs more memory",
     };
     let measured = estimate.measured().filter(|_| estimate.refined() == 0);
     if let Some(worst) = measured.and_then(|(moments, _)| moments.first()) {
@@ -234,6 +236,10 @@ fn took(engine: &Engine, done: &RunSummary) -> String {
         seconds(images),
         seconds(rest)
     );
+    if let Ended::Memory(large) = &done.ended {
+        let _ = write!(text, "; {}", too_large(large));
+        return text;
+    }
     let estimate = engine.estimate();
     let found = estimate.speed_accuracy().unwrap_or_default();
     let now = estimate.predicted_error().unwrap_or(0.0);
