@@ -4,7 +4,6 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::document::headline;
 use super::manifest::Results;
 use super::measured::range;
 use super::refine::too_large;
@@ -16,6 +15,9 @@ use footlight_engine::pool::image_cache::CacheStatistics;
 use footlight_engine::{self as engine, Ended, Engine, Goal, Refinement, WorstMoment};
 use footlight_host::work::Cancelled;
 use footlight_show::units::{Time, Tolerance};
+
+/// Columns of the summary, at most.
+const WIDTH: usize = 100;
 
 /// What a run did, and what it took.
 #[derive(Clone, Debug)]
@@ -160,10 +162,9 @@ fn run_loop(
     })
 }
 
-/// The summary that a designer reads.
+/// The summary that a designer reads: six lines at most, unless one is too wide.
 pub fn describe(engine: &Engine, done: &RunSummary, images: &ImageSources) -> String {
-    let mut text = headline(engine.document()) + "\n";
-    text += &line("error", &error_words(engine, done));
+    let mut text = line("error", &error_words(engine, done));
     text += &line("took", &took(engine, done));
     let sources = count(engine.show().coordinates().len(), "picture");
     let refined = match engine.estimate().refined() {
@@ -177,14 +178,7 @@ pub fn describe(engine: &Engine, done: &RunSummary, images: &ImageSources) -> St
     let quality = qualities(engine);
     let pictures = format!("{sources} {quality}{refined}; {}", come_by(images));
     text += &line("pictures", &pictures);
-    let plan = format!(
-        "{}, {}, rank {} (pictures that make all keys)",
-        count(done.plan.segments.len(), "segment"),
-        count(done.plan.keys.len(), "key"),
-        done.plan.rank
-    );
-    text += &line("plan", &plan);
-    let _ = writeln!(text, "  {}", exposure(engine.show(), done.exposure));
+    let _ = writeln!(text, "{}", exposure(engine.show(), done.exposure));
     let page = match &done.missing {
         None => "show.html plays the show in a browser",
         Some(missing) => missing,
@@ -204,8 +198,8 @@ fn error_words(engine: &Engine, done: &RunSummary) -> String {
         Ended::Counted => "; as many pictures as asked for",
         Ended::Spent => "; the time is used up",
         Ended::Complete => "; nothing left to refine",
-        Ended::Finest => "; the finest quality reaches no less",
-        Ended::Memory(_) => "; a finer quality needs more memory",
+        Ended::Finest => "; no quality reaches less",
+        Ended::Memory(_) => "; memory allows no less",
     };
     let measured = estimate.measured().filter(|_| estimate.refined() == 0);
     if let Some(worst) = measured.and_then(|(moments, _)| moments.first()) {
@@ -231,7 +225,7 @@ fn error_words(engine: &Engine, done: &RunSummary) -> String {
 fn took(engine: &Engine, done: &RunSummary) -> String {
     let [images, rest] = done.seconds;
     let mut text = format!(
-        "{}: {} for pictures and their errors, {} for keys and results",
+        "{}: pictures and errors {}, results {}",
         seconds(images + rest),
         seconds(images),
         seconds(rest)
@@ -269,7 +263,6 @@ fn come_by(images: &ImageSources) -> String {
     let parts: Vec<String> = parts
         .map(|(n, what)| format!("{n} of them {what}"))
         .collect();
-    let found = count(found, "picture");
     if parts.is_empty() {
         format!("from the pool: {found}, rendered: {rendered}")
     } else {
@@ -285,6 +278,19 @@ fn moment(engine: &Engine, cue: usize, time: Time) -> String {
     format!("cue {number}, {}", sheet::clock(time.rounded()))
 }
 
+/// A line of the summary, continued in another one where it is wider than [`WIDTH`].
 fn line(of: &str, words: &str) -> String {
-    format!("  {of:<9} {words}\n")
+    let mut text = format!("{of:<8}");
+    let mut width = text.len();
+    for word in words.split(' ') {
+        let own = word.chars().count() + 1;
+        if width + own > WIDTH {
+            text += "\n        ";
+            width = 8;
+        }
+        text.push(' ');
+        text += word;
+        width += own;
+    }
+    text + "\n"
 }

@@ -141,7 +141,7 @@ fn a_second_session_renders_nothing_and_leaves_the_same_bytes() {
     assert_eq!(stored(&store).len(), 8);
     let (rendered, reply) = run(PLENTY, "second");
     assert_eq!(rendered, 0);
-    let words = "from the pool: 8 pictures, rendered: 0";
+    let words = "from the pool: 8, rendered: 0";
     assert!(reply.text.contains(words), "{}", reply.text);
     assert_eq!(reply.notes, [""; 0]);
     let read = |path: &Path| store.read(path, 1 << 30).unwrap();

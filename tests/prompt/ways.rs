@@ -162,6 +162,28 @@ fn more_than_the_finest_step_gives_is_not_promised() {
     assert_eq!(rendered.load(Ordering::Relaxed), 2, "nothing again");
 }
 
+/// The summary of a run begins with the error and what it took, and no line is wider than 100 columns.
+#[test]
+fn the_summary_of_a_run_is_six_lines() {
+    let (mut show, _) = open(None, &MemoryStore::default());
+    let text = say(&mut show, "run --until 2% -o out");
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 6, "{text}");
+    assert!(lines[0].starts_with("error    2.00 % at"), "{text}");
+    assert!(lines[1].starts_with("took     0 ms: "), "{text}");
+    assert!(lines[1].contains("; half the error takes some"), "{text}");
+    let text = say(
+        &mut show,
+        "run -o out/of-a-folder-whose-name-alone-is-long/and-long",
+    );
+    assert_eq!(text.lines().count(), 7, "{text}");
+    assert!(
+        text.lines().all(|line| line.chars().count() <= 100),
+        "{text}"
+    );
+    assert!(text.contains(" in a\n         browser;"), "{text}");
+}
+
 /// Where a step does not fit into the memory the finest one below it serves, and the option that allows
 /// more is named; that of all memory is 4096.
 #[test]
@@ -182,8 +204,8 @@ fn a_step_that_memory_does_not_hold_is_settled_without() {
     let steps = |show: &Repl| show.engine().estimate().coarse_steps().map(|q| q.0);
     assert_eq!(steps(&show), [2; 2]);
     let ran = say(&mut show, "run --until 0.1% -o out");
-    let error = "error     2.00 % at cue 1, 0:00, predicted; asked for 0.100 %; a finer quality needs \
-                 more memory";
+    let error =
+        "error    2.00 % at cue 1, 0:00, predicted; asked for 0.100 %; memory allows no less";
     assert!(ran.contains(error), "{ran}");
     assert!(
         ran.contains("; quality 3 needs `--memory 4105` or more"),
@@ -230,7 +252,7 @@ fn every_verb_says_the_same_of_one_pool() {
     let first = say(&mut show, "plan");
     assert!(first.contains("counted again"), "{first}");
     let ran = say(&mut show, "run -o out");
-    assert!(ran.contains("error     2.00 % at cue"), "{ran}");
+    assert!(ran.contains("error    2.00 % at cue"), "{ran}");
     let plan = say(&mut show, "plan");
     assert!(plan.contains("0 refined pictures of 2"), "{plan}");
     assert!(plan.contains("what is there"), "{plan}");
