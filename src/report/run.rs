@@ -14,6 +14,7 @@ use footlight_engine::playback::Playback;
 use footlight_engine::pool::image_cache::CacheStatistics;
 use footlight_engine::{self as engine, Ended, Engine, Goal, Refinement, WorstMoment};
 use footlight_host::work::Cancelled;
+use footlight_picture::tone::Tone;
 use footlight_show::units::{Time, Tolerance};
 
 /// Columns of the summary, at most.
@@ -53,7 +54,9 @@ pub struct ImageSources {
 struct Loop {
     plan: PlanReport,
     ended: Ended,
-    /// `None` where memory does not hold the key images.
+    /// The tone of cue pictures and page, where those of the first images are the last ones as well.
+    written: Option<Tone>,
+    /// `None` where memory does not hold the key images, or they are needed no more.
     playback: Option<Arc<Playback>>,
     /// Seconds of images and measuring.
     seconds: f64,
@@ -79,7 +82,7 @@ pub fn run(
     // Before anything is rendered: a folder that cannot be written to is refused at once.
     let own = results::names(engine, with_keys);
     let mut results = Results::begin(engine, folder, own.into_iter())?;
-    let done = match run_loop(engine, wanted, &mut results) {
+    let done = match run_loop(engine, wanted, with_keys, &mut results) {
         Ok(done) => done,
         Err(error) => {
             if !results.has_any() {
@@ -89,12 +92,17 @@ pub fn run(
             return Err(error);
         }
     };
-    let tone = match &done.playback {
-        Some(playback) => engine.document().tone_of(playback.images()),
-        None => engine.tone()?,
+    let tone = match (done.written, &done.playback) {
+        (Some(tone), _) => tone,
+        (None, Some(playback)) => engine.document().tone_of(playback.images()),
+        (None, None) => engine.tone()?,
     };
-    let playback = (done.playback.as_ref(), tone);
-    let missing = results::write(engine, &done.plan, playback, with_keys, &mut results)?;
+    let (playback, is_written) = (done.playback.as_ref(), done.written.is_some());
+    if let Some(playback) = playback.filter(|_| with_keys) {
+        results::write_keys(engine, playback, &mut results)?;
+    }
+    let shown = (playback, tone);
+    let missing = results::write(engine, &done.plan, shown, is_written, &mut results)?;
     results.finish(engine)?;
     let all = engine.host().clock.seconds() - begin;
     let tolerance = wanted.goal.until.unwrap_or(engine.show().preview.tolerance);
@@ -114,6 +122,7 @@ pub fn run(
 fn run_loop(
     engine: &mut Engine,
     wanted: &Refinement,
+    with_keys: bool,
     results: &mut Results<'_>,
 ) -> Result<Loop, Error> {
     engine.idle()?;
@@ -122,12 +131,20 @@ fn run_loop(
     engine.coarse_for(wanted.clone())?;
     let coarse = engine.host().clock.seconds();
     let is_new = engine.images().statistics().rendered > rendered;
+    let mut written = None;
+    let images = |engine: &Engine| {
+        (
+            engine.estimate().coarse_steps(),
+            engine.estimate().refined(),
+        )
+    };
+    let first = images(engine);
     if is_new && engine.estimate().may_refine(&wanted.goal) {
-        results::write_first(engine, results)?;
+        written = results::write_first(engine, results)?;
         let place = format!("first pictures in {}", results.folder().display());
         engine.host().progress.report(&place, 1, 1);
     }
-    let written = engine.host().clock.seconds();
+    let begun = engine.host().clock.seconds();
     // Those that earlier runs stored count, so that a second run renders nothing.
     let goal = Goal {
         count: (wanted.goal.count).map(|n| n.saturating_sub(engine.estimate().refined())),
@@ -148,17 +165,23 @@ fn run_loop(
     let refined = engine.host().clock.seconds();
     let tolerance = goal.until.unwrap_or(engine.show().preview.tolerance);
     let plan = engine.estimate().plan(tolerance)?;
-    let playback = match engine.playback() {
-        Ok(playback) => Some(playback),
-        // All else of the results needs none.
-        Err(engine::Error::KeyImages(_)) => None,
-        Err(error) => return Err(error.into()),
+    let written = written.filter(|_| images(engine) == first && !with_keys);
+    let playback = if written.is_some() {
+        None
+    } else {
+        match engine.playback() {
+            Ok(playback) => Some(playback),
+            // All else of the results needs none.
+            Err(engine::Error::KeyImages(_)) => None,
+            Err(error) => return Err(error.into()),
+        }
     };
     Ok(Loop {
         plan,
         ended,
+        written,
         playback,
-        seconds: coarse - begin + refined - written,
+        seconds: coarse - begin + refined - begun,
     })
 }
 
