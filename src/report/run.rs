@@ -9,6 +9,8 @@ use super::measured::range;
 use super::refine::too_large;
 use super::words::{count, error, exposure, qualities, seconds};
 use super::{Error, results, sheet};
+use footlight_engine::measure::MeasuredMoment;
+use footlight_engine::measure::independent::measure_worst;
 use footlight_engine::plan::PlanReport;
 use footlight_engine::playback::Playback;
 use footlight_engine::pool::image_cache::CacheStatistics;
@@ -29,6 +31,8 @@ pub struct RunSummary {
     pub ended: Ended,
     /// Where the sequence is predicted to be worst, in the unit of the tolerance.
     pub worst: Option<WorstMoment>,
+    /// The worst moment that was measured.
+    pub measured: Option<MeasuredMoment>,
     /// The tolerance that was asked for.
     pub tolerance: Tolerance,
     /// Seconds for images with their errors, and for key images and results.
@@ -54,6 +58,7 @@ pub struct ImageSources {
 struct Loop {
     plan: PlanReport,
     ended: Ended,
+    measured: Option<MeasuredMoment>,
     /// The tone of cue pictures and page, where those of the first images are the last ones as well.
     written: Option<Tone>,
     /// `None` where memory does not hold the key images, or they are needed no more.
@@ -109,6 +114,7 @@ pub fn run(
     Ok(RunSummary {
         plan: done.plan,
         ended: done.ended,
+        measured: done.measured,
         worst: engine.estimate().worst_moment(tolerance.unit)?,
         tolerance,
         seconds: [done.seconds, all - done.seconds],
@@ -160,6 +166,14 @@ fn run_loop(
     if ended == Ended::Stopped {
         return Err(Cancelled.into());
     }
+    // Images of sources alone were measured on the way.
+    let measured = match engine.estimate().refined() {
+        0 => engine
+            .estimate()
+            .measured()
+            .and_then(|(m, _)| m.first().copied()),
+        _ => measure_worst(engine)?,
+    };
     // The chart of what is ahead shows seconds, even where nothing was left to render.
     engine.calibrate()?;
     let refined = engine.host().clock.seconds();
@@ -179,6 +193,7 @@ fn run_loop(
     Ok(Loop {
         plan,
         ended,
+        measured,
         written,
         playback,
         seconds: coarse - begin + refined - begun,
@@ -214,7 +229,6 @@ pub fn describe(engine: &Engine, done: &RunSummary, images: &ImageSources) -> St
 
 /// The measured error of the worst moment, else the predicted one, and what was asked for.
 fn error_words(engine: &Engine, done: &RunSummary) -> String {
-    let estimate = engine.estimate();
     let mut asked = error(done.tolerance.error, done.tolerance.unit);
     asked += match done.ended {
         Ended::Reached | Ended::Stopped => "",
@@ -224,14 +238,19 @@ fn error_words(engine: &Engine, done: &RunSummary) -> String {
         Ended::Finest => "; no quality reaches less",
         Ended::Memory(_) => "; memory allows no less",
     };
-    let measured = estimate.measured().filter(|_| estimate.refined() == 0);
-    if let Some(worst) = measured.and_then(|(moments, _)| moments.first()) {
+    if let Some(worst) = &done.measured {
         let at = moment(engine, worst.cue, worst.time);
         let [least, most] = worst.measured.interval;
         return if least > 0.0 {
             format!("{} at {at}; asked for {asked}", range(&worst.measured))
         } else {
-            format!("below {:.1} % at {at}; asked for {asked}", 100.0 * most)
+            // The prediction for mixtures holds measurements of sources alone.
+            let mixed = done.worst.filter(|_| engine.estimate().refined() > 0);
+            let predicted = mixed.map_or(String::new(), |worst| {
+                format!(" ({} predicted)", error(worst.error, done.tolerance.unit))
+            });
+            let most = 100.0 * most;
+            format!("below {most:.1} %{predicted} at {at}; asked for {asked}")
         };
     }
     match &done.worst {

@@ -145,6 +145,7 @@ fn the_pictures_of_a_run_are_those_of_its_last_images() {
             let mut show = prompt("s.lxq", SHOW.as_bytes(), host).unwrap();
             let line = format!("run --until {until} --way alone -o {out}");
             let text = show.execute(&line).unwrap().text.to_string();
+            assert!(!text.contains("predicted"), "{text}");
             let steps = show.engine().estimate().coarse_steps();
             assert_eq!(steps.map(|q| q.0), [quality; 2], "{text}");
             text
@@ -157,6 +158,25 @@ fn the_pictures_of_a_run_are_those_of_its_last_images() {
             assert!(read("first") == read("again"), "{name} until {until}");
         }
     }
+}
+
+/// The error of a sequence with refined mixtures is measured as well, on its worst moment.
+#[test]
+fn the_error_after_mixtures_is_measured() {
+    let files = Memory::default().with("room.obj", ROOM);
+    let host = Host {
+        files: Box::new(files.with("room.mtl", MATERIALS)),
+        store: Box::new(MemoryStore::default()),
+        clock: Box::new(Ticking::by(1e-3)),
+        ..Host::default()
+    };
+    let mut show = prompt("s.lxq", SHOW.as_bytes(), host).unwrap();
+    let text = show.execute("run --count 2 -o out").unwrap().text;
+    assert_eq!(show.engine().estimate().refined(), 2);
+    let error = text.lines().next().unwrap();
+    assert!(error.contains(" at cue "), "{error}");
+    assert!(error.contains(" to ") || error.contains("below"), "{error}");
+    assert!(!error.contains("predicted;"), "{error}");
 }
 
 #[test]
