@@ -272,9 +272,13 @@ fn took(engine: &Engine, done: &RunSummary) -> String {
         seconds(images),
         seconds(rest)
     );
-    if let Ended::Memory(large) = &done.ended {
-        let _ = write!(text, "; {}", too_large(large));
-        return text;
+    match &done.ended {
+        Ended::Memory(large) => {
+            let _ = write!(text, "; {}", too_large(large));
+            return text;
+        }
+        Ended::Finest => return text,
+        _ => {}
     }
     let estimate = engine.estimate();
     let found = estimate.speed_accuracy().unwrap_or_default();
