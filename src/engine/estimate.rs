@@ -4,7 +4,7 @@
 use super::Error;
 use super::displayed::OF_ALL_LIGHT;
 use super::document::Document;
-use super::goal::{Goal, Refinement, Step, Way};
+use super::goal::{Goal, Refinement, Step, TooLarge, Way};
 use super::host::Host;
 use super::images::{Images, ViewImages};
 use super::rendering::{MeasuredShow, SetupImages};
@@ -114,6 +114,18 @@ impl<'e> Estimate<'e> {
         let renderer = self.host.renderer.as_ref();
         self.known_rendering()
             .map_or_else(|| renderer.finest(), |r| r.finest(renderer))
+    }
+
+    /// The coarsest step known not to fit into the memory, if there is one.
+    pub(super) fn too_large(&self) -> Option<TooLarge> {
+        self.known_rendering()?.too_large
+    }
+
+    /// The finest step that is not known to need more memory than there is.
+    pub(super) fn finest_that_fits(&self) -> Quality {
+        let below = |large: TooLarge| Quality(large.quality.0 - 1);
+        self.too_large()
+            .map_or(self.finest(), |large| below(large).min(self.finest()))
     }
 
     /// The step of quality of refined images: what the show asks for, or a finer one where the

@@ -106,7 +106,8 @@ impl Estimate<'_> {
     /// Settings that are left to refine on the images that are there.
     fn next_images(&self, pool: &Pool, unit: ErrorUnit) -> Result<Ahead, Error> {
         let is_as_fine = pool.is_stated() && self.coarse_steps()[1] >= self.refined_step();
-        if self.is_final() || pool.has_no_estimated_error() || is_as_fine {
+        let fits = self.refined_step() <= self.finest_that_fits();
+        if self.is_final() || pool.has_no_estimated_error() || is_as_fine || !fits {
             return Ok(Vec::new());
         }
         let directions = self.directions(pool, unit)?.into_iter();
@@ -126,7 +127,7 @@ impl Estimate<'_> {
         else {
             return Ok(None);
         };
-        if fine >= step {
+        if fine >= step || step > self.finest_that_fits() {
             return Ok(Some((coarse, Vec::new())));
         }
         let keys = self.document.keys();

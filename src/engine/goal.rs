@@ -1,6 +1,7 @@
 //! What refinement is asked for, and what it came to: plain values.
 
 use footlight_show::units::{ErrorUnit, Time, Tolerance};
+use footlight_transport::Quality;
 use serde::Serialize;
 
 /// How a sequence becomes good enough.
@@ -148,8 +149,19 @@ pub enum Ended {
     Complete,
     /// The finest step is there; the error asked for is below what it is itself off by.
     Finest,
+    /// A finer step does not fit into the memory that the host allows; the images that fit are there.
+    Memory(TooLarge),
     /// [`Engine::stop`](super::Engine::stop) or the host's progress stopped it; what is finished is kept.
     Stopped,
+}
+
+/// A step of quality that does not fit into the memory that the host allows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TooLarge {
+    /// The step.
+    pub quality: Quality,
+    /// Bytes that a host has to allow for it, at least.
+    pub memory: usize,
 }
 
 /// Why refinement ended before its time did.

@@ -79,7 +79,9 @@ pub use self::document::{Document, Edited, TEXT_LIMIT, decode, format};
 pub use self::error::{Error, ReferenceError, TaskFault};
 pub use self::estimate::Estimate;
 pub use self::forecast::{Forecast, NextImage};
-pub use self::goal::{Ended, Goal, Refinement, RefinementSummary, Step, Warning, Way, WorstMoment};
+pub use self::goal::{
+    Ended, Goal, Refinement, RefinementSummary, Step, TooLarge, Warning, Way, WorstMoment,
+};
 pub use self::host::{Background, Host, POOL_LIMIT, PoolPlace};
 pub use self::images::Images;
 pub use self::limit::TimedCall;

@@ -44,11 +44,15 @@ impl Engine {
         })
     }
 
-    /// A refiner whose choice of a way knows how fast this machine is.
+    /// A refiner whose choice of a way knows how fast this machine is; the first images of a goal that is
+    /// measured are no choice.
     fn refiner(&mut self, wanted: Refinement, extent: Extent) -> Result<Refiner, Error> {
         let estimate = self.estimate_of(&wanted);
         estimate.rendering()?;
-        if wanted.goal.asks_for_a_way() && !estimate.is_final() {
+        let has_choice = !(extent == Extent::Coarse
+            && estimate.pool().is_none()
+            && estimate.measures(&wanted.goal));
+        if wanted.goal.asks_for_a_way() && !estimate.is_final() && has_choice {
             self.means().calibrate(&wanted)?;
         }
         Ok(Refiner::new(wanted, extent, self.now()))

@@ -7,8 +7,9 @@
 use std::sync::Arc;
 
 use super::Error;
+use super::estimate::Estimate;
 use super::forecast::NextImage;
-use super::goal::{Ended, Goal, Refinement, RefinementSummary, Warning};
+use super::goal::{Ended, Goal, Refinement, RefinementSummary, TooLarge, Warning};
 use super::means::Means;
 use super::rendering::{self, Job, MeasuredShow, Rendered, Reused};
 use super::ways::{Mixtures, WayForecast};
@@ -19,7 +20,7 @@ use crate::pool::image_cache::Wanted;
 use footlight_picture::Image;
 use footlight_show::units::ErrorUnit;
 use footlight_transport::layered::images_alone;
-use footlight_transport::{Quality, Setup};
+use footlight_transport::{Quality, Setup, TransportError};
 
 /// What is to be done next.
 pub(super) enum Next {
@@ -151,11 +152,14 @@ impl Refiner {
             if !means.estimate(&self.wanted).is_pool_due() {
                 break false;
             }
-            if let Some((job, ticket)) = self.next_coarse(means)? {
-                return Ok(Next::Render(job, Box::new(ticket)));
+            let [_, fine] = means.estimate(&self.wanted).coarse_steps();
+            match self.next_coarse(means) {
+                Ok(Some((job, ticket))) => return Ok(Next::Render(job, Box::new(ticket))),
+                // What these images show may choose finer ones.
+                Ok(None) => self.make_pool(means)?,
+                Err(Error::Render(error)) if self.settle(means, fine, &error) => {}
+                Err(error) => return Err(error),
             }
-            // What these images show may choose finer ones.
-            self.make_pool(means)?;
         };
         if self.extent == Extent::Coarse {
             return Ok(Next::Ended(Ended::Counted));
@@ -173,16 +177,7 @@ impl Refiner {
         let forecast = forecast.ok_or(Error::NotRendered)?;
         let left = self.left();
         let Some(seconds) = forecast.steps.first().map(|s| s.seconds) else {
-            let is_finest = estimate.coarse_steps()[1] == estimate.finest();
-            let is_stated = estimate.pool().is_some_and(Pool::is_stated);
-            let is_off = is_stated && is_finest && forecast.error > 0.0;
-            let is_short =
-                self.wanted.goal.asks_for_a_way() && self.wanted.goal.until.is_some() && is_off;
-            return Ok(Next::Ended(if is_short {
-                Ended::Finest
-            } else {
-                Ended::Complete
-            }));
+            return Ok(Next::Ended(self.nothing_left(&estimate, forecast.error)));
         };
         // The first one is rendered whatever it takes: else nothing would ever be known.
         if self.done.images > 0 && left.budget.is_some_and(|budget| seconds > budget) {
@@ -198,6 +193,21 @@ impl Refiner {
         };
         let steps = forecast.steps.into_iter().take(images).collect();
         self.next_refined(means, steps, begin)
+    }
+
+    /// Why no image is left to render, with an error left.
+    fn nothing_left(&self, estimate: &Estimate<'_>, error: f64) -> Ended {
+        let goal = &self.wanted.goal;
+        let is_stated = estimate.pool().is_some_and(Pool::is_stated);
+        let is_short = goal.asks_for_a_way() && is_stated && error > 0.0;
+        let is_finest = estimate.coarse_steps()[1] == estimate.finest();
+        match estimate.too_large() {
+            Some(large) if is_short || estimate.refined_step() >= large.quality => {
+                Ended::Memory(large)
+            }
+            _ if is_short && is_finest && goal.until.is_some() => Ended::Finest,
+            _ => Ended::Complete,
+        }
     }
 
     /// What is left of the goal.
@@ -339,15 +349,19 @@ impl Refiner {
         ticket: Ticket,
         rendered: Rendered,
     ) -> Result<(), Error> {
-        let Ok((image_cache, of_view)) = means.images.split(&self.wanted.view) else {
+        let Ok(rendering) = means.images.rendering(&self.wanted.view) else {
             return Ok(());
         };
-        let rendering = &mut of_view.rendering;
         let same = rendering.setup == ticket.setup;
         if same {
             rendering.return_operator(ticket.quality, rendered.operator);
         }
-        let images = rendered.images?;
+        let images = match rendered.images {
+            Err(error) if same && self.settle(means, ticket.quality, &error) => return Ok(()),
+            images => images?,
+        };
+        let (image_cache, of_view) = means.images.split(&self.wanted.view)?;
+        let rendering = &mut of_view.rendering;
         let has_pool = rendering.pool.is_some();
         let store = means.host.store.as_ref();
         let kept = rendering::take_in(image_cache, ticket.wanted.as_deref(), images, store);
@@ -379,6 +393,34 @@ impl Refiner {
             return Ok(());
         }
         self.add(means, ticket, kept)
+    }
+
+    /// Goes on without a step of quality that does not fit into the memory, once operators of other
+    /// steps are dropped; false for other errors, and where no coarser images serve.
+    fn settle(&mut self, means: &mut Means<'_>, quality: Quality, error: &TransportError) -> bool {
+        let &TransportError::Memory { needed, budget, .. } = error else {
+            return false;
+        };
+        let pair = means.estimate(&self.wanted).coarse_pair();
+        let allowed = means.host.memory + means.document.loaded_bytes();
+        let memory = allowed.saturating_add(needed.saturating_sub(budget));
+        let Ok(rendering) = means.images.rendering(&self.wanted.view) else {
+            return false;
+        };
+        if rendering.has_other_operators(quality) {
+            rendering.keep_operators(&[quality.0]);
+            return true;
+        }
+        let known = rendering.pool_base.filter(|_| rendering.pool.is_some());
+        let least = known.unwrap_or(pair);
+        let is_finer = quality > least[1];
+        if is_finer {
+            rendering.keep_operators(&[]);
+            rendering.too_large = Some(TooLarge { quality, memory });
+            rendering.base = Some(least);
+            (self.ways, self.coarse) = (None, Coarse::default());
+        }
+        is_finer
     }
 
     /// Takes in errors that were measured; what they say may choose another way.

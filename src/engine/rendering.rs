@@ -11,6 +11,7 @@ use std::collections::btree_map::Entry;
 use std::sync::Arc;
 
 use crate::document::Document;
+use crate::goal::TooLarge;
 use crate::measure::MeasuredMoment;
 use crate::pool::Pool;
 use crate::pool::address::{Lighting, Lights, SceneKey};
@@ -60,6 +61,8 @@ pub(super) struct SetupImages {
     pub taken: BTreeMap<u8, f64>,
     /// Factor from the operator's usual errors to those of this show.
     pub error_scale: f64,
+    /// The coarsest step known not to fit into the memory.
+    pub too_large: Option<TooLarge>,
 }
 
 /// Errors that were measured of some moments of a show.
@@ -138,6 +141,7 @@ impl SetupImages {
             measured: Vec::new(),
             taken: BTreeMap::new(),
             error_scale,
+            too_large: None,
         }
     }
 
@@ -224,6 +228,11 @@ impl SetupImages {
     /// True when the operator of this step of quality is at hand, or will be given back.
     pub fn is_prepared(&self, quality: Quality) -> bool {
         self.operators.contains_key(&quality.0) || self.in_job == Some(quality.0)
+    }
+
+    /// True where operators of other steps than this one are at hand.
+    pub fn has_other_operators(&self, quality: Quality) -> bool {
+        self.operators.keys().any(|step| *step != quality.0)
     }
 
     /// Lets go of all operators but those of some steps.

@@ -60,7 +60,7 @@ impl Estimate<'_> {
             };
             Some((1..=step.0).rev().find_map(by).unwrap_or(own))
         };
-        for step in (1..=self.finest().0).map(Quality) {
+        for step in (1..=self.finest_that_fits().0).map(Quality) {
             let Some(expected) = expected(step) else {
                 return Ok(SpeedAccuracy::default());
             };

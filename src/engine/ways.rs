@@ -165,7 +165,7 @@ impl Estimate<'_> {
     fn alone_ways(&self, goal: &Goal) -> Result<Vec<WayForecast>, Error> {
         let now = self.pool().map_or(0, |_| self.coarse_steps()[1].0);
         let mut out = Vec::new();
-        for quality in now.max(1)..=self.finest().0 {
+        for quality in now.max(1)..=self.finest_that_fits().0 {
             let step = Quality(quality);
             let Some(stated) = self.error_alone(step, goal.unit()) else {
                 continue;

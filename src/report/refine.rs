@@ -1,18 +1,19 @@
 //! Refinement in words: steps, remarks, status, forecast.
 
+use std::borrow::Cow;
 use std::fmt::Write as _;
 
 use super::words::{count, percent, seconds};
 use footlight_engine::{
-    Ended, Engine, Event, Forecast, JobStatus, RefinementSummary, Status, Warning,
+    Ended, Engine, Event, Forecast, JobStatus, RefinementSummary, Status, TooLarge, Warning,
 };
 
 /// Coordinates named for a step.
 const NAMED: usize = 4;
 
 /// Why refinement ended; empty where it goes without saying.
-pub fn ended(ended: Ended) -> &'static str {
-    match ended {
+pub fn ended(ended: Ended) -> Cow<'static, str> {
+    Cow::Borrowed(match ended {
         Ended::Reached => "the error asked for is reached",
         Ended::Counted => "",
         Ended::Spent => "the time is used up",
@@ -21,8 +22,21 @@ pub fn ended(ended: Ended) -> &'static str {
             "as exact as the renderer gets: the finest step of quality is itself off by more than \
              was asked for"
         }
+        Ended::Memory(large) => {
+            let needs = too_large(&large);
+            return Cow::Owned(format!("as exact as the memory allows: {needs}"));
+        }
         Ended::Stopped => "stopped; what is finished is kept",
-    }
+    })
+}
+
+/// A step of quality that memory does not hold, with the option that allows it.
+pub fn too_large(large: &TooLarge) -> String {
+    format!(
+        "quality {} needs `--memory {}` or more",
+        large.quality.0,
+        large.memory.div_ceil(1 << 20)
+    )
 }
 
 /// A remark in a line.
@@ -50,7 +64,7 @@ pub fn refined(engine: &Engine, done: &RefinementSummary, first: usize) -> Strin
     for one in &done.warnings {
         let _ = writeln!(text, "{}", warning(one));
     }
-    text.push_str(done.ended.map_or("", ended));
+    text.push_str(&done.ended.map_or(Cow::Borrowed(""), ended));
     text
 }
 
@@ -77,8 +91,8 @@ pub fn event(event: &Event, words: &str) -> Vec<String> {
         } => (done, failed, error, refined),
     };
     let why = match failed {
-        Some(error) => format!("stopped: {}", error),
-        None => done.ended.map_or("", ended).to_owned(),
+        Some(error) => Cow::Owned(format!("stopped: {error}")),
+        None => done.ended.map_or(Cow::Borrowed(""), ended),
     };
     let mut text = format!("{words}: ");
     if let Some(error) = error {

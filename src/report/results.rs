@@ -47,22 +47,24 @@ pub fn names(engine: &Engine, with_keys: bool) -> Vec<String> {
         .collect()
 }
 
-/// Writes everything that a run leaves behind in a tone; what could not be made, and why. Without a
-/// `playback` all is written that needs no key images.
+/// Writes everything that a run leaves behind in a tone, but key images; what could not be made, and why.
+/// Without a `playback` all is written that needs no key images. Cue pictures and page are left as they are
+/// where they are `written`.
 pub fn write(
     engine: &Engine,
     report: &PlanReport,
     (playback, tone): (Option<&Arc<Playback>>, Tone),
-    with_keys: bool,
+    written: bool,
     to: &mut Results<'_>,
 ) -> Result<Option<String>, Error> {
     let document = engine.document();
     to.write(engine, "plan.json", plan::json(report)?.as_bytes())?;
-    write_cues(engine, (playback, tone), to)?;
+    let files = CueFiles {
+        pictures: !written,
+        sheets: true,
+    };
+    write_cues(engine, (playback, tone), files, to)?;
     write_sheets(engine, to)?;
-    if let Some(playback) = playback.filter(|_| with_keys) {
-        write_keys(engine, playback, to)?;
-    }
     let curves = curves(document, &moving(document.show()), None, Theme::Dark);
     to.write(engine, "curves.png", &curves.png()?)?;
     let tolerance = Tolerance {
@@ -77,6 +79,9 @@ pub fn write(
     if !pool.refined().is_empty() {
         let basis = basis_sheet(engine, pool, Theme::Dark)?;
         to.write(engine, "basis.png", &basis.png()?)?;
+    }
+    if written {
+        return Ok(None);
     }
     let Some(playback) = playback else {
         let many =
@@ -104,23 +109,38 @@ fn write_page(
     Ok(None)
 }
 
-/// Writes what shows the lighting, of the pictures that are there: cue pictures, contact sheet, page.
-pub fn write_first(engine: &mut Engine, to: &mut Results<'_>) -> Result<(), Error> {
+/// Writes cue pictures and page of the pictures that are there, and returns their tone; `None` where memory
+/// does not hold all of it, which what follows says.
+pub fn write_first(engine: &mut Engine, to: &mut Results<'_>) -> Result<Option<Tone>, Error> {
     let playback = match engine.playback() {
         Ok(playback) => playback,
-        // What follows says so.
-        Err(engine::Error::KeyImages(_)) => return Ok(()),
+        Err(engine::Error::KeyImages(_)) => return Ok(None),
         Err(error) => return Err(error.into()),
     };
     let tone = engine.document().tone_of(playback.images());
-    write_cues(engine, (Some(&playback), tone), to)?;
-    write_page(engine, &playback, tone, to).map(|_| ())
+    let files = CueFiles {
+        pictures: true,
+        sheets: false,
+    };
+    write_cues(engine, (Some(&playback), tone), files, to)?;
+    let missing = write_page(engine, &playback, tone, to)?;
+    Ok(missing.is_none().then_some(tone))
 }
 
-/// Every cue as it is complete: a picture each, and all on contact sheets.
+/// What is written of cues.
+#[derive(Clone, Copy)]
+struct CueFiles {
+    /// A picture of each.
+    pictures: bool,
+    /// All of them on contact sheets.
+    sheets: bool,
+}
+
+/// Writes every cue as it is complete.
 fn write_cues(
     engine: &Engine,
     (playback, tone): (Option<&Arc<Playback>>, Tone),
+    files: CueFiles,
     to: &mut Results<'_>,
 ) -> Result<(), Error> {
     let host = engine.host();
@@ -145,8 +165,10 @@ fn write_cues(
     };
     let made = |time: &&CueTime| -> Result<_, engine::Error> {
         let light = light_at(time.completion)?;
-        let tile = tone.encode(&shrink(&light, small.0, small.1));
-        Ok((png::encode(width, height, &tone.encode(&light))?, tile))
+        let tile = || tone.encode(&shrink(&light, small.0, small.1));
+        let file = || png::encode(width, height, &tone.encode(&light));
+        let file = files.pictures.then(file).transpose()?;
+        Ok((file, files.sheets.then(tile)))
     };
     let mut tiles = Vec::new();
     let (mut done, total) = (0, show.cues.len());
@@ -157,9 +179,11 @@ fn write_cues(
         .flat_map(|together| in_order(together, threads, made));
     for ((cue, time), made) in show.cues.iter().zip(&times).zip(made) {
         host.work().check()?;
-        let (bytes, rgb) = made?;
-        to.write(engine, &cue_name(cue.number), &bytes)?;
-        tiles.push(chart::Tile {
+        let (file, tile) = made?;
+        if let Some(bytes) = file {
+            to.write(engine, &cue_name(cue.number), &bytes)?;
+        }
+        tiles.extend(tile.map(|rgb| chart::Tile {
             size: small,
             rgb,
             caption: format!(
@@ -168,9 +192,9 @@ fn write_cues(
                 sheet::clock(time.completion.rounded()),
                 cue.label
             ),
-        });
+        }));
         done += 1;
-        if tiles.len() == CUES || done == total {
+        if tiles.len() == CUES || files.sheets && done == total {
             let name = sheet_name((done - 1) / CUES);
             let sheet = contact_sheet(engine, std::mem::take(&mut tiles))?;
             to.write(engine, &name, &sheet.magnified(2.0).png()?)?;
@@ -202,8 +226,8 @@ fn write_sheets(engine: &Engine, to: &mut Results<'_>) -> Result<(), Error> {
     to.write(engine, "track-sheet.csv", tracks.csv().as_bytes())
 }
 
-/// Key images as linear EXR, one file each, with the setting in the header.
-fn write_keys(engine: &Engine, playback: &Playback, to: &mut Results<'_>) -> Result<(), Error> {
+/// Writes key images as linear EXR, one file each, with the setting in the header.
+pub fn write_keys(engine: &Engine, playback: &Playback, to: &mut Results<'_>) -> Result<(), Error> {
     let host = engine.host();
     let total = playback.images().len();
     let keys = engine.document().keys().keys();

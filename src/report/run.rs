@@ -4,17 +4,23 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::document::headline;
 use super::manifest::Results;
 use super::measured::range;
+use super::refine::too_large;
 use super::words::{count, error, exposure, qualities, seconds};
 use super::{Error, results, sheet};
+use footlight_engine::measure::MeasuredMoment;
+use footlight_engine::measure::independent::measure_worst;
 use footlight_engine::plan::PlanReport;
 use footlight_engine::playback::Playback;
 use footlight_engine::pool::image_cache::CacheStatistics;
 use footlight_engine::{self as engine, Ended, Engine, Goal, Refinement, WorstMoment};
 use footlight_host::work::Cancelled;
+use footlight_picture::tone::Tone;
 use footlight_show::units::{Time, Tolerance};
+
+/// Columns of the summary, at most.
+const WIDTH: usize = 100;
 
 /// What a run did, and what it took.
 #[derive(Clone, Debug)]
@@ -25,6 +31,8 @@ pub struct RunSummary {
     pub ended: Ended,
     /// Where the sequence is predicted to be worst, in the unit of the tolerance.
     pub worst: Option<WorstMoment>,
+    /// The worst moment that was measured.
+    pub measured: Option<MeasuredMoment>,
     /// The tolerance that was asked for.
     pub tolerance: Tolerance,
     /// Seconds for images with their errors, and for key images and results.
@@ -50,7 +58,10 @@ pub struct ImageSources {
 struct Loop {
     plan: PlanReport,
     ended: Ended,
-    /// `None` where memory does not hold the key images.
+    measured: Option<MeasuredMoment>,
+    /// The tone of cue pictures and page, where those of the first images are the last ones as well.
+    written: Option<Tone>,
+    /// `None` where memory does not hold the key images, or they are needed no more.
     playback: Option<Arc<Playback>>,
     /// Seconds of images and measuring.
     seconds: f64,
@@ -76,7 +87,7 @@ pub fn run(
     // Before anything is rendered: a folder that cannot be written to is refused at once.
     let own = results::names(engine, with_keys);
     let mut results = Results::begin(engine, folder, own.into_iter())?;
-    let done = match run_loop(engine, wanted, &mut results) {
+    let done = match run_loop(engine, wanted, with_keys, &mut results) {
         Ok(done) => done,
         Err(error) => {
             if !results.has_any() {
@@ -86,18 +97,24 @@ pub fn run(
             return Err(error);
         }
     };
-    let tone = match &done.playback {
-        Some(playback) => engine.document().tone_of(playback.images()),
-        None => engine.tone()?,
+    let tone = match (done.written, &done.playback) {
+        (Some(tone), _) => tone,
+        (None, Some(playback)) => engine.document().tone_of(playback.images()),
+        (None, None) => engine.tone()?,
     };
-    let playback = (done.playback.as_ref(), tone);
-    let missing = results::write(engine, &done.plan, playback, with_keys, &mut results)?;
+    let (playback, is_written) = (done.playback.as_ref(), done.written.is_some());
+    if let Some(playback) = playback.filter(|_| with_keys) {
+        results::write_keys(engine, playback, &mut results)?;
+    }
+    let shown = (playback, tone);
+    let missing = results::write(engine, &done.plan, shown, is_written, &mut results)?;
     results.finish(engine)?;
     let all = engine.host().clock.seconds() - begin;
     let tolerance = wanted.goal.until.unwrap_or(engine.show().preview.tolerance);
     Ok(RunSummary {
         plan: done.plan,
         ended: done.ended,
+        measured: done.measured,
         worst: engine.estimate().worst_moment(tolerance.unit)?,
         tolerance,
         seconds: [done.seconds, all - done.seconds],
@@ -111,6 +128,7 @@ pub fn run(
 fn run_loop(
     engine: &mut Engine,
     wanted: &Refinement,
+    with_keys: bool,
     results: &mut Results<'_>,
 ) -> Result<Loop, Error> {
     engine.idle()?;
@@ -119,12 +137,20 @@ fn run_loop(
     engine.coarse_for(wanted.clone())?;
     let coarse = engine.host().clock.seconds();
     let is_new = engine.images().statistics().rendered > rendered;
+    let mut written = None;
+    let images = |engine: &Engine| {
+        (
+            engine.estimate().coarse_steps(),
+            engine.estimate().refined(),
+        )
+    };
+    let first = images(engine);
     if is_new && engine.estimate().may_refine(&wanted.goal) {
-        results::write_first(engine, results)?;
+        written = results::write_first(engine, results)?;
         let place = format!("first pictures in {}", results.folder().display());
         engine.host().progress.report(&place, 1, 1);
     }
-    let written = engine.host().clock.seconds();
+    let begun = engine.host().clock.seconds();
     // Those that earlier runs stored count, so that a second run renders nothing.
     let goal = Goal {
         count: (wanted.goal.count).map(|n| n.saturating_sub(engine.estimate().refined())),
@@ -140,29 +166,43 @@ fn run_loop(
     if ended == Ended::Stopped {
         return Err(Cancelled.into());
     }
+    // Images of sources alone were measured on the way.
+    let measured = match engine.estimate().refined() {
+        0 => engine
+            .estimate()
+            .measured()
+            .and_then(|(m, _)| m.first().copied()),
+        _ => measure_worst(engine)?,
+    };
     // The chart of what is ahead shows seconds, even where nothing was left to render.
     engine.calibrate()?;
     let refined = engine.host().clock.seconds();
     let tolerance = goal.until.unwrap_or(engine.show().preview.tolerance);
     let plan = engine.estimate().plan(tolerance)?;
-    let playback = match engine.playback() {
-        Ok(playback) => Some(playback),
-        // All else of the results needs none.
-        Err(engine::Error::KeyImages(_)) => None,
-        Err(error) => return Err(error.into()),
+    let written = written.filter(|_| images(engine) == first && !with_keys);
+    let playback = if written.is_some() {
+        None
+    } else {
+        match engine.playback() {
+            Ok(playback) => Some(playback),
+            // All else of the results needs none.
+            Err(engine::Error::KeyImages(_)) => None,
+            Err(error) => return Err(error.into()),
+        }
     };
     Ok(Loop {
         plan,
         ended,
+        measured,
+        written,
         playback,
-        seconds: coarse - begin + refined - written,
+        seconds: coarse - begin + refined - begun,
     })
 }
 
-/// The summary that a designer reads.
+/// The summary that a designer reads: six lines at most, unless one is too wide.
 pub fn describe(engine: &Engine, done: &RunSummary, images: &ImageSources) -> String {
-    let mut text = headline(engine.document()) + "\n";
-    text += &line("error", &error_words(engine, done));
+    let mut text = line("error", &error_words(engine, done));
     text += &line("took", &took(engine, done));
     let sources = count(engine.show().coordinates().len(), "picture");
     let refined = match engine.estimate().refined() {
@@ -176,14 +216,7 @@ pub fn describe(engine: &Engine, done: &RunSummary, images: &ImageSources) -> St
     let quality = qualities(engine);
     let pictures = format!("{sources} {quality}{refined}; {}", come_by(images));
     text += &line("pictures", &pictures);
-    let plan = format!(
-        "{}, {}, rank {} (pictures that make all keys)",
-        count(done.plan.segments.len(), "segment"),
-        count(done.plan.keys.len(), "key"),
-        done.plan.rank
-    );
-    text += &line("plan", &plan);
-    let _ = writeln!(text, "  {}", exposure(engine.show(), done.exposure));
+    let _ = writeln!(text, "{}", exposure(engine.show(), done.exposure));
     let page = match &done.missing {
         None => "show.html plays the show in a browser",
         Some(missing) => missing,
@@ -196,23 +229,28 @@ pub fn describe(engine: &Engine, done: &RunSummary, images: &ImageSources) -> St
 
 /// The measured error of the worst moment, else the predicted one, and what was asked for.
 fn error_words(engine: &Engine, done: &RunSummary) -> String {
-    let estimate = engine.estimate();
     let mut asked = error(done.tolerance.error, done.tolerance.unit);
     asked += match done.ended {
         Ended::Reached | Ended::Stopped => "",
         Ended::Counted => "; as many pictures as asked for",
         Ended::Spent => "; the time is used up",
         Ended::Complete => "; nothing left to refine",
-        Ended::Finest => "; the finest quality reaches no less",
+        Ended::Finest => "; no quality reaches less",
+        Ended::Memory(_) => "; memory allows no less",
     };
-    let measured = estimate.measured().filter(|_| estimate.refined() == 0);
-    if let Some(worst) = measured.and_then(|(moments, _)| moments.first()) {
+    if let Some(worst) = &done.measured {
         let at = moment(engine, worst.cue, worst.time);
         let [least, most] = worst.measured.interval;
         return if least > 0.0 {
             format!("{} at {at}; asked for {asked}", range(&worst.measured))
         } else {
-            format!("below {:.1} % at {at}; asked for {asked}", 100.0 * most)
+            // The prediction for mixtures holds measurements of sources alone.
+            let mixed = done.worst.filter(|_| engine.estimate().refined() > 0);
+            let predicted = mixed.map_or(String::new(), |worst| {
+                format!(" ({} predicted)", error(worst.error, done.tolerance.unit))
+            });
+            let most = 100.0 * most;
+            format!("below {most:.1} %{predicted} at {at}; asked for {asked}")
         };
     }
     match &done.worst {
@@ -229,11 +267,19 @@ fn error_words(engine: &Engine, done: &RunSummary) -> String {
 fn took(engine: &Engine, done: &RunSummary) -> String {
     let [images, rest] = done.seconds;
     let mut text = format!(
-        "{}: {} for pictures and their errors, {} for keys and results",
+        "{}: pictures and errors {}, results {}",
         seconds(images + rest),
         seconds(images),
         seconds(rest)
     );
+    match &done.ended {
+        Ended::Memory(large) => {
+            let _ = write!(text, "; {}", too_large(large));
+            return text;
+        }
+        Ended::Finest => return text,
+        _ => {}
+    }
     let estimate = engine.estimate();
     let found = estimate.speed_accuracy().unwrap_or_default();
     let now = estimate.predicted_error().unwrap_or(0.0);
@@ -263,7 +309,6 @@ fn come_by(images: &ImageSources) -> String {
     let parts: Vec<String> = parts
         .map(|(n, what)| format!("{n} of them {what}"))
         .collect();
-    let found = count(found, "picture");
     if parts.is_empty() {
         format!("from the pool: {found}, rendered: {rendered}")
     } else {
@@ -279,6 +324,19 @@ fn moment(engine: &Engine, cue: usize, time: Time) -> String {
     format!("cue {number}, {}", sheet::clock(time.rounded()))
 }
 
+/// A line of the summary, continued in another one where it is wider than [`WIDTH`].
 fn line(of: &str, words: &str) -> String {
-    format!("  {of:<9} {words}\n")
+    let mut text = format!("{of:<8}");
+    let mut width = text.len();
+    for word in words.split(' ') {
+        let own = word.chars().count() + 1;
+        if width + own > WIDTH {
+            text += "\n        ";
+            width = 8;
+        }
+        text.push(' ');
+        text += word;
+        width += own;
+    }
+    text + "\n"
 }

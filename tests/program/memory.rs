@@ -210,7 +210,7 @@ fn warnings(count: usize) -> String {
 fn boxes(count: usize) -> String {
     let mut text = format!(
         "{ROOM}view v from 5,-9,2 to 5,5,1 fov 40 size 64x36\n{LIGHT}bank a = x\n\
-         cue 1 at 0:00 {{ snap a 50 }}\npreview {{ tolerance 20% }}\nsurface box reflectance 0.5"
+         cue 1 at 0:00 {{ snap a 50 }}\nsurface box reflectance 0.5"
     );
     for i in 0..count {
         let (x, y, z) = (

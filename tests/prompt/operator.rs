@@ -13,6 +13,8 @@ use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportEr
 pub struct Altered {
     /// The finest step of the scale.
     pub finest: Option<Quality>,
+    /// The coarsest step that takes 9 MB more than there is.
+    pub too_large: Option<Quality>,
     /// What is rendered, whatever quality is asked for.
     pub quality: Option<Quality>,
     /// What everything costs.
@@ -83,6 +85,13 @@ impl Transport for Altered {
         quality: Quality,
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
+        if self.too_large.is_some_and(|step| quality >= step) {
+            return Err(TransportError::Memory {
+                what: "the stage",
+                needed: work.memory + (9 << 20),
+                budget: work.memory,
+            });
+        }
         let smear = self.is_smeared.then_some(quality);
         let rendered = smear.map_or(quality, |_| Quality(1));
         let inner = Radiosity.prepare(setup, self.quality.unwrap_or(rendered), work)?;

@@ -298,12 +298,7 @@ fn run_leaves_its_results_and_no_keys_of_an_earlier_run() {
         let content = store.read(&Path::new("o").join(name), 1 << 28).unwrap();
         assert_eq!(digest, sha256(&content), "{name}");
     }
-    for word in [
-        "3 banks",
-        "1 mixture at quality 3",
-        "rank",
-        "plays the show",
-    ] {
+    for word in ["1 mixture at quality 3", "plays the show"] {
         assert!(
             reply.text.contains(word),
             "`{word}` is missing from:\n{}",

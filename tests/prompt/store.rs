@@ -124,6 +124,63 @@ fn difference(a: &[Image], b: &[Image]) -> f32 {
     off / peak
 }
 
+/// Cue pictures and page that are written of the first images stay where these are enough, and are written
+/// again where a measured error takes finer ones: as of images that are at hand, which are measured once more.
+#[test]
+fn the_pictures_of_a_run_are_those_of_its_last_images() {
+    for (until, quality) in [("50%", 1), ("0.1%", 3)] {
+        let store = MemoryStore::default();
+        let run = |out: &str| {
+            let files = Memory::default().with("room.obj", ROOM);
+            let host = Host {
+                files: Box::new(files.with("room.mtl", MATERIALS)),
+                store: Box::new(store.clone()),
+                clock: Box::new(Ticking::by(1e-3)),
+                pool: Some(PoolPlace {
+                    folder: PathBuf::from(POOL),
+                    limit: 1 << 30,
+                }),
+                ..Host::default()
+            };
+            let mut show = prompt("s.lxq", SHOW.as_bytes(), host).unwrap();
+            let line = format!("run --until {until} --way alone -o {out}");
+            let text = show.execute(&line).unwrap().text.to_string();
+            assert!(!text.contains("predicted"), "{text}");
+            let is_finest = text.contains("no quality reaches less");
+            assert!(!(is_finest && text.contains("half the error")), "{text}");
+            let steps = show.engine().estimate().coarse_steps();
+            assert_eq!(steps.map(|q| q.0), [quality; 2], "{text}");
+            text
+        };
+        let (first, again) = (run("first"), run("again"));
+        assert!(!first.contains("rendered: 0"), "{first}");
+        assert!(again.contains("rendered: 0"), "{again}");
+        for name in ["cues/0002.png", "contact-sheet.png", "show.html"] {
+            let read = |out: &str| store.read(&Path::new(out).join(name), 1 << 30).unwrap();
+            assert!(read("first") == read("again"), "{name} until {until}");
+        }
+    }
+}
+
+/// The error of a sequence with refined mixtures is measured as well, on its worst moment.
+#[test]
+fn the_error_after_mixtures_is_measured() {
+    let files = Memory::default().with("room.obj", ROOM);
+    let host = Host {
+        files: Box::new(files.with("room.mtl", MATERIALS)),
+        store: Box::new(MemoryStore::default()),
+        clock: Box::new(Ticking::by(1e-3)),
+        ..Host::default()
+    };
+    let mut show = prompt("s.lxq", SHOW.as_bytes(), host).unwrap();
+    let text = show.execute("run --count 2 -o out").unwrap().text;
+    assert_eq!(show.engine().estimate().refined(), 2);
+    let error = text.lines().next().unwrap();
+    assert!(error.contains(" at cue "), "{error}");
+    assert!(error.contains(" to ") || error.contains("below"), "{error}");
+    assert!(!error.contains("predicted;"), "{error}");
+}
+
 #[test]
 fn a_second_session_renders_nothing_and_leaves_the_same_bytes() {
     let store = MemoryStore::default();
@@ -141,7 +198,7 @@ fn a_second_session_renders_nothing_and_leaves_the_same_bytes() {
     assert_eq!(stored(&store).len(), 8);
     let (rendered, reply) = run(PLENTY, "second");
     assert_eq!(rendered, 0);
-    let words = "from the pool: 8 pictures, rendered: 0";
+    let words = "from the pool: 8, rendered: 0";
     assert!(reply.text.contains(words), "{}", reply.text);
     assert_eq!(reply.notes, [""; 0]);
     let read = |path: &Path| store.read(path, 1 << 30).unwrap();

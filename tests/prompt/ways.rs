@@ -12,7 +12,7 @@ use footlight_picture::Image;
 use footlight_picture::combine::{combine, dot};
 use footlight_prompt::Repl;
 use footlight_show::units::ErrorUnit;
-use footlight_transport::Cost;
+use footlight_transport::{Cost, Quality};
 
 /// What each step is off by, as the operator of these tests states it.
 const STATED: [f64; 3] = [0.04, 0.02, 0.0005];
@@ -23,29 +23,31 @@ fn open(cost: Option<Cost>, store: &MemoryStore) -> (Repl, Arc<AtomicUsize>) {
 }
 
 fn open_show(name: &str, cost: Option<Cost>, store: &MemoryStore) -> (Repl, Arc<AtomicUsize>) {
+    let rendered = Arc::new(AtomicUsize::new(0));
+    let renderer = Altered {
+        cost,
+        stated: STATED.to_vec(),
+        is_stored: true,
+        rendered: Arc::clone(&rendered),
+        ..Altered::default()
+    };
+    (open_with(name, renderer, store), rendered)
+}
+
+fn open_with(name: &str, renderer: Altered, store: &MemoryStore) -> Repl {
     let examples = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
     let path = examples.join(name);
     let text = std::fs::read_to_string(&path).unwrap();
     let text = text.replace("size 480x270", "size 32x18");
     let text = text.replace("size 640x360", "size 32x18");
-    let rendered = Arc::new(AtomicUsize::new(0));
     let host = Host {
         files: Box::new(Folder::new(path.parent().unwrap(), 1 << 20)),
         store: Box::new(store.clone()),
         clock: Box::new(Stopped),
-        renderer: Arc::new(Altered {
-            cost,
-            stated: STATED.to_vec(),
-            is_stored: true,
-            rendered: Arc::clone(&rendered),
-            ..Altered::default()
-        }),
+        renderer: Arc::new(renderer),
         ..Host::default()
     };
-    (
-        prompt("first.lxq", text.as_bytes(), host).unwrap(),
-        rendered,
-    )
+    prompt("first.lxq", text.as_bytes(), host).unwrap()
 }
 
 fn say(show: &mut Repl, line: &str) -> String {
@@ -160,6 +162,70 @@ fn more_than_the_finest_step_gives_is_not_promised() {
     assert_eq!(rendered.load(Ordering::Relaxed), 2, "nothing again");
 }
 
+/// The summary of a run begins with the error and what it took, and no line is wider than 100 columns.
+#[test]
+fn the_summary_of_a_run_is_six_lines() {
+    let (mut show, _) = open(None, &MemoryStore::default());
+    let text = say(&mut show, "run --until 2% -o out");
+    let lines: Vec<&str> = text.lines().collect();
+    assert_eq!(lines.len(), 6, "{text}");
+    assert!(lines[0].starts_with("error    2.00 % at"), "{text}");
+    assert!(lines[1].starts_with("took     0 ms: "), "{text}");
+    assert!(lines[1].contains("; half the error takes some"), "{text}");
+    let text = say(
+        &mut show,
+        "run -o out/of-a-folder-whose-name-alone-is-long/and-long",
+    );
+    assert_eq!(text.lines().count(), 7, "{text}");
+    assert!(
+        text.lines().all(|line| line.chars().count() <= 100),
+        "{text}"
+    );
+    assert!(text.contains(" in a\n         browser;"), "{text}");
+}
+
+/// Where a step does not fit into the memory the finest one below it serves, and the option that allows
+/// more is named; that of all memory is 4096.
+#[test]
+fn a_step_that_memory_does_not_hold_is_settled_without() {
+    let open = |step| {
+        let too_large = Altered {
+            stated: STATED.to_vec(),
+            too_large: Some(Quality(step)),
+            ..Altered::default()
+        };
+        open_with("first.lxq", too_large, &MemoryStore::default())
+    };
+    let mut show = open(3);
+    // Nothing is rendered yet that would serve.
+    let text = say(&mut show, "refine until 0.1%");
+    let words = "as exact as the memory allows: quality 3 needs `--memory 4105` or more";
+    assert!(text.contains(words), "{text}");
+    let steps = |show: &Repl| show.engine().estimate().coarse_steps().map(|q| q.0);
+    assert_eq!(steps(&show), [2; 2]);
+    let ran = say(&mut show, "run --until 0.1% -o out");
+    let error =
+        "error    2.00 % at cue 1, 0:00, predicted; asked for 0.100 %; memory allows no less";
+    assert!(ran.contains(error), "{ran}");
+    assert!(
+        ran.contains("; quality 3 needs `--memory 4105` or more"),
+        "{ran}"
+    );
+    let text = say(&mut show, "refine until 2%");
+    assert!(text.contains("the error asked for is reached"), "{text}");
+    // What is there serves where a finer step was to follow, and where mixtures were.
+    for line in ["refine until 0.1%", "refine 1"] {
+        let mut show = open(2);
+        show.engine_mut().coarse().unwrap();
+        let text = say(&mut show, line);
+        assert!(text.contains("quality 2 needs `--memory 4105`"), "{text}");
+        assert_eq!(steps(&show), [1; 2]);
+    }
+    // Without any there is nothing to settle for.
+    let text = say(&mut open(1), "refine until 0.1%");
+    assert!(text.contains("error: the stage"), "{text}");
+}
+
 /// What one way rendered serves another, later sessions and edits.
 #[test]
 fn what_is_rendered_serves_on() {
@@ -186,7 +252,7 @@ fn every_verb_says_the_same_of_one_pool() {
     let first = say(&mut show, "plan");
     assert!(first.contains("counted again"), "{first}");
     let ran = say(&mut show, "run -o out");
-    assert!(ran.contains("error     2.00 % at cue"), "{ran}");
+    assert!(ran.contains("error    2.00 % at cue"), "{ran}");
     let plan = say(&mut show, "plan");
     assert!(plan.contains("0 refined pictures of 2"), "{plan}");
     assert!(plan.contains("what is there"), "{plan}");

@@ -114,6 +114,30 @@ pub fn measure(
     }))
 }
 
+/// Measures the moment that is predicted to be worst, as all images that are there show it. `None` where it
+/// cannot be measured, or memory does not hold what that takes.
+///
+/// # Errors
+/// [`Error::NotRendered`], else what rendering says.
+pub fn measure_worst(engine: &Engine) -> Result<Option<MeasuredMoment>, Error> {
+    let estimate = engine.estimate();
+    let Some(worst) = estimate.worst_moment(ErrorUnit::Light)? else {
+        return Ok(None);
+    };
+    let setting = engine.document.setting(worst.time);
+    let image = estimate.rendered()?.preview(&setting, engine.work())?;
+    let found = match measure(engine, &image, &setting, EFFORT) {
+        // The images serve without it.
+        Err(Error::Render(TransportError::Memory { .. })) => None,
+        found => found?,
+    };
+    Ok(found.map(|measured| MeasuredMoment {
+        cue: worst.cue,
+        time: worst.time,
+        measured,
+    }))
+}
+
 /// Moments of a show to be measured, with all that this needs, on any thread.
 pub(crate) struct MeasureJob {
     pub setup: Setup,
