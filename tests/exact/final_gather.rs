@@ -5,6 +5,9 @@ use crate::meter::{INWARD, Meter, Room, cuboid, mean};
 use footlight_host::work::{Silent, Work};
 use footlight_show::geometry::View;
 use footlight_show::geometry::{Vec3, vec3};
+use footlight_show::units::Rgb;
+use footlight_stage::texture::{Alpha, Texture};
+use footlight_stage::{Material, Polygon, Shading};
 use footlight_transport::radiosity::{MANY_POLYGONS, Radiosity};
 use footlight_transport::{Quality, Setup, Transport};
 use std::f64::consts::PI;
@@ -159,5 +162,98 @@ fn many_polygons_are_lit_linearly() {
         let again = &render(std::slice::from_ref(unit), 3)[0];
         let same = |(a, b): (&f32, &f32)| a.to_bits() == b.to_bits();
         assert!(again.data().iter().zip(image.data()).all(same));
+    }
+}
+
+/// A gauze before a wall, both under the sun: half of a pixel is the gauze, the other half the wall in
+/// half of the light. No pixel differs, as nothing is left to chance.
+#[test]
+fn gauze_shows_itself_and_what_lies_behind() {
+    let mut room = Room::default();
+    let upright = |y: f64| {
+        vec![
+            vec3(-9.0, y, -9.0),
+            vec3(9.0, y, -9.0),
+            vec3(9.0, y, 9.0),
+            vec3(-9.0, y, 9.0),
+        ]
+    };
+    room.wall(&upright(4.0), 0.8);
+    room.scene.materials.push(Material {
+        texture: Some(Texture::plain([0.6, 0.6, 0.6, 0.5], Alpha::Blend)),
+        ..Material::diffuse("gauze", Rgb([0.6; 3]))
+    });
+    let gauze = upright(3.0);
+    room.scene.polygons.push(Polygon {
+        shading: Some(Box::new(Shading::flat(gauze[0]))),
+        ..Polygon::new(gauze, room.scene.materials.len() - 1)
+    });
+    room.scene.number_sheets();
+    let towards = vec3(0.2, 0.9, -0.4);
+    room.sun(vec3(0.0, 3.0, 0.0), towards, 1000.0);
+    let arrives = 1000.0 * towards.normalized().y;
+    let expected = arrives / PI * (0.5 * 0.6 + 0.5 * 0.5 * 0.8);
+    let view = View {
+        from: vec3(0.0, -3.0, 0.0),
+        to: vec3(0.3, 4.0, 0.2),
+        fov: 40.0,
+        roll: 0.0,
+        width: 24,
+        height: 16,
+    };
+    for quality in STEPS {
+        let off = |l: &f64| (l / expected - 1.0).abs();
+        let most = room
+            .radiances(&view, quality)
+            .iter()
+            .map(off)
+            .fold(0.0, f64::max);
+        assert!(most < 1e-3, "quality {quality}: {most}");
+    }
+}
+
+/// The edge of two walls under the sun: a pixel that shows both is their mean by area.
+#[test]
+fn a_pixel_on_an_edge_is_the_mean_of_both_sides_by_area() {
+    let mut room = Room::default();
+    for (left, reflectance) in [(-9.0, 0.9), (0.31, 0.3)] {
+        for square in cut(
+            &[
+                vec3(left, 4.0, -9.0),
+                vec3(left + 9.31, 4.0, -9.0),
+                vec3(left + 9.31, 4.0, 9.0),
+                vec3(left, 4.0, 9.0),
+            ],
+            40,
+        ) {
+            room.wall(&square, reflectance);
+        }
+    }
+    assert!(room.scene.polygons.len() > MANY_POLYGONS);
+    room.sun(vec3(0.0, 3.0, 0.0), vec3(0.0, 1.0, 0.0), 1000.0);
+    // The picture is 4 m across at the walls: 16 pixels of 25 cm, so that the edge leaves 24 % of
+    // the one from 0.25 to 0.5 m to the left side.
+    let view = View {
+        from: vec3(0.0, 0.0, 0.0),
+        to: vec3(0.0, 4.0, 0.0),
+        fov: 2.0 * 0.5_f64.atan().to_degrees(),
+        roll: 0.0,
+        width: 16,
+        height: 16,
+    };
+    let expected = 1000.0 / PI * (0.24 * 0.9 + 0.76 * 0.3);
+    for quality in STEPS {
+        let all = room.radiances(&view, quality);
+        let of_column =
+            |x: usize| mean(&all.iter().skip(x).step_by(16).copied().collect::<Vec<_>>());
+        let on_edge = of_column(9);
+        assert!(
+            (on_edge / expected - 1.0).abs() < 0.01,
+            "quality {quality}: {on_edge} for {expected}"
+        );
+        for (x, reflectance) in [(8, 0.9), (10, 0.3)] {
+            let off = of_column(x) / (1000.0 / PI * reflectance) - 1.0;
+            assert!(off.abs() < 1e-3, "quality {quality}, column {x}: {off}");
+        }
     }
 }

@@ -168,3 +168,79 @@ pub fn by_surface(
     }
     groups
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surfaces::rectangle;
+    use footlight_show::geometry::vec3;
+
+    fn sample(surfaces: &Surfaces, facet: usize, point: Vec3) -> Sample {
+        assert!(surfaces.facets[facet].height(point).abs() < 1e-9);
+        let facet = facet as u32;
+        Sample {
+            place: SurfacePoint { facet, point },
+            hit: Hit {
+                facet,
+                sample: 0,
+                opacity: u16::MAX,
+            },
+        }
+    }
+
+    /// Two halves of a floor are one surface; a step a hand higher and a wall are others.
+    #[test]
+    fn samples_are_grouped_by_plane_and_direction() {
+        let floor = rectangle((-4.0, 0.0), (-4.0, 4.0), 0.0);
+        let other = rectangle((0.0, 3.0), (-4.0, 4.0), 0.0);
+        let step = rectangle((3.0, 4.0), (-3.0, 3.0), 0.1);
+        let wall = [
+            vec3(4.0, -1.0, 0.0),
+            vec3(4.0, -1.0, 1.0),
+            vec3(4.0, 1.0, 1.0),
+            vec3(4.0, 1.0, 0.0),
+        ];
+        let quads = [floor, other, step, wall];
+        let surfaces = Surfaces::grey(quads.iter().map(|q| q.to_vec()).collect());
+        // Facets are sorted by area, which falls from one to the next.
+        let places = [
+            (0, vec3(-1.0, 0.0, 0.0)),
+            (2, vec3(3.5, 0.0, 0.1)),
+            (1, vec3(2.0, 0.0, 0.0)),
+            (3, vec3(4.0, 0.0, 0.5)),
+            (2, vec3(3.2, 1.0, 0.1)),
+        ];
+        let samples = places.map(|(facet, point)| sample(&surfaces, facet, point));
+        let groups = by_surface(&surfaces, samples.into_iter(), |_| 0.01);
+        let facets = |group: &Vec<Sample>| group.iter().map(|s| s.hit.facet).collect::<Vec<_>>();
+        let found: Vec<Vec<u32>> = groups.iter().map(facets).collect();
+        assert_eq!(found, [vec![0, 1], vec![2, 2], vec![3]]);
+        // From far away step and floor are one.
+        let groups = by_surface(&surfaces, samples.into_iter(), |_| 0.2);
+        assert_eq!(groups.len(), 2);
+    }
+
+    #[test]
+    fn parts_belong_to_their_pixels() {
+        let mut parts = Parts::default();
+        let part = Part {
+            share: 0.5,
+            facet: 0,
+            rays: 1,
+            paint: NO_PAINT,
+            point: Vec3::ZERO,
+            normal: Vec3::ZERO,
+            material: 0,
+            radius: 1.0,
+        };
+        for count in [1, 0, 2, 3] {
+            parts.pixels.push((0..count).map(|_| part));
+        }
+        assert_eq!(parts.of(0..1), 0..1);
+        assert_eq!(parts.of(1..2), 1..1);
+        assert_eq!(parts.of(1..4), 1..6);
+        let mut values = [0, 10, 20, 30, 40, 50];
+        let rows = parts.rows(2, 1, &mut values);
+        assert_eq!(rows, [&[0][..], &[10, 20, 30, 40, 50][..]]);
+    }
+}

@@ -26,7 +26,7 @@ const BAND: usize = 1 << 17;
 /// Pixels that one task works on.
 const RUN: usize = 16;
 /// Least radius of the irradiance filter, in pixels.
-const LEAST_RADIUS: f64 = 4.0;
+const LEAST_RADIUS: f64 = 3.0;
 /// Seeds of the sequences of points.
 const SEED_CAMERA: u32 = 101;
 const SEED_WAY: u32 = 202;

@@ -156,3 +156,65 @@ impl RayScene<'_> {
         (place, distance)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::surfaces::rectangle;
+    use footlight_host::work::Work;
+    use footlight_show::geometry::vec3;
+    use footlight_show::units::Rgb;
+    use footlight_stage::texture::{Alpha, Texture};
+    use footlight_stage::{Material, Polygon, Scene};
+
+    /// Two gauzes with backs over a floor, seen from above: 40 % of the first, 40 % of the second
+    /// through it, and the floor through both.
+    #[test]
+    fn layers_share_what_is_seen_and_light_is_held_back_by_each_sheet_once() {
+        let polygon = |z: f64, material| {
+            Polygon::new(rectangle((-1.0, 1.0), (-1.0, 1.0), z).to_vec(), material)
+        };
+        let mut scene = Scene {
+            materials: vec![
+                Material::diffuse("floor", Rgb([0.5; 3])),
+                Material {
+                    texture: Some(Texture::plain([0.5, 0.5, 0.5, 0.4], Alpha::Blend)),
+                    ..Material::diffuse("gauze", Rgb([0.5; 3]))
+                },
+            ],
+            polygons: vec![polygon(0.0, 0), polygon(1.0, 1), polygon(2.0, 1)],
+            ..Scene::default()
+        };
+        scene.number_sheets();
+        scene.add_backs(&[1, 2]);
+        let surfaces = Surfaces::new(&scene).unwrap();
+        let bvh = Bvh::new(&surfaces, Work::silent()).unwrap();
+        let scene = RayScene {
+            surfaces: &surfaces,
+            bvh: &bvh,
+            offset: 1e-5,
+        };
+        let from = vec3(0.2, 0.3, 5.0);
+        let layers = scene.layers(from, vec3(0.0, 0.0, -1.0));
+        let found: Vec<(f64, f64)> = layers
+            .iter()
+            .map(|(p, share)| (p.point.z, *share))
+            .collect();
+        let expected = [(2.0, 0.4), (1.0, 0.24), (0.0, 0.36)];
+        assert_eq!(found.len(), 3);
+        for ((z, share), expected) in found.iter().zip(expected) {
+            assert!(
+                (z - expected.0).abs() < 1e-3 && (share - expected.1).abs() < 1e-3,
+                "{found:?}"
+            );
+        }
+        let passed = |down: f64| scene.transmittance(from, vec3(0.0, 0.0, -down));
+        for (down, expected) in [(2.0, 1.0), (3.5, 0.6), (4.5, 0.36), (5.5, 0.0)] {
+            assert!(
+                (passed(down) - expected).abs() < 2e-3,
+                "{down}: {}",
+                passed(down)
+            );
+        }
+    }
+}

@@ -134,6 +134,12 @@ const CELL_COST: f64 = 1.34e-7;
 /// Of one sample of one light, in the same way; that of what the camera sees there is twice as much, and
 /// shared by the lights that are solved together.
 const SAMPLE_COST: f64 = 5.2e-8;
+/// What a pixel takes beside its rays, in rays: its parts are found and evened out.
+const PIXEL_RAYS: f64 = 25.0;
+/// Samples of a light in any pixel, as a multiple of the first ones, with the light's bounces; of one
+/// that shows several surfaces, as a multiple of those that its spread asks for.
+const LIGHT_SAMPLES: f64 = 7.0;
+const EDGE_SAMPLES: f64 = 2.0;
 /// Of one triangle in the hierarchy, for each doubling.
 const TRIANGLE_COST: f64 = 9.2e-7;
 /// Of one pixel of one light in a picture.
@@ -161,13 +167,14 @@ pub fn cost(setup: &Setup, quality: Quality) -> Result<Cost, TransportError> {
     let share = lights / rig.sources.len().max(1) as f64;
     let first = f64::from(step.first);
     let mixed = mixed_share(&Surfaces::shapes(scene)?, view)? * (1.0 - MARGIN / first.sqrt());
-    let rays = first + f64::from(step.rays) + mixed * f64::from(step.edge);
+    let rays = PIXEL_RAYS + first + f64::from(step.rays) + mixed * f64::from(step.edge);
     let cells = pixels * (rays * mixed).sqrt() * step.points / step.cells[0];
     let noise = step.noise * more_pixels(size).sqrt();
     // As direct light allots them: stratified samples do better than their number's root.
     let samples = (SPREAD * mixed / (noise * noise)).powf(0.8);
     let samples = samples.min(f64::from(step.most));
-    let samples = (first + mixed * samples) * (1.0 + 2.0 / lights.clamp(1.0, BLOCK as f64));
+    let shared = 1.0 + 2.0 / lights.clamp(1.0, BLOCK as f64);
+    let samples = (LIGHT_SAMPLES * first + EDGE_SAMPLES * mixed * samples) * shared;
     Ok(Cost {
         prepare: depth * (TRIANGLE_COST * polygons + RAY_COST * pixels * rays + CELL_COST * cells),
         per_source: share * SAMPLE_COST * depth * pixels * samples,
