@@ -154,6 +154,7 @@ pub(super) fn load(
         }),
         None => read_scene(show, spans, source),
     };
+    let stages = stages.map(|stages| stages.with_haze(show.haze));
     // One budget for all that is read.
     let held = stages.as_ref().map_or(0, |s| scene_bytes(&s.scene));
     let source = source.holding(held);
@@ -338,6 +339,17 @@ struct Stages {
     lamps: Vec<Lamp>,
     cameras: Vec<StageCamera>,
     notes: Notes,
+}
+
+impl Stages {
+    /// The stages in this haze. Their files are not read again, and a scene that has it already
+    /// stays shared.
+    fn with_haze(mut self, haze: Option<show::Haze>) -> Stages {
+        if self.scene.haze != haze {
+            Arc::make_mut(&mut self.scene).haze = haze;
+        }
+        self
+    }
 }
 
 fn read_scene(show: &Show, spans: &SpanMap, source: Source<'_>) -> Result<Stages, Vec<Diagnostic>> {

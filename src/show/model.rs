@@ -10,10 +10,12 @@
 
 mod effect;
 mod fade;
+mod haze;
 mod light;
 
 pub use self::effect::{Effect, EffectChange, EffectKind};
 pub use self::fade::{FADES, Fade, FadeCurve};
+pub use self::haze::Haze;
 pub use self::light::{ImageFile, ImportedLuminaire, LightKind, Luminaire, Output, Spot, Strength};
 
 use crate::geometry::shape::Shape;
@@ -36,6 +38,10 @@ pub struct Show {
     pub stages: Vec<Stage>,
     /// Materials given or replaced in the show.
     pub surfaces: Vec<Surface>,
+    /// Haze in the air; `None` where the air is clear.
+    pub haze: Option<Haze>,
+    /// The `haze` statement, where there is one.
+    pub haze_id: Option<NodeId>,
     /// Cameras; the first is current.
     pub views: Vec<NamedView>,
     /// Luminaires.

@@ -114,7 +114,7 @@ fn assemble(
     let mut out = Imported {
         scene: Scene {
             materials: materials.materials,
-            polygons: Vec::new(),
+            ..Scene::default()
         },
         double_sided: materials.double_sided,
         ..Imported::default()

@@ -47,6 +47,7 @@ use std::sync::Arc;
 use footlight_show::geometry::{
     Vec3, View, block, diameter, newell, polygon, shape, solid, upright,
 };
+use footlight_show::model::Haze;
 use footlight_show::units::Rgb;
 
 pub use self::light::{Light, MeasuredLight, Projection};
@@ -131,6 +132,8 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Surfaces.
     pub polygons: Vec<Polygon>,
+    /// Haze in the air between them; `None` where the air is clear.
+    pub haze: Option<Haze>,
 }
 
 /// How far a back stands behind its front, as a part of the scene's size. Surfaces nearer than

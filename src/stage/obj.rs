@@ -104,7 +104,7 @@ pub(super) fn parse(
     let mut out = Imported {
         scene: Scene {
             materials: list,
-            polygons: Vec::new(),
+            ..Scene::default()
         },
         ..Imported::default()
     };

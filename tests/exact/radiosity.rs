@@ -120,6 +120,7 @@ fn a_spot_on_a_plain_floor_follows_square_and_cosine() {
             floor.iter().map(|&(x, y)| vec3(x, y, 0.0)).collect(),
             0,
         )],
+        ..Scene::default()
     };
     case.rig.lights = vec![Light::Spot(spot.clone())];
     case.rig.sources.truncate(1);

@@ -95,6 +95,7 @@ pub fn room(polygons: usize, banks: usize, (width, height): (usize, usize)) -> C
         scene: Scene {
             materials,
             polygons: faces,
+            ..Scene::default()
         },
     }
 }

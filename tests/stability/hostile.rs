@@ -61,6 +61,7 @@ fn plain() -> Stage {
         scene: Scene {
             materials: vec![material("grey", 0.6), material("lamp", 0.0)],
             polygons,
+            ..Scene::default()
         },
         lights: vec![
             Light::Panel {

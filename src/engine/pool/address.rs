@@ -15,7 +15,7 @@ use footlight_picture::Image;
 use footlight_show::geometry::Vec3;
 use footlight_show::geometry::View;
 use footlight_show::geometry::mount::Mount;
-use footlight_show::model::Spot;
+use footlight_show::model::{Haze, Spot};
 use footlight_show::units::Rgb;
 use footlight_stage::photometric::{Distribution, Parts, Symmetry};
 use footlight_stage::texture::{Alpha, Texture, Wrap};
@@ -162,7 +162,17 @@ fn add_scene(hasher: &mut Hasher, scene: &Scene) {
     let Scene {
         materials,
         polygons,
+        haze,
     } = scene;
+    if let Some(Haze {
+        extinction,
+        forward,
+        albedo,
+    }) = haze
+    {
+        hasher.text("haze");
+        hasher.numbers([*extinction, *forward, *albedo]);
+    }
     hasher.count(materials.len());
     for material in materials {
         let Material {

@@ -191,6 +191,7 @@ pub(super) mod tests {
                 quad(1, [[0., 5., 0.], [5., 5., 0.], [5., 5., 5.], [0., 5., 5.]]),
                 quad(1, [[0., 0., 0.], [5., 0., 0.], [5., 5., 0.], [0., 5., 0.]]),
             ],
+            ..Scene::default()
         };
         let spot = |z: f64, beam: f64| {
             Light::Spot(Spot {

@@ -387,6 +387,7 @@ mod tests {
                     ],
                 ),
             ],
+            ..Scene::default()
         };
         let rig = Rig {
             lights: vec![Light::Panel {

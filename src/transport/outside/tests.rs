@@ -265,6 +265,7 @@ fn lit_floor() -> Setup {
                 1,
             ),
         ],
+        ..Scene::default()
     };
     let lights = vec![
         Light::Spot(Spot {

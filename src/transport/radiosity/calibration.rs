@@ -83,6 +83,7 @@ fn calibration_setup() -> Setup {
     let scene = Scene {
         materials: vec![material(0.5, 0.0), material(0.0, 10.0)],
         polygons,
+        ..Scene::default()
     };
     let rig = Rig {
         lights,

@@ -207,6 +207,7 @@ impl Surfaces {
         let scene = Scene {
             materials: vec![Material::diffuse("grey", Rgb([0.5; 3]))],
             polygons: polygons.into_iter().map(polygon).collect(),
+            ..Scene::default()
         };
         Surfaces::new(&scene).unwrap()
     }
@@ -434,6 +435,7 @@ mod tests {
         let mut scene = Scene {
             materials: vec![material],
             polygons: vec![polygon],
+            ..Scene::default()
         };
         scene.number_sheets();
         Surfaces::new(&scene).unwrap()

@@ -55,6 +55,7 @@ pub fn scene(polygons: &[Vec<Vec3>]) -> Scene {
             texture: None,
         }],
         polygons: polygons.iter().map(polygon).collect(),
+        ..Scene::default()
     }
 }
 
