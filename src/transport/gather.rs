@@ -14,6 +14,7 @@
     reason = "one entry for each light, cell, ray or pixel, made together"
 )]
 
+mod airlight;
 mod bounces;
 mod bvh;
 mod cells;
@@ -36,6 +37,7 @@ pub use step::{GatherStep, cost};
 use crate::contract::check_memory;
 use crate::direct::projector::{Projector, projector};
 use crate::direct::{PreparedLight, check_rig, luminaires};
+use crate::gather::airlight::Airlight;
 use crate::gather::bounces::Bounces;
 use crate::gather::bvh::Bvh;
 use crate::gather::cells::{CellFinder, Cells};
@@ -59,6 +61,7 @@ use crate::{Quality, Setup, TransportError};
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
 use footlight_show::geometry::frame;
+use footlight_show::model::Haze;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -245,8 +248,9 @@ impl FinalGather {
                 let part = &self.parts.all()[at];
                 let arrives = &arrives[3 * (at * lights + light)..];
                 let reflected = self.parts.reflectance(part, &self.surfaces);
+                let share = part.share * self.rays().clearness(part.point);
                 for ((out, r), arrives) in out.iter_mut().zip(reflected).zip(arrives) {
-                    *out += part.share * r * arrives;
+                    *out += share * r * arrives;
                 }
             }
         }
@@ -296,6 +300,44 @@ impl FinalGather {
             even_out(&self.parts, self.width, &mut light, &variance, work)?;
             for (at, picture) in lit.into_iter().enumerate() {
                 self.add_light(&light, (at, lights), picture);
+            }
+        }
+        Ok(())
+    }
+
+    /// Adds the light that haze scatters to the eye.
+    fn add_airlight(
+        &self,
+        haze: Haze,
+        emitters: &[Emitter<'_>],
+        pictures: &mut [Vec<f32>],
+        work: Work<'_>,
+    ) -> Result<(), Cancelled> {
+        let airlight = Airlight {
+            scene: self.scene(),
+            haze,
+            nodes: self.step.nodes,
+        };
+        let lights = emitters.len();
+        let row = |y: usize| {
+            work.check()?;
+            let mut row = vec![0.0_f32; self.width * lights];
+            for (x, out) in row.chunks_exact_mut(lights).enumerate() {
+                for (share, sight) in self.rays().sights(&self.parts, y * self.width + x) {
+                    for (out, emitter) in out.iter_mut().zip(emitters) {
+                        *out += share * airlight.radiance(emitter, &sight, 0.5) as f32;
+                    }
+                }
+            }
+            Ok(row)
+        };
+        let rows: Result<Vec<Vec<f32>>, Cancelled> =
+            (0..self.height).into_par_iter().map(row).collect();
+        let rows = rows?;
+        for (light, picture) in pictures.iter_mut().enumerate() {
+            let own = rows.iter().flatten().skip(light).step_by(lights);
+            for (pixel, scattered) in picture.chunks_exact_mut(3).zip(own) {
+                pixel.iter_mut().for_each(|channel| *channel += scattered);
             }
         }
         Ok(())
@@ -392,6 +434,9 @@ impl UnitLights for FinalGather {
             };
             direct.add_to(&mut found, work)?;
             self.add_patches(&lamps, &mut found, direct.report, work)?;
+            if let Some(haze) = self.surfaces.haze {
+                self.add_airlight(haze, &emitters, &mut found, work)?;
+            }
             done += block.len();
             for (light, picture) in block.iter().zip(found) {
                 self.pictures[*light] = Some(picture);

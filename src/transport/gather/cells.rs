@@ -144,17 +144,18 @@ impl CellSettings {
 
     /// Where a ray from `from` ends. `cosine` is the ray's density times pi. The first two of `random`
     /// move the end by up to half a cell, so that borders between cells are not seen; the third decides
-    /// how many bounds the ray passes.
+    /// how many bounds the ray passes, the last whether haze stops the light.
     pub fn land(
         &self,
         scene: RayScene<'_>,
         from: SurfacePoint,
         way: Vec3,
         cosine: f64,
-        random: [f64; 3],
+        random: [f64; 4],
     ) -> Landing {
         let (place, distance) = scene.shoot(from, way);
-        if place.facet == DARK {
+        // Haze keeps light back from some rays.
+        if place.facet == DARK || random[3] >= scene.clearness(distance) {
             return Landing {
                 distance: distance as f32,
                 ..Landing::NOWHERE
@@ -406,8 +407,8 @@ impl<'a> CellFinder<'a> {
                 let normal = scene.surfaces.facets[place.facet as usize].normal;
                 for ray in 0..count as u32 {
                     let way = cosine_direction(normal, point(ray, seed));
-                    let ([u, v], [w, _]) = (point(ray, seed ^ 0x99), point(ray, seed ^ 0x77));
-                    out.push(settings.land(scene, place, way, way.dot(normal), [u, v, w]));
+                    let ([u, v], [w, x]) = (point(ray, seed ^ 0x99), point(ray, seed ^ 0x77));
+                    out.push(settings.land(scene, place, way, way.dot(normal), [u, v, w, x]));
                 }
             }
             Ok(out)

@@ -335,7 +335,7 @@ impl AreaLight {
                 let distance = (place.point - from).length();
                 let (cosine, away) = (way.dot(normal), -way.dot(facet.normal));
                 let density = by_area(way * distance, away * distance);
-                sum += visible * cosine / (density + cosine / PI);
+                sum += visible * scene.clearness(distance) * cosine / (density + cosine / PI);
             }
         }
         Sample {
@@ -343,6 +343,13 @@ impl AreaLight {
             sampled: sum,
             visible: sum,
         }
+    }
+
+    /// A point of the panel, uniform over its area, with the unit normal and the area, m².
+    pub fn point(&self, random: [f64; 2]) -> Option<(Vec3, Vec3, f64)> {
+        let area = *self.areas.last()?;
+        let (triangle, point) = self.place(area, random);
+        Some((point, triangle.normal, area))
     }
 
     /// A point of the panel, uniform over its area.

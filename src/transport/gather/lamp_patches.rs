@@ -162,7 +162,7 @@ impl Patch {
             colour: [0, 1, 2].map(|k| (channel(k) / most) as f32),
             bound: 0,
         };
-        (most > 0.0).then_some((patch, shading * most))
+        (most > 0.0).then_some((patch, shading * most * scene.clearness(distance)))
     }
 }
 

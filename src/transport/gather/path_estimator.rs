@@ -13,6 +13,7 @@ use super::ray_scene::{DARK, RayScene};
 use super::sampling::{cosine_direction, hash, point};
 use crate::direct::projector::{Projector, pixel as footprint, projector};
 use crate::direct::{PreparedLight, check_rig, luminaires};
+use crate::gather::airlight::{Airlight, Sight};
 use crate::gather::bvh::Bvh;
 use crate::memory::MemoryBudget;
 use crate::surfaces::FACET_BYTES;
@@ -174,14 +175,32 @@ impl PathEstimator {
         let [u, v] = random();
         let (x, y) = ((pixel % self.size[0]) as f64, (pixel / self.size[0]) as f64);
         let way = self.camera.ray(x + u, y + v);
-        let (mut place, _) = scene.look(self.camera.origin, way);
+        let (mut place, distance) = scene.look(self.camera.origin, way);
         let mut radiance = [0.0; 3];
         if let Some(facet) = self.surfaces.facets.get(place.facet as usize)
             && sources.iter().any(|s| s.emitter.is_of(facet.material))
         {
             return [f64::NAN; 3];
         }
-        let mut weight = [1.0 / PI; 3];
+        let length = distance * way.length();
+        if let Some(haze) = self.surfaces.haze {
+            let airlight = Airlight {
+                scene,
+                haze,
+                nodes: 1,
+            };
+            let sight = Sight {
+                eye: self.camera.origin,
+                way: way.normalized(),
+                length,
+                spread: POINT,
+            };
+            for source in sources {
+                let scattered = airlight.sample(&source.emitter, &sight, [random(), random()]);
+                (0..3).for_each(|c| radiance[c] += scattered * source.strength[c]);
+            }
+        }
+        let mut weight = [scene.clearness(length) / PI; 3];
         let mut legs: Vec<Leg> = Vec::new();
         let mut side = 0.0;
         // About what arrives at a vertex from each source without shadows.
@@ -231,6 +250,8 @@ impl PathEstimator {
                     kernel: cosine * -way.dot(other.normal) / (distance * distance),
                 });
             }
+            let clearness = scene.clearness(distance);
+            weight.iter_mut().for_each(|weight| *weight *= clearness);
             // About what a path of this spread stands for.
             side = 0.05 * distance;
             place = next;

@@ -49,8 +49,21 @@ impl RayScene<'_> {
         self.transmittance(from, to - from)
     }
 
-    /// Share of the light on the segment from `origin` by `way` that nothing stops.
+    /// Share of light that haze leaves over a distance, metres.
+    pub fn clearness(&self, distance: f64) -> f64 {
+        let haze = &self.surfaces.haze;
+        haze.map_or(1.0, |haze| (-haze.extinction * distance).exp())
+    }
+
+    /// Share of the light on the segment from `origin` by `way` that neither surfaces nor haze stop.
     pub fn transmittance(&self, origin: Vec3, way: Vec3) -> f64 {
+        match self.past_surfaces(origin, way) {
+            0.0 => 0.0,
+            passed => passed * self.clearness(way.length()),
+        }
+    }
+
+    fn past_surfaces(&self, origin: Vec3, way: Vec3) -> f64 {
         if !self.surfaces.is_cut {
             return f64::from(u8::from(!self.bvh.is_blocked(origin, way)));
         }

@@ -32,6 +32,8 @@ pub struct GatherStep {
     pub filter: f64,
     /// Samples of a lamp's patches in a pixel, at most.
     pub most_patches: u32,
+    /// Nodes along a ray of sight in haze.
+    pub nodes: usize,
 }
 
 /// The three steps.
@@ -46,6 +48,7 @@ pub const STEPS: [GatherStep; 3] = [
         points: 0.085,
         filter: 0.2,
         most_patches: 16,
+        nodes: 8,
     },
     GatherStep {
         first: 8,
@@ -57,6 +60,7 @@ pub const STEPS: [GatherStep; 3] = [
         points: 0.24,
         filter: 0.12,
         most_patches: 64,
+        nodes: 16,
     },
     GatherStep {
         first: 16,
@@ -68,6 +72,7 @@ pub const STEPS: [GatherStep; 3] = [
         points: 0.34,
         filter: 0.08,
         most_patches: 256,
+        nodes: 32,
     },
 ];
 

@@ -14,6 +14,7 @@ use crate::surfaces::facet::{Facet, Piece};
 use crate::surfaces::solid::Solids;
 use footlight_show::geometry::{Vec3, diameter, newell};
 use footlight_show::hash::mix;
+use footlight_show::model::Haze;
 use footlight_stage::Scene;
 use footlight_stage::stage_file::FAR;
 use footlight_stage::texture::Texture;
@@ -41,6 +42,8 @@ pub struct Surfaces {
     textures: Vec<Option<Texture>>,
     /// Does light pass through some of them?
     pub is_cut: bool,
+    /// Haze in the air.
+    pub haze: Option<Haze>,
 }
 
 impl Surfaces {
@@ -116,6 +119,7 @@ impl Surfaces {
             solids: OnceLock::new(),
             textures: scene.materials.iter().map(|m| m.texture.clone()).collect(),
             is_cut: scene.is_cut(),
+            haze: scene.haze,
         })
     }
 

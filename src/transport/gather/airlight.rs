@@ -1,0 +1,443 @@
+//! Airlight: light of the lamps that haze scatters once, towards the eye.
+//!
+//! The radiance along a ray of sight is the integral of `albedo extinction p(angle) I V exp(-extinction (t + r)) / r²`
+//! over `t`, with `r` the distance from the lamp, `I` its intensity, `V` what nothing stops, and `p` the
+//! phase function of Henyey and Greenstein (1941). With the angle `u` at which the lamp sees the ray,
+//! `dt / r² = du / h`, `h` the ray's distance from the lamp, so that the integrand has no pole (Kulla and
+//! Fajardo, *Importance Sampling Techniques for Path Tracing in Participating Media*, 2012). The ray is
+//! cut by the lamp's cone first. Between nodes, edges of shadows are found by bisection. Everything is
+//! linear in the lamps and without noise. Light that is scattered twice is left out.
+
+use crate::direct::beam::Beam;
+use crate::direct::projector::Projector;
+use crate::gather::emitter::{AreaLight, Emitter};
+use crate::gather::ray_scene::RayScene;
+use crate::gather::sampling::point;
+use arrayvec::ArrayVec;
+use footlight_show::geometry::{Vec3, frame};
+use footlight_show::model::Haze;
+use std::f64::consts::{FRAC_PI_2, PI};
+
+/// Nodes along a ray, at most.
+const MOST_NODES: usize = 64;
+/// Points that stand for a panel.
+const PANEL_POINTS: u32 = 4;
+/// Halvings that find the edge of a shadow between two nodes.
+const HALVINGS: u32 = 3;
+/// Optical depth behind which nothing is seen.
+const DEEPEST: f64 = 12.0;
+/// Lamps are no smaller than this, metres: a ray that goes through one sees no pole.
+const LAMP_RADIUS: f64 = 0.01;
+/// Seed of the points of panels.
+const SEED: u32 = 0xa1;
+
+/// A ray of sight from the eye to what it meets.
+#[derive(Clone, Copy, Debug)]
+pub struct Sight {
+    pub eye: Vec3,
+    /// Unit direction.
+    pub way: Vec3,
+    /// Metres; infinite where the ray meets nothing.
+    pub length: f64,
+    /// Width of the ray at a distance of 1 m.
+    pub spread: f64,
+}
+
+/// Haze in a scene.
+#[derive(Clone, Copy)]
+pub struct Airlight<'a> {
+    pub scene: RayScene<'a>,
+    pub haze: Haze,
+    /// Nodes along a ray.
+    pub nodes: usize,
+}
+
+/// A point of a light as haze sees it.
+struct Lamp<'a> {
+    position: Vec3,
+    kind: LampKind<'a>,
+}
+
+enum LampKind<'a> {
+    Beam(&'a Beam, Option<&'a Projector>),
+    /// Unit normal and square metres of a part of a panel.
+    Panel(Vec3, f64),
+}
+
+impl Airlight<'_> {
+    /// Radiance that haze scatters to the eye along a ray, of a light at unit strength. `random`, 0 to 1,
+    /// places the nodes; 0.5 is best where no mean over several is taken.
+    pub fn radiance(&self, emitter: &Emitter<'_>, sight: &Sight, random: f64) -> f64 {
+        match emitter {
+            Emitter::Point(beam, projector) => {
+                let lamp = Lamp {
+                    position: beam.position,
+                    kind: LampKind::Beam(beam, *projector),
+                };
+                self.of_lamp(&lamp, sight, random)
+            }
+            Emitter::Area(area) => {
+                let points = (0..PANEL_POINTS).map(|k| point(k, SEED));
+                let lamps = points.filter_map(|random| Lamp::of_panel(area, random));
+                let of = |lamp: Lamp<'_>| self.of_lamp(&lamp, sight, random);
+                lamps.map(of).sum::<f64>() / f64::from(PANEL_POINTS)
+            }
+            Emitter::Patches(_) => 0.0,
+        }
+    }
+
+    /// An estimate of [`Airlight::radiance`] without bias, from one node.
+    pub fn sample(
+        &self,
+        emitter: &Emitter<'_>,
+        sight: &Sight,
+        [random, place]: [[f64; 2]; 2],
+    ) -> f64 {
+        let one = Airlight { nodes: 1, ..*self };
+        match emitter {
+            Emitter::Area(area) => {
+                Lamp::of_panel(area, place).map_or(0.0, |lamp| one.of_lamp(&lamp, sight, random[0]))
+            }
+            Emitter::Point(..) | Emitter::Patches(_) => one.radiance(emitter, sight, random[0]),
+        }
+    }
+
+    fn of_lamp(&self, lamp: &Lamp<'_>, sight: &Sight, random: f64) -> f64 {
+        let length = sight.length.min(DEEPEST / self.haze.extinction);
+        let spans = lamp.spans(sight, length);
+        spans
+            .into_iter()
+            .map(|span| self.along(lamp, sight, span, random))
+            .sum()
+    }
+
+    /// The integral over a span of the ray, metres from the eye.
+    fn along(&self, lamp: &Lamp<'_>, sight: &Sight, [start, end]: [f64; 2], random: f64) -> f64 {
+        let to = lamp.position - sight.eye;
+        let middle = sight.way.dot(to);
+        let least = LAMP_RADIUS.max(0.5 * sight.spread * middle);
+        let h = (to - sight.way * middle).length().max(least);
+        let angle = |t: f64| ((t - middle) / h).atan();
+        let place = |u: f64| middle + h * u.tan();
+        let (first, last) = (angle(start), angle(end));
+        let count = self.nodes.clamp(1, MOST_NODES);
+        let step = (last - first) / count as f64;
+        let node = |i: usize| first + (i as f64 + random) * step;
+        let visible = |u: f64| {
+            let x = sight.eye + sight.way * place(u);
+            self.scene.transmittance(x, lamp.position - x)
+        };
+        // What each node would scatter without shadows, and the visible share.
+        let nodes = (0..count).map(|i| {
+            let u = node(i);
+            let t = place(u);
+            let x = sight.eye + sight.way * t;
+            let near = |u: f64| place(u).clamp(start, end);
+            let extent = near(u + 0.5 * step) - near(u - 0.5 * step);
+            let [across, _] = frame(sight.way);
+            let footprint = [sight.way * extent, across * (sight.spread * t)];
+            let d = x - lamp.position;
+            let light = lamp.intensity(d, x, footprint);
+            if light == 0.0 {
+                return [0.0, 0.0];
+            }
+            let cosine = -d.dot(sight.way) / d.length().max(f64::MIN_POSITIVE);
+            let seen = light * phase(self.haze.forward, cosine) * self.scene.clearness(t);
+            [seen, visible(u)]
+        });
+        let nodes: ArrayVec<[f64; 2], MOST_NODES> = nodes.collect();
+        let mut sum: f64 = nodes.iter().map(|[seen, visible]| seen * visible).sum();
+        for (i, pair) in nodes.windows(2).enumerate() {
+            let [a, b] = [pair[0], pair[1]];
+            let is_edge = a[0] > 0.0 && b[0] > 0.0 && (a[1] > 0.0) != (b[1] > 0.0);
+            if is_edge {
+                let (lit, [mut near, mut far]) = if a[1] > 0.0 {
+                    (a, [node(i), node(i + 1)])
+                } else {
+                    (b, [node(i + 1), node(i)])
+                };
+                let whole = far - near;
+                let from = near;
+                for _ in 0..HALVINGS {
+                    let half = 0.5 * (near + far);
+                    if visible(half) > 0.0 {
+                        near = half;
+                    } else {
+                        far = half;
+                    }
+                }
+                let share = (0.5 * (near + far) - from) / whole;
+                sum += (share - 0.5) * lit[0] * lit[1];
+            }
+        }
+        self.haze.albedo * self.haze.extinction * sum * step / h
+    }
+}
+
+impl<'a> Lamp<'a> {
+    /// The point of a panel that random numbers select.
+    fn of_panel(area: &'a AreaLight, random: [f64; 2]) -> Option<Lamp<'a>> {
+        let (position, normal, area) = area.point(random)?;
+        Some(Lamp {
+            position,
+            kind: LampKind::Panel(normal, area),
+        })
+    }
+
+    /// Intensity towards `d` at the point `x`, of a projection the mean over a footprint.
+    fn intensity(&self, d: Vec3, x: Vec3, footprint: [Vec3; 2]) -> f64 {
+        match &self.kind {
+            LampKind::Beam(beam, projector) => {
+                let share = beam.share(d);
+                match projector {
+                    Some(projector) if share > 0.0 => share * projector.share(x, footprint),
+                    _ => share,
+                }
+            }
+            LampKind::Panel(normal, area) => area * (normal.dot(d) / d.length()).max(0.0),
+        }
+    }
+
+    /// The spans of a ray that lie in the light's cone, metres from the eye.
+    fn spans(&self, sight: &Sight, length: f64) -> ArrayVec<[f64; 2], 3> {
+        let (axis, reach) = match &self.kind {
+            LampKind::Beam(beam, _) => (beam.axis, beam.reach()),
+            LampKind::Panel(normal, _) => (*normal, FRAC_PI_2),
+        };
+        let from = sight.eye - self.position;
+        let (a, b) = (sight.way.dot(axis), from.dot(axis));
+        let cosine = reach.cos();
+        let is_inside = |t: f64| {
+            let d = from + sight.way * t;
+            d.dot(axis) >= cosine * d.length()
+        };
+        // Where the ray meets the double cone: `(d axis)² = cosine² d²`.
+        let square = cosine * cosine;
+        let [a2, b2, c2] = [
+            a * a - square,
+            a * b - square * from.dot(sight.way),
+            b * b - square * from.dot(from),
+        ];
+        let mut cuts = ArrayVec::<f64, 4>::new();
+        cuts.push(0.0);
+        let root = b2 * b2 - a2 * c2;
+        if a2 != 0.0 && root >= 0.0 {
+            let roots = [-b2 - root.sqrt(), -b2 + root.sqrt()].map(|r| r / a2);
+            cuts.extend(roots.into_iter().filter(|t| *t > 0.0 && *t < length));
+        }
+        cuts.push(length);
+        cuts.sort_by(f64::total_cmp);
+        let spans = cuts.windows(2).map(|pair| [pair[0], pair[1]]);
+        spans
+            .filter(|[from, to]| from < to && is_inside(0.5 * (from + to)))
+            .collect()
+    }
+}
+
+/// The phase function of Henyey and Greenstein, 1/sr, for the cosine between the ways of light before
+/// and after.
+fn phase(forward: f64, cosine: f64) -> f64 {
+    let square = forward * forward;
+    let far = 1.0 + square - 2.0 * forward * cosine;
+    (1.0 - square) / (4.0 * PI * far * far.sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gather::bvh::Bvh;
+    use crate::surfaces::surface::Surfaces;
+    use footlight_host::work::Work;
+    use footlight_show::geometry::vec3;
+    use footlight_show::model::Spot;
+    use footlight_show::units::Rgb;
+    use footlight_stage::Scene;
+
+    /// A scene of these polygons in haze.
+    fn with_air<T>(haze: Haze, polygons: &[Vec<Vec3>], of: impl FnOnce(Airlight<'_>) -> T) -> T {
+        let mut surfaces = Surfaces::new(&Scene::default()).unwrap();
+        if !polygons.is_empty() {
+            surfaces = Surfaces::grey(polygons.to_vec());
+        }
+        surfaces.haze = Some(haze);
+        let bvh = Bvh::new(&surfaces, Work::silent()).unwrap();
+        let scene = RayScene {
+            surfaces: &surfaces,
+            bvh: &bvh,
+            offset: 1e-6,
+        };
+        of(Airlight {
+            scene,
+            haze,
+            nodes: 64,
+        })
+    }
+
+    fn haze(extinction: f64, forward: f64) -> Haze {
+        Haze {
+            extinction,
+            forward,
+            albedo: 0.9,
+        }
+    }
+
+    fn beam(beam: f64, field: f64, aim: Vec3) -> Beam {
+        let position = vec3(0.0, 1.5, 0.0);
+        let intensity = Rgb::WHITE;
+        Beam::new(&Spot {
+            position,
+            aim: position + aim,
+            beam,
+            field,
+            intensity,
+        })
+        .unwrap()
+    }
+
+    fn sight(eye: Vec3, way: Vec3, length: f64) -> Sight {
+        Sight {
+            eye,
+            way: way.normalized(),
+            length,
+            spread: 1e-6,
+        }
+    }
+
+    /// The integral over the whole ray in many parts.
+    fn fine(air: &Airlight<'_>, beam: &Beam, sight: &Sight) -> f64 {
+        let lamp = Lamp {
+            position: beam.position,
+            kind: LampKind::Beam(beam, None),
+        };
+        let length = sight.length.min(DEEPEST / air.haze.extinction);
+        let spans = lamp.spans(sight, length);
+        let parts = spans.iter().flat_map(|[from, to]| {
+            let at = move |k: i32| from + (to - from) * (f64::from(k) / 400.0).powi(2);
+            (0..400).map(move |k| [at(k), at(k + 1)])
+        });
+        parts.map(|span| air.along(&lamp, sight, span, 0.5)).sum()
+    }
+
+    /// Simpson's rule.
+    fn integral(f: impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> f64 {
+        let n = 4000;
+        let step = (to - from) / f64::from(n);
+        let weight = |k: i32| match k {
+            0 => 1.0,
+            k if k == n => 1.0,
+            k if k % 2 == 1 => 4.0,
+            _ => 2.0,
+        };
+        (0..=n)
+            .map(|k| weight(k) * f(from + f64::from(k) * step))
+            .sum::<f64>()
+            * step
+            / 3.0
+    }
+
+    /// An isotropic point light along a half-line from its nearest point (Sun, Ramamoorthi, Narasimhan
+    /// and Nayar, *A Practical Analytic Single Scattering Model for Real Time Rendering*, 2005), whose
+    /// special function at a right angle is `Ci(u) sin u + (pi/2 - Si(u)) cos u`.
+    #[test]
+    fn a_half_line_past_an_isotropic_point_has_a_closed_form() {
+        for extinction in [0.02, 0.1, 0.5] {
+            let u: f64 = extinction * 1.5;
+            let (mut si, mut ci) = (0.0, 0.577_215_664_901_532_9 + u.ln());
+            let mut term = 1.0;
+            for k in 1..30 {
+                let n = f64::from(k);
+                term *= u / n;
+                let sign = if k / 2 % 2 == 0 { 1.0 } else { -1.0 };
+                if k % 2 == 1 {
+                    si += sign * term / n;
+                } else {
+                    ci += sign * term / n;
+                }
+            }
+            let whole = ci * u.sin() + (FRAC_PI_2 - si) * u.cos();
+            let part = integral(|x| (-u * x.tan()).exp(), [0.0, PI / 4.0]);
+            let exact = 0.9 * extinction / (4.0 * PI) * 2.0 / 1.5 * (whole - part);
+            let bulb = beam(359.0, 360.0, vec3(0.0, 0.0, 1.0));
+            let ray = sight(Vec3::ZERO, vec3(1.0, 0.0, 0.0), f64::INFINITY);
+            let found = with_air(haze(extinction, 0.0), &[], |air| fine(&air, &bulb, &ray));
+            assert!(
+                (found / exact - 1.0).abs() < 1e-5,
+                "{extinction}: {}",
+                found / exact - 1.0
+            );
+        }
+    }
+
+    /// As the haze thins, the radiance over the extinction tends to `albedo (u1 - u0) / (4 pi h)`.
+    #[test]
+    fn thin_haze_has_a_closed_form() {
+        let bulb = beam(359.0, 360.0, vec3(0.0, 0.0, 1.0));
+        let ray = sight(vec3(-2.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), 5.0);
+        let exact = 0.9 * ((3.0_f64 / 1.5).atan() + (2.0_f64 / 1.5).atan()) / (4.0 * PI * 1.5);
+        let found = with_air(haze(1e-9, 0.0), &[], |air| fine(&air, &bulb, &ray)) / 1e-9;
+        assert!(
+            (found / exact - 1.0).abs() < 1e-6,
+            "{}",
+            found / exact - 1.0
+        );
+        assert!((phase(0.0, 0.3) - 1.0 / (4.0 * PI)).abs() < 1e-15);
+        let all = integral(
+            |angle| 2.0 * PI * angle.sin() * phase(0.7, angle.cos()),
+            [0.0, PI],
+        );
+        assert!((all - 1.0).abs() < 1e-9, "{all}");
+    }
+
+    /// Each step's nodes against many, over rays that pass a spot's beam, the eye in it or not.
+    #[test]
+    fn few_nodes_meet_the_integral() {
+        let lamp = beam(24.0, 40.0, vec3(0.3, -1.0, 0.2));
+        with_air(haze(0.02, 0.7), &[], |air| {
+            for (nodes, allowed) in [(8, 5e-3), (16, 2e-3), (32, 1e-3)] {
+                let few = Airlight { nodes, ..air };
+                let (mut error, mut square) = (0.0, 0.0);
+                for k in 0..300 {
+                    let ([a, b], [c, d]) = (point(k, 1), point(k, 2));
+                    let eye = vec3(6.0 * a - 3.0, 4.0 * b - 4.0, 4.0 * c - 6.0);
+                    let to = vec3(2.0 * d - 1.0, 2.0 * a - 1.5, 2.0 * b - 1.0);
+                    let ray = sight(eye, to - eye, 12.0);
+                    let exact = fine(&air, &lamp, &ray);
+                    let found = few.radiance(&Emitter::Point(&lamp, None), &ray, 0.5);
+                    error += (found - exact).powi(2);
+                    square += exact * exact;
+                }
+                let error = (error / square).sqrt();
+                assert!(square > 0.0 && error < allowed, "{nodes}: {error}");
+            }
+        });
+    }
+
+    /// A plate that hides the lamp from half of a ray leaves the other half, and no light shines
+    /// through it; an estimate of one node has the same mean.
+    #[test]
+    fn a_plate_shades_the_haze_behind_it() {
+        let bulb = beam(359.0, 360.0, vec3(0.0, 0.0, 1.0));
+        let plate = vec![
+            vec3(0.0, 1.0, -50.0),
+            vec3(50.0, 1.0, -50.0),
+            vec3(50.0, 1.0, 50.0),
+            vec3(0.0, 1.0, 50.0),
+        ];
+        let ray = sight(vec3(-2.1, 0.0, 0.0), vec3(1.0, 0.0, 0.0), 5.0);
+        let lit = sight(ray.eye, ray.way, 2.1);
+        let emitter = Emitter::Point(&bulb, None);
+        let exact = with_air(haze(0.05, 0.3), &[], |air| fine(&air, &bulb, &lit));
+        with_air(haze(0.05, 0.3), &[plate], |air| {
+            for nodes in [8, 16, 32] {
+                let found = Airlight { nodes, ..air }.radiance(&emitter, &ray, 0.5);
+                assert!(
+                    (found / exact - 1.0).abs() < 0.02,
+                    "{nodes}: {found} for {exact}"
+                );
+            }
+            let sample = |k| air.sample(&emitter, &ray, [point(k, 3), point(k, 4)]);
+            let mean = (0..4096).map(sample).sum::<f64>() / 4096.0;
+            assert!((mean / exact - 1.0).abs() < 2e-3, "{mean} for {exact}");
+        });
+    }
+}
