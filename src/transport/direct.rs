@@ -85,6 +85,31 @@ impl CulledOccluders {
 }
 
 impl PreparedLight {
+    /// Share of the light that haze leaves on its way to a point; of a panel about, from the middles of
+    /// its pieces.
+    fn clearness(&self, surfaces: &Surfaces, point: Vec3) -> f64 {
+        if surfaces.haze.is_none() {
+            return 1.0;
+        }
+        let clear = |from: Vec3| surfaces.clearness((from - point).length());
+        match self {
+            PreparedLight::Spot(beam) => clear(beam.position),
+            PreparedLight::Panel(pieces) => {
+                let (mut sum, mut weight) = (0.0, 0.0);
+                for &piece in pieces {
+                    let corners = &surfaces.pieces[piece].vertices;
+                    let all = corners.iter().fold(Vec3::ZERO, |sum, v| sum + *v);
+                    let middle = all / corners.len() as f64;
+                    // The nearer pieces send more.
+                    let near = 1.0 / (middle - point).dot(middle - point).max(1e-6);
+                    sum += near * clear(middle);
+                    weight += near;
+                }
+                if weight > 0.0 { sum / weight } else { 1.0 }
+            }
+        }
+    }
+
     /// Bytes of the marks of [`Shining`].
     pub fn mark_bytes(&self, surfaces: &Surfaces) -> usize {
         let sets = match self {
@@ -266,8 +291,9 @@ pub fn irradiance(
         })
         .collect();
     let mut out = vec![0.0; receivers.points.len()];
-    for (value, &at) in parts?.iter().flatten().zip(&receivers.origin) {
-        out[at] = *value;
+    let places = receivers.origin.iter().zip(&receivers.points);
+    for (value, (&at, point)) in parts?.iter().flatten().zip(places) {
+        out[at] = *value * light.clearness(setting.surfaces, *point) as f32;
     }
     Ok(out)
 }

@@ -14,19 +14,19 @@
     reason = "one entry for each light, cell, ray or pixel, made together"
 )]
 
-mod airlight;
+pub mod airlight;
 mod bounces;
-mod bvh;
+pub mod bvh;
 mod cells;
 mod direct_light;
-mod emitter;
+pub mod emitter;
 mod first_bounce;
 mod irradiance_filter;
 mod lamp_patches;
 mod parts;
 mod path_estimator;
 mod picture_rays;
-mod ray_scene;
+pub mod ray_scene;
 mod sampling;
 mod step;
 mod systematic;
@@ -318,24 +318,15 @@ impl FinalGather {
             haze,
             nodes: self.step.nodes,
         };
-        let lights = emitters.len();
-        let row = |y: usize| {
-            work.check()?;
-            let mut row = vec![0.0_f32; self.width * lights];
-            for (x, out) in row.chunks_exact_mut(lights).enumerate() {
-                for (share, sight) in self.rays().sights(&self.parts, y * self.width + x) {
-                    for (out, emitter) in out.iter_mut().zip(emitters) {
-                        *out += share * airlight.radiance(emitter, &sight, 0.5) as f32;
-                    }
-                }
-            }
-            Ok(row)
+        let ends = |pixel: usize| {
+            let parts = self.parts.pixels.get(pixel).iter();
+            parts.map(|part| (part.share, part.point))
         };
-        let rows: Result<Vec<Vec<f32>>, Cancelled> =
-            (0..self.height).into_par_iter().map(row).collect();
-        let rows = rows?;
+        let view = (&self.camera, [self.width, self.height]);
+        let scattered = airlight.picture(emitters, view, ends, work)?;
+        let lights = emitters.len();
         for (light, picture) in pictures.iter_mut().enumerate() {
-            let own = rows.iter().flatten().skip(light).step_by(lights);
+            let own = scattered.iter().skip(light).step_by(lights);
             for (pixel, scattered) in picture.chunks_exact_mut(3).zip(own) {
                 pixel.iter_mut().for_each(|channel| *channel += scattered);
             }

@@ -25,6 +25,7 @@ pub mod step;
 use crate::direct::cluster::{Receiver, Receivers};
 use crate::direct::projector::{Projector, projector};
 use crate::direct::{PreparedLight, check_rig, luminaires};
+use crate::gather::bvh::Bvh;
 use crate::hemicube::compose::gather_weights;
 use crate::hemicube::indirect::form::{Bounces, Rows};
 use crate::hemicube::indirect::gather_points::{
@@ -63,6 +64,8 @@ struct Solution {
     direct: Vec<f32>,
     /// Reflected irradiance at each gather point, three channels interleaved.
     indirect: Vec<f32>,
+    /// Radiance that haze scatters to the eye in each pixel, the same in all channels; none without haze.
+    airlight: Vec<f32>,
 }
 
 /// G for one setup and step.
@@ -73,6 +76,10 @@ pub struct HemicubeRadiosity {
     surfaces: Surfaces,
     vertices: VertexBuffer,
     hierarchy: Hierarchy,
+    /// For shadows in haze.
+    bvh: Option<Bvh>,
+    /// Nodes along a ray of sight in haze.
+    nodes: usize,
     lights: Vec<PreparedLight>,
     /// For each light its image, if it is a projection.
     projectors: Vec<Option<Projector>>,
@@ -124,6 +131,14 @@ impl HemicubeRadiosity {
         let vertices = VertexBuffer::new(&surfaces);
         let setting = SceneGeometry::new(&surfaces, &hierarchy);
         let lights = luminaires(&surfaces, rig)?;
+        let bvh = match surfaces.haze {
+            Some(_) => Some(Bvh::new(&surfaces, work)?),
+            None => None,
+        };
+        budget.take(
+            "the hierarchy of triangles",
+            bvh.as_ref().map_or(0, Bvh::bytes),
+        )?;
         // Bands of the picture are found apart and then copied together.
         let pixels = view.width.saturating_mul(view.height);
         let bands = pixels.saturating_mul(2 * size_of::<Fragment>());
@@ -190,6 +205,8 @@ impl HemicubeRadiosity {
             surfaces,
             vertices,
             hierarchy,
+            bvh,
+            nodes: step.nodes,
             lights,
             projectors: rig.lights.iter().map(projector).collect(),
             mesh,

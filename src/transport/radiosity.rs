@@ -129,6 +129,5 @@ fn is_final_gather(setup: &Setup) -> bool {
     let is_round = |p: &&Polygon| p.shading.as_ref().is_some_and(|s| s.normal.is_some());
     scene.polygons.len() > MANY_POLYGONS
         || scene.is_cut()
-        || scene.haze.is_some()
         || scene.polygons.iter().filter(is_round).count() > MANY_ROUND
 }

@@ -11,17 +11,24 @@
 use crate::direct::beam::Beam;
 use crate::direct::projector::Projector;
 use crate::gather::emitter::{AreaLight, Emitter};
-use crate::gather::ray_scene::RayScene;
+use crate::gather::ray_scene::{DARK, RayScene};
 use crate::gather::sampling::point;
+use crate::surfaces::camera::Camera;
 use arrayvec::ArrayVec;
+use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::{Vec3, frame};
 use footlight_show::model::Haze;
+use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Nodes along a ray, at most.
 const MOST_NODES: usize = 64;
-/// Points that stand for a panel.
+/// Points that stand for a panel, each with its share of the nodes.
 const PANEL_POINTS: u32 = 4;
+/// Shares of a pixel that are no more than this are rounding.
+const LEAST_SHARE: f32 = 1e-3;
+/// Rays that look for what a pixel shows of backs and the void.
+const DARK_RAYS: u32 = 16;
 /// Halvings that find the edge of a shadow between two nodes.
 const HALVINGS: u32 = 3;
 /// Optical depth behind which nothing is seen.
@@ -65,6 +72,67 @@ enum LampKind<'a> {
 }
 
 impl Airlight<'_> {
+    /// Radiance that haze scatters to the eye in every pixel, row by row, of each light at unit
+    /// strength. `ends` gives the parts of a pixel, their shares of it and where sight ends.
+    ///
+    /// # Errors
+    /// On cancel.
+    pub fn picture<I: Iterator<Item = (f32, Vec3)>>(
+        &self,
+        emitters: &[Emitter<'_>],
+        (camera, [width, height]): (&Camera, [usize; 2]),
+        ends: impl Fn(usize) -> I + Sync,
+        work: Work<'_>,
+    ) -> Result<Vec<f32>, Cancelled> {
+        let lights = emitters.len();
+        let mut out = vec![0.0_f32; width * height * lights];
+        let rows = out.par_chunks_mut((width * lights).max(1)).enumerate();
+        rows.try_for_each(|(y, row)| {
+            work.check()?;
+            for (x, out) in row.chunks_exact_mut(lights).enumerate() {
+                for (share, sight) in self.sights(camera, [x, y], ends(y * width + x)) {
+                    for (out, emitter) in out.iter_mut().zip(emitters) {
+                        *out += share * self.radiance(emitter, &sight, 0.5) as f32;
+                    }
+                }
+            }
+            Ok(())
+        })?;
+        Ok(out)
+    }
+
+    /// The rays of sight of a pixel, with their shares.
+    fn sights(
+        &self,
+        camera: &Camera,
+        [x, y]: [usize; 2],
+        ends: impl Iterator<Item = (f32, Vec3)>,
+    ) -> Vec<(f32, Sight)> {
+        let eye = camera.origin;
+        let sight = |way: Vec3, length: f64| Sight {
+            eye,
+            way: way.normalized(),
+            length,
+            spread: camera.step_x,
+        };
+        let to = |(share, end): (f32, Vec3)| (share, sight(end - eye, (end - eye).length()));
+        let mut out: Vec<(f32, Sight)> = ends.map(to).collect();
+        let rest = 1.0 - out.iter().map(|(share, _)| share).sum::<f32>();
+        // Backs and the void are no parts.
+        let dark = |k: u32| {
+            let [u, v] = point(k, SEED);
+            let way = camera.ray(x as f64 + u, y as f64 + v);
+            let (place, distance) = self.scene.look(eye, way);
+            (place.facet == DARK).then(|| sight(way, distance * way.length()))
+        };
+        if rest > LEAST_SHARE
+            && let Some(sight) = (0..DARK_RAYS).find_map(dark)
+        {
+            out.push((rest, sight));
+        }
+        out
+    }
+
     /// Radiance that haze scatters to the eye along a ray, of a light at unit strength. `random`, 0 to 1,
     /// places the nodes; 0.5 is best where no mean over several is taken.
     pub fn radiance(&self, emitter: &Emitter<'_>, sight: &Sight, random: f64) -> f64 {
@@ -77,10 +145,17 @@ impl Airlight<'_> {
                 self.of_lamp(&lamp, sight, random)
             }
             Emitter::Area(area) => {
-                let points = (0..PANEL_POINTS).map(|k| point(k, SEED));
-                let lamps = points.filter_map(|random| Lamp::of_panel(area, random));
-                let of = |lamp: Lamp<'_>| self.of_lamp(&lamp, sight, random);
-                lamps.map(of).sum::<f64>() / f64::from(PANEL_POINTS)
+                let few = Airlight {
+                    nodes: self.nodes / PANEL_POINTS as usize,
+                    ..*self
+                };
+                let of_point = |k: u32| {
+                    let lamp = Lamp::of_panel(area, point(k, SEED))?;
+                    // The nodes of the points are between each other.
+                    let shift = (f64::from(k) + random) / f64::from(PANEL_POINTS);
+                    Some(few.of_lamp(&lamp, sight, shift))
+                };
+                (0..PANEL_POINTS).filter_map(of_point).sum::<f64>() / f64::from(PANEL_POINTS)
             }
             Emitter::Patches(_) => 0.0,
         }
@@ -247,7 +322,6 @@ mod tests {
     use super::*;
     use crate::gather::bvh::Bvh;
     use crate::surfaces::surface::Surfaces;
-    use footlight_host::work::Work;
     use footlight_show::geometry::vec3;
     use footlight_show::model::Spot;
     use footlight_show::units::Rgb;
@@ -312,8 +386,8 @@ mod tests {
         let length = sight.length.min(DEEPEST / air.haze.extinction);
         let spans = lamp.spans(sight, length);
         let parts = spans.iter().flat_map(|[from, to]| {
-            let at = move |k: i32| from + (to - from) * (f64::from(k) / 400.0).powi(2);
-            (0..400).map(move |k| [at(k), at(k + 1)])
+            let at = move |k: i32| from + (to - from) * (f64::from(k) / 200.0).powi(2);
+            (0..200).map(move |k| [at(k), at(k + 1)])
         });
         parts.map(|span| air.along(&lamp, sight, span, 0.5)).sum()
     }
@@ -396,7 +470,7 @@ mod tests {
             for (nodes, allowed) in [(8, 5e-3), (16, 2e-3), (32, 1e-3)] {
                 let few = Airlight { nodes, ..air };
                 let (mut error, mut square) = (0.0, 0.0);
-                for k in 0..300 {
+                for k in 0..100 {
                     let ([a, b], [c, d]) = (point(k, 1), point(k, 2));
                     let eye = vec3(6.0 * a - 3.0, 4.0 * b - 4.0, 4.0 * c - 6.0);
                     let to = vec3(2.0 * d - 1.0, 2.0 * a - 1.5, 2.0 * b - 1.0);

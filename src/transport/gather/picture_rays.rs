@@ -5,7 +5,6 @@
 
 use crate::TransportError;
 use crate::direct::projector::pixel as footprint;
-use crate::gather::airlight::Sight;
 use crate::gather::cells::{CAMERA_RAY, CellFinder, CellSettings, Landing};
 use crate::gather::lamp_patches::{KernelBounds, receiver_way};
 use crate::gather::parts::{Hit, NO_PAINT, Part, Parts, Sample, by_surface, differ};
@@ -28,8 +27,6 @@ const BAND: usize = 1 << 17;
 const RUN: usize = 16;
 /// Least radius of the irradiance filter, in pixels.
 const LEAST_RADIUS: f64 = 3.0;
-/// Shares of a pixel that are no more than this are rounding.
-const LEAST_SHARE: f32 = 1e-3;
 /// Seeds of the sequences of points.
 const SEED_CAMERA: u32 = 101;
 const SEED_WAY: u32 = 202;
@@ -92,37 +89,6 @@ impl PictureRays<'_> {
     /// Share of light that haze leaves between a point and the eye.
     pub fn clearness(&self, point: Vec3) -> f32 {
         self.scene.clearness((point - self.camera.origin).length()) as f32
-    }
-
-    /// The rays of sight of a pixel, with their shares.
-    pub fn sights(&self, parts: &Parts, pixel: usize) -> Vec<(f32, Sight)> {
-        let eye = self.camera.origin;
-        let sight = |way: Vec3, length: f64| Sight {
-            eye,
-            way: way.normalized(),
-            length,
-            spread: self.camera.step_x,
-        };
-        let own = parts.of(pixel..pixel + 1);
-        let own = own.map(|part| parts.all()[part]);
-        let to = |part: Part| {
-            let way = part.point - eye;
-            (part.share, sight(way, way.length()))
-        };
-        let mut out: Vec<(f32, Sight)> = own.map(to).collect();
-        let rest = 1.0 - out.iter().map(|(share, _)| share).sum::<f32>();
-        // Backs and the void have no part.
-        let dark = |k: u32| {
-            let way = self.way(pixel, k);
-            let (place, distance) = self.scene.look(eye, way);
-            (place.facet == DARK).then(|| sight(way, distance * way.length()))
-        };
-        if rest > LEAST_SHARE
-            && let Some(sight) = (0..self.step.edge).find_map(dark)
-        {
-            out.push((rest, sight));
-        }
-        out
     }
 
     /// Calls back for each place that sample `k` of a pixel shows, with its share of what the sample

@@ -51,8 +51,7 @@ impl RayScene<'_> {
 
     /// Share of light that haze leaves over a distance, metres.
     pub fn clearness(&self, distance: f64) -> f64 {
-        let haze = &self.surfaces.haze;
-        haze.map_or(1.0, |haze| (-haze.extinction * distance).exp())
+        self.surfaces.clearness(distance)
     }
 
     /// Share of the light on the segment from `origin` by `way` that neither surfaces nor haze stop.

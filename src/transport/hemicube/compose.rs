@@ -94,6 +94,11 @@ impl HemicubeRadiosity {
                 for f in self.fragments.pixels.range(at) {
                     self.shade(f, &lit, &indirect, &emission, &mut sum);
                 }
+                for (solution, s) in &lit {
+                    if let Some(scattered) = solution.airlight.get(at) {
+                        (0..3).for_each(|c| sum[c] += s[c] * f64::from(*scattered));
+                    }
+                }
                 for (p, s) in pixel.iter_mut().zip(sum) {
                     *p = s as f32;
                 }
@@ -125,7 +130,8 @@ impl HemicubeRadiosity {
                 light[c] += f64::from(*weight) * indirect[*gather_point as usize][c];
             }
         }
-        let weight = f64::from(fragment.weight);
+        let distance = (fragment.point - self.fragments.camera.origin).length();
+        let weight = f64::from(fragment.weight) * self.surfaces.clearness(distance);
         let painted = self.paints.get(f).map(|paint| paint.map(f64::from));
         let reflectance = painted.unwrap_or(facet.reflectance);
         for c in 0..3 {

@@ -7,11 +7,16 @@
 )]
 
 use crate::TransportError;
+use crate::contract::check_memory;
 use crate::direct::projector::pixel;
 use crate::direct::{IrradiancePrecision, Shining, irradiance};
+use crate::gather::airlight::Airlight;
+use crate::gather::emitter::Emitter;
+use crate::gather::ray_scene::RayScene;
 use crate::hemicube::indirect::gather_points::GatherScene;
 use crate::hemicube::{HemicubeRadiosity, Solution};
 use footlight_host::work::{Cancelled, Work};
+use footlight_show::geometry::Vec3;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -54,10 +59,57 @@ impl HemicubeRadiosity {
             let indirect = self.reflected(&on_elements, work)?;
             work.check()?;
             for ((&l, direct), indirect) in group.iter().zip(direct).zip(indirect) {
-                self.solutions[l] = Some(Solution { direct, indirect });
+                let airlight = self.airlight(l, work)?;
+                self.held += size_of_val(airlight.as_slice());
+                self.solutions[l] = Some(Solution {
+                    direct,
+                    indirect,
+                    airlight,
+                });
             }
         }
         Ok(())
+    }
+
+    /// Radiance of a light that haze scatters to the eye in each pixel; none without haze.
+    fn airlight(&self, light: usize, work: Work<'_>) -> Result<Vec<f32>, TransportError> {
+        let Some((haze, bvh)) = self.surfaces.haze.zip(self.bvh.as_ref()) else {
+            return Ok(Vec::new());
+        };
+        check_memory(
+            "light in the haze",
+            4 * self.width * self.height,
+            work.memory,
+        )?;
+        let airlight = Airlight {
+            scene: RayScene {
+                surfaces: &self.surfaces,
+                bvh,
+                offset: 3.0 * self.surfaces.touching(),
+            },
+            haze,
+            nodes: self.nodes,
+        };
+        let projector = self.projectors[light].as_ref();
+        let emitter = Emitter::new(&self.surfaces, &self.lights[light], projector);
+        // One end for each facet of a pixel.
+        let ends = |pixel: usize| {
+            let mut ends: Vec<(usize, f32, Vec3)> = Vec::new();
+            for f in self.fragments.pixels.get(pixel) {
+                let weighted = f.point * f64::from(f.weight);
+                match ends.iter_mut().find(|(facet, ..)| *facet == f.facet) {
+                    Some((_, weight, sum)) => {
+                        *weight += f.weight;
+                        *sum += weighted;
+                    }
+                    None => ends.push((f.facet, f.weight, weighted)),
+                }
+            }
+            let mean = |(_, weight, sum)| (weight, sum / f64::from(weight));
+            ends.into_iter().map(mean)
+        };
+        let view = (&self.fragments.camera, [self.width, self.height]);
+        Ok(airlight.picture(&[emitter], view, ends, work)?)
     }
 
     /// The most bytes that one of `lights` takes while its direct light is found. A thread that

@@ -21,6 +21,7 @@ pub const STEPS: [HemicubeStep; 3] = [
         reach: 0.07,
         tolerance: 0.015,
         near: 0.5,
+        nodes: 8,
         sampling: Sampling::new(Split::Whole, Split::Whole, Split::Halves),
     },
     HemicubeStep {
@@ -31,6 +32,7 @@ pub const STEPS: [HemicubeStep; 3] = [
         reach: 0.07,
         tolerance: 0.003,
         near: 1.0,
+        nodes: 16,
         sampling: Sampling::new(Split::Whole, Split::Halves, Split::Halves),
     },
     HemicubeStep {
@@ -41,6 +43,7 @@ pub const STEPS: [HemicubeStep; 3] = [
         reach: 0.0,
         tolerance: 0.0,
         near: 1.0,
+        nodes: 32,
         sampling: Sampling::new(Split::Halves, Split::Halves, Split::Quarters),
     },
 ];
@@ -65,6 +68,8 @@ pub struct HemicubeStep {
     /// How near a panel must be for its light to be averaged over a pixel, as a share of the
     /// distance within which that changes anything.
     pub near: f64,
+    /// Nodes along a ray of sight in haze.
+    pub nodes: usize,
     /// Fragments of a pixel.
     pub sampling: Sampling,
 }

@@ -123,6 +123,12 @@ impl Surfaces {
         })
     }
 
+    /// Share of light that haze leaves over a distance, metres.
+    pub fn clearness(&self, distance: f64) -> f64 {
+        self.haze
+            .map_or(1.0, |haze| (-haze.extinction * distance).exp())
+    }
+
     /// The texture of a material.
     pub fn texture(&self, material: usize) -> Option<&Texture> {
         self.textures.get(material).and_then(Option::as_ref)

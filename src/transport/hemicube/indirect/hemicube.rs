@@ -249,7 +249,7 @@ impl<'a> Hemicube<'a> {
         row
     }
 
-    /// The same, each element given to `take` once, in ascending order.
+    /// The same, each element given to `take` once, in ascending order, with what haze leaves.
     pub fn visit(
         &mut self,
         facet: usize,
@@ -276,7 +276,14 @@ impl<'a> Hemicube<'a> {
                 bits &= bits - 1;
                 let share = std::mem::take(&mut self.shares[e as usize]);
                 form_factor_sum += share;
-                take(e, share);
+                let clear = match surfaces.haze {
+                    None => 1.0,
+                    Some(_) => {
+                        let way = self.mesh.elements[e as usize].centre - point;
+                        surfaces.clearness(way.length()) as f32
+                    }
+                };
+                take(e, clear * share);
             }
         }
         SurfaceProximity {
