@@ -8,7 +8,7 @@ use super::open_show::{OpenShow, name_at, statement_at};
 use footlight_engine::Document;
 use footlight_prompt::{help_of, help_of_word};
 use footlight_show::lang::{self, Token};
-use footlight_show::model::{Motion, Show};
+use footlight_show::model::{Haze, Motion, Show};
 use footlight_show::timeline::{CueTime, tracked};
 use footlight_show::units::{CueNumber, Time, percent};
 
@@ -44,6 +44,9 @@ pub fn hover(show: &OpenShow, text: &str, at: usize) -> Option<(String, Range<us
             cue.or_else(|| Some(code(&help_of(word).ok()?)))?
         }
         Token::Quantity if before == Some("cue") => of_cue(show.document()?, word)?,
+        Token::Quantity if before == Some("haze") => {
+            format!("`{word}`: {}", of_haze(&show.document()?.show().haze?))
+        }
         Token::Quantity => format!("`{word}`: {}", of_quantity(word, before, statement)?),
         Token::Colour => {
             let own = of_name(show, word.trim_start_matches('#'));
@@ -232,6 +235,25 @@ pub fn of_quantity(word: &str, before: Option<&str>, statement: &str) -> Option<
         "k" => "3840 pixels wide, 2160 high",
         _ => return None,
     })
+}
+
+/// Visibilities, metres, from which on haze is a touch, and as on a concert.
+const HAZES: [(f64, &str); 2] = [(140.0, "a touch of haze"), (35.0, "haze as on a concert")];
+
+/// Visibility and extinction of haze, and how much haze that is.
+fn of_haze(haze: &Haze) -> String {
+    let visibility = haze.visibility();
+    let mut hazes = HAZES.into_iter();
+    let word = hazes.find(|(least, _)| visibility >= *least);
+    let word = word.map_or("fog", |(_, word)| word);
+    let metres = significant(visibility);
+    let extinction = significant(haze.extinction);
+    format!("visibility {metres} m = extinction {extinction}/m, {word}")
+}
+
+/// A number with three significant digits.
+fn significant(number: f64) -> f64 {
+    format!("{number:.2e}").parse().unwrap_or(number)
 }
 
 /// A colour in linear light.

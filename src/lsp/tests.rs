@@ -541,7 +541,7 @@ fn words_of_the_language_are_explained_where_they_stand() {
     let text = format!(
         "{SHOW}light spare spot at 0, 0, 3 aim 0, 0, 0 beam 20 field 30 900 cd\n\
          let dusk = #203060\nbank cyc = spare  dimmer square rgb\ncurve dawn = linear 0 0, 1 100\n\
-         effect candle = flicker seed 3\n\
+         effect candle = flicker seed 3\nhaze 70m forward 0.6\n\
          cue 4 {{ cyc #steelblue }}\ncue 5 {{ cyc #dusk\n  curve dawn\n}}\n"
     );
     editor.open("show.lxq", &text);
@@ -560,6 +560,12 @@ fn words_of_the_language_are_explained_where_they_stand() {
         ("curve dawn\n", "shape of fades"),
         ("16x12", "pixels wide"),
         ("seed 3", "random"),
+        ("haze 70m", "how far one sees"),
+        (
+            "70m",
+            "visibility 70 m = extinction 0.0429/m, haze as on a concert",
+        ),
+        ("forward", "mean cosine"),
     ] {
         let hover = editor.on("textDocument/hover", ("show.lxq", &text), place, json!({}));
         let words = hover["contents"]["value"].as_str().unwrap_or_default();

@@ -418,6 +418,8 @@ fn units(before: &str, word: &str) -> impl Iterator<Item = String> {
         "beam" | "field" | "fov" | "turn" => &["deg"],
         "tolerance" => &["%", " steps"],
         "depth" => &["%"],
+        "haze" => &["m", "ft", "/m"],
+        "forward" | "albedo" => &[],
         "at" | "aim" | "from" | "to" | "radius" | "scale" => LENGTHS,
         last if last.ends_with(',') && !before.starts_with("cue") => LENGTHS,
         _ => &["%"],
@@ -494,6 +496,10 @@ mod tests {
             "view stalls from 0, 0, 0 ",
             &["fov", "from", "lens", "roll", "size", "to"],
         );
+        offers("haze 60", &["60/m", "60ft", "60m"]);
+        offers("haze 60m ", &["albedo", "forward"]);
+        offers("haze 60m albedo 0.9", &[]);
+        offers("haze 0.05/m f", &["forward"]);
         offers("preview { t", &["tolerance", "tone"]);
         offers("preview { tone ", &["filmic", "plain"]);
         offers("preview { gap ", &[]);

@@ -151,7 +151,7 @@ fn declared<'t>(text: &'t str, name: &str) -> Vec<&'t str> {
     let find = |what: &str| lang::edit::locate(text, what);
     let of_kind = |kind: &&str| find(&format!("{kind} {name}"));
     // These stand once, without a name; asked for by another name they would answer to it.
-    let named = |kind: &&&str| !["show", "preview", "default"].contains(*kind);
+    let named = |kind: &&&str| !["show", "preview", "haze", "default"].contains(*kind);
     let kinds = lang::keywords().iter().filter(named).filter_map(of_kind);
     let mut places: Vec<_> = find(name).into_iter().chain(kinds).collect();
     places.sort_by_key(|place| place.start);

@@ -39,6 +39,7 @@ fn piece() -> impl Strategy<Value = String> {
     let words = prop::sample::select(vec![
         "show",
         "preview",
+        "haze",
         "stage",
         "light",
         "bank",

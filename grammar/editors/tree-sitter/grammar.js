@@ -20,8 +20,8 @@ module.exports = grammar({
     source_file: ($) => repeat($.statement),
 
     statement: ($) => choice(
-      $.show, $.preview, $.include, $.gels, $.let, $.stage, $.surface, $.view, $.light, $.bank,
-      $.fixed, $.group, $.look, $.default, $.curve, $.effect, $.cue,
+      $.show, $.preview, $.include, $.gels, $.let, $.stage, $.surface, $.haze, $.view, $.light,
+      $.bank, $.fixed, $.group, $.look, $.default, $.curve, $.effect, $.cue,
     ),
 
     // ---- words, numbers, texts ----
@@ -55,7 +55,7 @@ module.exports = grammar({
     )),
     _amount: ($) => choice($._quantity, $.colour),
 
-    // ---- show, preview, let, stage, surface, view ----
+    // ---- show, preview, let, stage, surface, haze, view ----
 
     show: ($) => seq('show', $.text),
     preview: ($) => seq('preview', '{', repeat($.preview_entry), '}'),
@@ -86,6 +86,9 @@ module.exports = grammar({
         'inside', 'two-sided',
       )),
     )),
+    haze: ($) => seq('haze', choice($.extinction, $._quantity),
+      repeat(seq(words('forward', 'albedo'), $._quantity))),
+    extinction: () => token(/-?[0-9]+(\.[0-9]+)?\/m/),
     view: ($) => seq('view', field('name', $.name), repeat(choice(
       seq('from', choice($.text, $.position)), seq('to', $.position),
       seq(words('fov', 'lens', 'roll'), $._quantity), seq('size', $.size),

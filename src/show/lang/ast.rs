@@ -70,6 +70,11 @@ pub enum Declaration<'a> {
         reflectances: Vec<Vec<Word<'a>>>,
         solids: Vec<Solid<'a>>,
     },
+    /// `haze 60m …`, `haze 0.05/m …`
+    Haze {
+        amount: Word<'a>,
+        clauses: Vec<Clause<'a>>,
+    },
     /// `view NAME …`
     View {
         name: Word<'a>,
@@ -111,10 +116,10 @@ pub enum Declaration<'a> {
     Cue(Cue<'a>),
 }
 
-/// A clause of a light or a view: a keyword (empty for a bare quantity or colour) and its values.
+/// A clause of a light, a view or the haze: a keyword (empty for a bare quantity or colour) and its values.
 #[derive(Debug)]
 pub struct Clause<'a> {
-    /// `at`, `aim`, `beam`, `field`, `from`, `to`, `fov`, `lens`, `roll`, `size`, or the value itself when bare.
+    /// `at`, `aim`, `beam`, `field`, `from`, `to`, `fov`, `lens`, `roll`, `size`, `forward`, `albedo`, or the value itself when bare.
     pub word: Word<'a>,
     /// What follows the keyword: one value, or three of a position.
     pub values: Vec<Word<'a>>,

@@ -49,6 +49,10 @@ impl<'a> Builder<'a> {
             }
             Rule::stage_statement => self.stage(inner)?,
             Rule::surface_statement => self.surface(inner)?,
+            Rule::haze_statement => Declaration::Haze {
+                amount: self.next(&mut inner)?,
+                clauses: self.clauses(inner)?,
+            },
             Rule::view_statement => Declaration::View {
                 name: self.next(&mut inner)?,
                 clauses: self.clauses(inner)?,
@@ -168,6 +172,7 @@ impl<'a> Builder<'a> {
         for pair in inner {
             let clause = [
                 Rule::stage_clause,
+                Rule::haze_clause,
                 Rule::view_clause,
                 Rule::light_clause,
                 Rule::solid_clause,

@@ -92,6 +92,7 @@ codes! {
     UNLIT = "W018" "a bank without light at the view";
     MANY_KEYS = "W019" "more key images than memory holds";
     SMALL_STAGE = "W020" "a set that is a spot in the view";
+    IMAGE_IN_HAZE = "W021" "an image as a bank in haze";
     LONG_RUN = "W030" "a run of minutes";
 }
 

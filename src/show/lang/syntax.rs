@@ -183,6 +183,10 @@ fn words(rule: Rule) -> &'static str {
         Rule::effect_kind => "`flicker` or `pulse`",
         Rule::effect_clause => "a clause (like `rate 6` or `depth 35%`)",
         Rule::stage_clause => "an option (like `z up` or `scale 1mm`)",
+        Rule::haze_amount | Rule::extinction => {
+            "a visibility (like 60m) or an extinction (like 0.05/m)"
+        }
+        Rule::haze_clause => "a clause (like `forward 0.6`)",
         Rule::view_clause => "a clause (like `fov 28`)",
         Rule::light_clause => "a clause (like `beam 24` or `1200 cd`)",
         Rule::kw_y => "`y up`",
@@ -223,9 +227,9 @@ pub fn is_inner_word(word: &str) -> bool {
 
 /// Those of [`inner_words`] that no table has elsewhere.
 const INNER_WORDS: &str = "\
-    aim assert at auto beam bezier blackout box block catmull-rom channel clamped coarse \
+    aim albedo assert at auto beam bezier blackout box block catmull-rom channel clamped coarse \
     cueonly cylinder curve delay depth dimmer disc dither down effect exposure field filmic flicker \
-    follow fov from full gap gel hang hermite image inside layer lens level like linear monotone natural \
+    follow forward fov from full gap gel hang hermite image inside layer lens level like linear monotone natural \
     note off on one-sided out part plain pulse quad radius rate refined reflectance repeat rgb roll scale \
     seed sides size slope snap spline square steps time to tolerance tone turn two-sided up via white \
     y z";

@@ -37,6 +37,7 @@ pub fn tokens(text: &str) -> Vec<(Range<usize>, Token)> {
 /// The pieces of a text, blanks left out, each found when it is asked for.
 pub fn pieces(text: &str) -> impl Iterator<Item = (Range<usize>, Token)> {
     let mut rest = text;
+    let mut statement = "";
     std::iter::from_fn(move || {
         let written = rest.trim_start();
         let blank = rest.get(..rest.len() - written.len()).unwrap_or("");
@@ -46,22 +47,34 @@ pub fn pieces(text: &str) -> impl Iterator<Item = (Range<usize>, Token)> {
             return None;
         }
         let start = text.len() - rest.len();
-        let (length, token) = token(rest);
+        let (length, token) = token(rest, statement);
         let token = match token {
             // In the middle of a line it is a name like any other, or a clause.
             Token::Statement if !first_of_line => Token::Word,
             token => token,
         };
-        (_, rest) = rest.split_at(length);
+        let (piece, after) = rest.split_at(length);
+        if token == Token::Statement {
+            statement = piece;
+        }
+        rest = after;
         Some((start..start + length, token))
     })
 }
 
-fn token(rest: &str) -> (usize, Token) {
+/// The first piece of `rest`, in a statement that begins with this word.
+fn token(rest: &str, statement: &str) -> (usize, Token) {
     if let Some(length) = comment_length(rest) {
         return (length, Token::Comment);
     }
+    // Elsewhere `5/m` is a quotient.
+    let is_haze = statement == "haze";
     let forms = [
+        (
+            Rule::extinction,
+            Token::Quantity,
+            if is_haze { measure_at(rest) } else { "" },
+        ),
         (Rule::text, Token::Text, text_at(rest)),
         (Rule::colour, Token::Colour, colour_at(rest)),
         (Rule::measure, Token::Quantity, measure_at(rest)),
@@ -171,6 +184,12 @@ mod tests {
             ("// so", Comment),
         ];
         assert_eq!(found, wanted);
+        let text = "haze 0.05/m albedo 0.9\nlet a = 5/m";
+        let found = tokens(text).into_iter().map(|(range, _)| &text[range]);
+        let wanted = [
+            "haze", "0.05/m", "albedo", "0.9", "let", "a", "=", "5", "/", "m",
+        ];
+        assert_eq!(found.collect::<Vec<_>>(), wanted);
         assert_eq!(tokens("bank x = \"open"), tokens("bank x = \"open"));
         assert_eq!(tokens("show \"open").last().map(|t| t.1), Some(Text));
     }

@@ -7,13 +7,14 @@
 (cue_number) @number
 (size) @number
 (stops) @number
+(extinction) @number
 
-["show" "preview" "include" "gels" "let" "stage" "surface" "view" "light" "bank" "fixed" "group"
- "look" "default" "curve" "effect" "cue"] @keyword
+["show" "preview" "include" "gels" "let" "stage" "surface" "haze" "view" "light" "bank" "fixed"
+ "group" "look" "default" "curve" "effect" "cue"] @keyword
 
 ["tolerance" "gap" "rate" "exposure" "white" "tone" "dither" "coarse" "refined" "auto" "filmic"
  "plain" "on" "off" "z" "y" "up" "one-sided" "scale" "at" "turn" "reflectance" "quad" "box" "disc"
- "cylinder" "sphere" "from" "to" "aim" "radius" "sides" "inside" "two-sided" "fov" "lens" "roll"
+ "cylinder" "sphere" "from" "to" "aim" "radius" "sides" "inside" "two-sided" "forward" "albedo" "fov" "lens" "roll"
  "size" "beam" "field" "spot" "panel" "photometric" "project" "like" "image" "layer" "channel"
  "dimmer" "rgb" "level" "full" "out" "spline" "linear" "steps" "natural" "clamped" "catmull-rom"
  "monotone" "hermite" "bezier" "slope" "via" "flicker" "pulse" "depth" "seed" "time" "down" "delay"

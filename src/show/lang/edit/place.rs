@@ -70,7 +70,7 @@ pub fn heading(text: &str) -> Option<(&'static str, Range<usize>)> {
     let rest = after_blanks(rest);
     let at = text.len() - rest.len();
     let range = match word {
-        "show" | "preview" | "default" => 0..0,
+        "show" | "preview" | "haze" | "default" => 0..0,
         "cue" => {
             let end = rest.find(|c: char| !(c.is_ascii_digit() || c == '.'));
             0..end.unwrap_or(rest.len())

@@ -183,6 +183,7 @@ fn begins(rule: Rule, within: Rule, first: bool) -> Option<Begin> {
         (
             word,
             Rule::stage_clause
+            | Rule::haze_clause
             | Rule::view_clause
             | Rule::light_clause
             | Rule::bank_option
@@ -208,6 +209,8 @@ fn role(rule: Rule) -> &'static str {
         Rule::kw_radius => "radius",
         Rule::kw_turn => "turn",
         Rule::kw_scale => "scale",
+        Rule::kw_forward => "forward",
+        Rule::kw_albedo => "albedo",
         Rule::kw_y | Rule::kw_z | Rule::kw_one_sided => "option",
         Rule::kw_channel => "channel",
         Rule::kw_dimmer => "dimmer",

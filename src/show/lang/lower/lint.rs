@@ -23,6 +23,7 @@ impl Lower<'_, '_> {
         self.repeats_that_jump();
         self.unseen_stage();
         self.buried_lamps();
+        self.images_in_haze();
     }
 
     fn warn(&mut self, code: &'static str, message: String, at: (NodeId, &str), help: String) {
@@ -129,6 +130,25 @@ impl Lower<'_, '_> {
                     .help("hang it outside, or make the box a room: `box inside from …`"),
             );
         }
+    }
+
+    /// Banks given as images in a show with haze.
+    fn images_in_haze(&mut self) {
+        let first = self.show.images().next().map(|(id, _)| id);
+        let (Some(haze), Some(image)) = (self.show.haze_id, first) else {
+            return;
+        };
+        let message = "the haze does not change images: images as banks stay as they are";
+        self.report.add(
+            Diagnostic::warning(codes::IMAGE_IN_HAZE, message.to_owned())
+                .place_of(image, &self.spans, "this image is shown as it is")
+                .place_of(
+                    haze,
+                    &self.spans,
+                    "this haze is in the light of all other banks",
+                )
+                .help("render the images in this haze too, or take the haze out"),
+        );
     }
 
     /// The statements that use lights, with their lights.

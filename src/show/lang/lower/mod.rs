@@ -10,6 +10,7 @@ mod colour;
 mod cues;
 mod curves;
 mod effects;
+mod haze;
 mod levels;
 pub(super) mod light;
 mod lint;

@@ -1,4 +1,4 @@
-//! `show`, `preview`, `stage`, `view`: everything before the rig.
+//! `show`, `preview`, `stage`, `haze`, `view`: everything before the rig.
 
 use std::collections::BTreeMap;
 
@@ -31,7 +31,7 @@ const NOWHERE: geometry::View = geometry::View {
 impl<'a> Lower<'a, '_> {
     /// Lowers the statements of this module.
     pub fn preview(&mut self, statements: &[Statement<'a>]) {
-        let (mut title, mut preview) = (None, None);
+        let (mut title, mut preview, mut haze) = (None, None, None);
         let mut surfaces = BTreeMap::new();
         for statement in statements {
             match &statement.item {
@@ -54,6 +54,10 @@ impl<'a> Lower<'a, '_> {
                     (reflectances, solids),
                     &mut surfaces,
                 ),
+                Declaration::Haze { amount, clauses } => {
+                    self.once(&mut haze, "haze", statement.span);
+                    self.haze(statement.span, *amount, clauses);
+                }
                 Declaration::View { name, clauses } => self.view(statement.span, *name, clauses),
                 _ => {}
             }

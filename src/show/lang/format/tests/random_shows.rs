@@ -195,6 +195,12 @@ impl Choices<'_> {
         self.end();
         self.solids();
         if self.chance(40) {
+            let amount = self.one(&["60m", "0.05/m", "( 2 * 40 )", "200ft"]);
+            let clauses = self.one(&["", " forward -0.5", " albedo 0.9 forward 0.6"]);
+            self.say(&format!("haze {amount}{clauses}"));
+            self.end();
+        }
+        if self.chance(40) {
             self.say("view stalls from");
             self.position();
             self.say("to 0 , 0 , 0 fov 28deg size 640x360");
