@@ -13,6 +13,7 @@ mod cie;
 mod final_gather;
 mod form_factor;
 mod furnace;
+mod haze;
 mod invariance;
 mod luminaires;
 mod meter;
