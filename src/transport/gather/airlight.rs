@@ -23,6 +23,14 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Nodes along a ray, at most.
 const MOST_NODES: usize = 64;
+/// Side of the squares of pixels within which light in the haze may be interpolated.
+const TILE: usize = 4;
+/// By how much it may differ from the plane through the corners, as a share of the highest one.
+const EVEN: f32 = 0.01;
+/// By how much three ends of sight next to each other may leave a line, as a share of their distance.
+const EVEN_ENDS: f64 = 0.02;
+/// Metres within which a ray that meets nothing may cross a light's cone.
+const FAR: f64 = 1e6;
 /// Points that stand for a panel, each with its share of the nodes.
 const PANEL_POINTS: u32 = 4;
 /// Shares of a pixel that are no more than this are rounding.
@@ -86,19 +94,74 @@ impl Airlight<'_> {
     ) -> Result<Vec<f32>, Cancelled> {
         let lights = emitters.len();
         let mut out = vec![0.0_f32; width * height * lights];
-        let rows = out.par_chunks_mut((width * lights).max(1)).enumerate();
-        rows.try_for_each(|(y, row)| {
+        let rows = out
+            .par_chunks_mut((TILE * width * lights).max(1))
+            .enumerate();
+        rows.try_for_each(|(row, out)| {
             work.check()?;
-            for (x, out) in row.chunks_exact_mut(lights).enumerate() {
-                for (share, sight) in self.sights(camera, [x, y], ends(y * width + x)) {
-                    for (out, emitter) in out.iter_mut().zip(emitters) {
-                        *out += share * self.radiance(emitter, &sight, 0.5) as f32;
+            let top = row * TILE;
+            let tall = TILE.min(height - top);
+            for left in (0..width).step_by(TILE) {
+                let wide = TILE.min(width - left);
+                let sights = |[i, j]: [usize; 2]| {
+                    let [x, y] = [left + i, top + j];
+                    self.sights(camera, [x, y], ends(y * width + x))
+                };
+                let places = (0..tall).flat_map(|j| (0..wide).map(move |i| [i, j]));
+                let tile: Vec<([usize; 2], Vec<(f32, Sight)>)> =
+                    places.map(|place| (place, sights(place))).collect();
+                for (light, emitter) in emitters.iter().enumerate() {
+                    let values = self.tile(emitter, [wide, tall], &tile);
+                    for (([i, j], _), value) in tile.iter().zip(values) {
+                        out[(j * width + left + i) * lights + light] = value;
                     }
                 }
             }
             Ok(())
         })?;
         Ok(out)
+    }
+
+    /// A light in the pixels of a tile: where sight ends on one surface and the light changes evenly,
+    /// from the corners.
+    fn tile(
+        &self,
+        emitter: &Emitter<'_>,
+        [wide, tall]: [usize; 2],
+        tile: &[([usize; 2], Vec<(f32, Sight)>)],
+    ) -> Vec<f32> {
+        let all = |(_, sights): &([usize; 2], Vec<(f32, Sight)>)| {
+            let of =
+                |(share, sight): &(f32, Sight)| share * self.radiance(emitter, sight, 0.5) as f32;
+            sights.iter().map(of).sum::<f32>()
+        };
+        if tile
+            .iter()
+            .all(|(_, sights)| sights.iter().all(|(_, s)| emitter.is_unseen(s)))
+        {
+            return vec![0.0; tile.len()];
+        }
+        if [wide, tall] != [TILE; 2] || !is_even(tile) {
+            return tile.iter().map(all).collect();
+        }
+        let at = |i: usize, j: usize| all(&tile[j * TILE + i]);
+        let last = TILE - 1;
+        let corners = [at(0, 0), at(last, 0), at(0, last), at(last, last)];
+        let between = |[i, j]: [usize; 2]| {
+            let [u, v] = [i, j].map(|k| k as f32 / last as f32);
+            let [upper, lower] = [0, 2].map(|k| corners[k] + u * (corners[k + 1] - corners[k]));
+            upper + v * (lower - upper)
+        };
+        let most = corners.iter().copied().fold(0.0, f32::max);
+        let inner = [[1, 2], [2, 1]];
+        let is_smooth = inner
+            .iter()
+            .all(|[i, j]| (at(*i, *j) - between([*i, *j])).abs() <= EVEN * most);
+        if is_smooth {
+            tile.iter().map(|(place, _)| between(*place)).collect()
+        } else {
+            tile.iter().map(all).collect()
+        }
     }
 
     /// The rays of sight of a pixel, with their shares.
@@ -246,6 +309,46 @@ impl Airlight<'_> {
             }
         }
         self.haze.albedo * self.haze.extinction * sum * step / h
+    }
+}
+
+/// True where all pixels of a tile show one surface or the void alone, about on one plane.
+fn is_even(tile: &[([usize; 2], Vec<(f32, Sight)>)]) -> bool {
+    let lengths = tile.iter().map(|(_, sights)| match sights.as_slice() {
+        [(_, sight)] => Some(sight.length),
+        _ => None,
+    });
+    let lengths: Option<Vec<f64>> = lengths.collect();
+    let Some(lengths) = lengths.filter(|lengths| lengths.len() == TILE * TILE) else {
+        return false;
+    };
+    if lengths.iter().all(|length| length.is_infinite()) {
+        return true;
+    }
+    let at = |i: usize, j: usize| lengths[j * TILE + i];
+    let is_straight = |[a, b, c]: [f64; 3]| (a - 2.0 * b + c).abs() <= EVEN_ENDS * b;
+    let mut inner = (1..TILE - 1).flat_map(|i| (0..TILE).map(move |j| [i, j]));
+    inner.all(|[i, j]| {
+        is_straight([at(i - 1, j), at(i, j), at(i + 1, j)])
+            && is_straight([at(j, i - 1), at(j, i), at(j, i + 1)])
+    })
+}
+
+impl Emitter<'_> {
+    /// True where a ray of sight does not cross the light's cone.
+    fn is_unseen(&self, sight: &Sight) -> bool {
+        match self {
+            Emitter::Point(beam, projector) => {
+                let kind = LampKind::Beam(beam, *projector);
+                let lamp = Lamp {
+                    position: beam.position,
+                    kind,
+                };
+                lamp.spans(sight, sight.length.min(FAR)).is_empty()
+            }
+            Emitter::Area(_) => false,
+            Emitter::Patches(_) => true,
+        }
     }
 }
 

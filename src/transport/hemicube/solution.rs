@@ -58,8 +58,11 @@ impl HemicubeRadiosity {
             let (direct, on_elements): (Vec<_>, Vec<_>) = lit.into_iter().unzip();
             let indirect = self.reflected(&on_elements, work)?;
             work.check()?;
-            for ((&l, direct), indirect) in group.iter().zip(direct).zip(indirect) {
-                let airlight = self.airlight(l, work)?;
+            let scattered = self.airlight(group, work)?;
+            let solved = group.iter().zip(direct).zip(indirect).enumerate();
+            for (at, ((&l, direct), indirect)) in solved {
+                let own = scattered.iter().skip(at).step_by(group.len());
+                let airlight: Vec<f32> = own.copied().collect();
                 self.held += size_of_val(airlight.as_slice());
                 self.solutions[l] = Some(Solution {
                     direct,
@@ -71,16 +74,13 @@ impl HemicubeRadiosity {
         Ok(())
     }
 
-    /// Radiance of a light that haze scatters to the eye in each pixel; none without haze.
-    fn airlight(&self, light: usize, work: Work<'_>) -> Result<Vec<f32>, TransportError> {
+    /// Radiance of lights that haze scatters to the eye in each pixel, pixel by pixel; none without haze.
+    fn airlight(&self, lights: &[usize], work: Work<'_>) -> Result<Vec<f32>, TransportError> {
         let Some((haze, bvh)) = self.surfaces.haze.zip(self.bvh.as_ref()) else {
             return Ok(Vec::new());
         };
-        check_memory(
-            "light in the haze",
-            4 * self.width * self.height,
-            work.memory,
-        )?;
+        let bytes = 8 * lights.len() * self.width * self.height;
+        check_memory("light in the haze", bytes, work.memory)?;
         let airlight = Airlight {
             scene: RayScene {
                 surfaces: &self.surfaces,
@@ -90,8 +90,11 @@ impl HemicubeRadiosity {
             haze,
             nodes: self.nodes,
         };
-        let projector = self.projectors[light].as_ref();
-        let emitter = Emitter::new(&self.surfaces, &self.lights[light], projector);
+        let emitter = |&light: &usize| {
+            let projector = self.projectors[light].as_ref();
+            Emitter::new(&self.surfaces, &self.lights[light], projector)
+        };
+        let emitters: Vec<Emitter<'_>> = lights.iter().map(emitter).collect();
         // One end for each facet of a pixel.
         let ends = |pixel: usize| {
             let mut ends: Vec<(usize, f32, Vec3)> = Vec::new();
@@ -109,7 +112,7 @@ impl HemicubeRadiosity {
             ends.into_iter().map(mean)
         };
         let view = (&self.fragments.camera, [self.width, self.height]);
-        Ok(airlight.picture(&[emitter], view, ends, work)?)
+        Ok(airlight.picture(&emitters, view, ends, work)?)
     }
 
     /// The most bytes that one of `lights` takes while its direct light is found. A thread that
