@@ -439,6 +439,10 @@ fn an_edit_renders_only_what_depends_on_it() {
         "quality 2 is there"
     );
     assert_eq!(after("preview { coarse 1  refined 3 }"), 0);
+    assert_eq!(after("haze 60m"), 6, "everything");
+    assert_eq!(after("haze 0.05/m  forward 0"), 0, "the same haze");
+    assert_eq!(after("haze 0.05/m  forward 0.5"), 6, "everything");
+    assert_eq!(after("delete haze"), 0, "clear air, as it was");
     assert_eq!(after("surface floor reflectance 0.5"), 6, "everything");
     let view = "view house from 0, -5, 1.6 to 0, 0, 1 fov 45 size 48x30";
     assert_eq!(after(view), 6, "everything");

@@ -4,6 +4,7 @@
 
 use super::*;
 use footlight_show::geometry::vec3;
+use footlight_show::model::Haze;
 
 fn spot(x: f64) -> Light {
     Light::Spot(Spot {
@@ -77,6 +78,26 @@ fn operator_scene_view_and_quality_are_part_of_it() {
     let other = SceneKey::new("g 1", &red, &view());
     red.materials[0].reflectance = Rgb([0.6, 0.0, 0.0]);
     assert_ne!(other, SceneKey::new("g 1", &red, &view()));
+    let hazy = |extinction, forward, albedo| {
+        let haze = Some(Haze {
+            extinction,
+            forward,
+            albedo,
+        });
+        let scene = Scene {
+            haze,
+            ..Scene::default()
+        };
+        SceneKey::new("g 1", &scene, &view())
+    };
+    let haze = hazy(0.05, 0.5, 0.9);
+    let others = [
+        hazy(0.06, 0.5, 0.9),
+        hazy(0.05, 0.6, 0.9),
+        hazy(0.05, 0.5, 1.0),
+        one,
+    ];
+    assert!(!others.contains(&haze) && haze == hazy(0.05, 0.5, 0.9));
     let lights = Lights::new(&rig(vec![spot(0.0)], &[&[0]]));
     let at = |quality| lights.address(one, Quality(quality), &[1.0]).key;
     assert_ne!(at(1), at(2));
