@@ -258,6 +258,24 @@ def projection(light, strength, numbers):
 LAMPS = {"spot": spot, "measured": measured, "projection": projection}
 
 
+def air(haze):
+    """Haze that fills all space. All scattering is in it: once, twice and more often."""
+    tree = bpy.context.scene.world.node_tree
+    scatter = tree.nodes.new("ShaderNodeVolumeScatter")
+    scatter.inputs["Color"].default_value = (1, 1, 1, 1)
+    scatter.inputs["Density"].default_value = haze["extinction"] * haze["albedo"]
+    scatter.inputs["Anisotropy"].default_value = haze["forward"]
+    absorption = tree.nodes.new("ShaderNodeVolumeAbsorption")
+    absorption.inputs["Color"].default_value = (0, 0, 0, 1)
+    absorption.inputs["Density"].default_value = haze["extinction"] * (1 - haze["albedo"])
+    both = tree.nodes.new("ShaderNodeAddShader")
+    tree.links.new(scatter.outputs[0], both.inputs[0])
+    tree.links.new(absorption.outputs[0], both.inputs[1])
+    world = next(n for n in tree.nodes if n.type == "OUTPUT_WORLD")
+    tree.links.new(both.outputs[0], world.inputs["Volume"])
+    bpy.context.scene.cycles.volume_bounces = BOUNCES
+
+
 def cycles(settings, args):
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
@@ -290,7 +308,7 @@ def main():
     parser.add_argument("--denoise", action="store_true")
     args = parser.parse_args(sys.argv[sys.argv.index("--") + 1 :])
     scene, settings = json.loads(args.scene.read_text()), json.loads(args.settings.read_text())
-    if scene["schema"] != 1:
+    if scene["schema"] not in (1, 2):
         raise SystemExit(f"schema {scene['schema']} is not known here")
     numbers = args.scene.with_suffix(".bin").read_bytes()
     for thing in list(bpy.data.objects):
@@ -307,6 +325,8 @@ def main():
         mesh(row, numbers, look, radiance[number].any())
     camera(settings["view"])
     cycles(settings, args)
+    if "haze" in scene:
+        air(scene["haze"])
     bpy.context.scene.render.filepath = args.output
     bpy.ops.render.render(write_still=True)
 

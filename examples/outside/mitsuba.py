@@ -45,6 +45,16 @@ def camera(view):
     }
 
 
+def air(haze):
+    """Haze that fills all space. All scattering is in it: once, twice and more often."""
+    return {
+        "type": "homogeneous",
+        "sigma_t": {"type": "rgb", "value": 3 * [haze["extinction"]]},
+        "albedo": {"type": "rgb", "value": 3 * [haze["albedo"]]},
+        "phase": {"type": "hg", "g": haze["forward"]},
+    }
+
+
 def strengths(scene, settings):
     """What each light is multiplied by in each channel."""
     values = {c["name"]: c["value"] for c in settings["coordinates"]}
@@ -209,12 +219,16 @@ def main():
     args = parser.parse_args()
     mi.set_variant("llvm_ad_rgb" if works("llvm_ad_rgb") else "scalar_rgb")
     scene, settings = json.loads(args.scene.read_text()), json.loads(args.settings.read_text())
-    if scene["schema"] != 1:
+    if scene["schema"] not in (1, 2):
         raise SystemExit(f"schema {scene['schema']} is not known here")
     numbers = args.scene.with_suffix(".bin").read_bytes()
     radiance = [np.zeros(3) for _ in scene["materials"]]
     stage = {"type": "scene", "integrator": {"type": "path", "max_depth": -1, "rr_depth": 8}}
     stage["sensor"] = camera(settings["view"])
+    if "haze" in scene:
+        # The camera is in the haze, and no surface is a border of it.
+        stage["integrator"]["type"] = "volpath"
+        stage["sensor"]["medium"] = air(scene["haze"])
     for i, (light, strength) in enumerate(zip(scene["lights"], strengths(scene, settings))):
         if light["kind"] == "panel":
             radiance[light["material"]] += strength * np.array(light["radiance"])

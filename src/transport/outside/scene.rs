@@ -16,6 +16,8 @@ use footlight_stage::{Light, MeasuredLight, Polygon, Projection, Scene};
 
 /// The form of `scene.json`.
 pub const SCHEMA: u32 = 1;
+/// Its form with haze, which a program that knows only the first must not leave out in silence.
+const SCHEMA_OF_HAZE: u32 = 2;
 
 /// Bytes of a texel.
 const TEXEL_BYTES: usize = 4 * size_of::<f32>();
@@ -33,6 +35,19 @@ struct SceneFile<'a> {
     meshes: Vec<Mesh>,
     lights: Vec<LightRow>,
     sources: Vec<SourceRow<'a>>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    haze: Option<HazeRow>,
+}
+
+/// A medium that fills all space.
+#[derive(Serialize)]
+struct HazeRow {
+    /// 1/m, of scattering and absorption together.
+    extinction: f64,
+    /// Part of the extinction that scatters.
+    albedo: f64,
+    /// Mean cosine of the phase function of Henyey and Greenstein.
+    forward: f64,
 }
 
 #[derive(Serialize)]
@@ -156,7 +171,7 @@ pub fn files(setup: &Setup) -> Result<(Vec<u8>, Vec<u8>), String> {
     let lights = lights.map(|light| binary.light(light));
     let lights: Vec<LightRow> = lights.collect::<Result<_, _>>().map_err(unwritten)?;
     let file = SceneFile {
-        schema: SCHEMA,
+        schema: scene.haze.map_or(SCHEMA, |_| SCHEMA_OF_HAZE),
         materials: scene
             .materials
             .iter()
@@ -182,6 +197,11 @@ pub fn files(setup: &Setup) -> Result<(Vec<u8>, Vec<u8>), String> {
                     .collect(),
             })
             .collect(),
+        haze: scene.haze.map(|haze| HazeRow {
+            extinction: haze.extinction,
+            albedo: haze.albedo,
+            forward: haze.forward,
+        }),
     };
     let json = serde_json::to_vec(&file).map_err(|error| error.to_string())?;
     Ok((json, binary.0))

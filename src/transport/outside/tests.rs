@@ -345,6 +345,25 @@ fn the_scene_is_written_with_its_triangles_and_lights() {
     );
 }
 
+#[test]
+fn haze_is_written_under_a_schema_of_its_own() {
+    let mut setup = lit_floor();
+    let json = |setup: &Setup| -> serde_json::Value {
+        serde_json::from_slice(&super::scene::files(setup).unwrap().0).unwrap()
+    };
+    assert!(json(&setup).get("haze").is_none());
+    let scene = Arc::make_mut(&mut setup.scene);
+    scene.haze = Some(footlight_show::model::Haze {
+        extinction: 0.05,
+        forward: 0.6,
+        albedo: 0.9,
+    });
+    let json = json(&setup);
+    assert_eq!(json["schema"], 2);
+    let wanted = serde_json::json!({ "extinction": 0.05, "albedo": 0.9, "forward": 0.6 });
+    assert_eq!(json["haze"], wanted);
+}
+
 /// A texture of two texels over the floor, the right one half transparent.
 #[test]
 fn a_texture_is_written_with_its_places() {
