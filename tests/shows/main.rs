@@ -10,6 +10,7 @@
     reason = "the programs that make sets are crates of their own and share their parts by path"
 )]
 
+mod beams;
 mod desk;
 mod gltf_stage;
 mod set;
