@@ -26,7 +26,7 @@ const MOST_NODES: usize = 64;
 /// Side of the squares of pixels within which light in the haze may be interpolated.
 const TILE: usize = 4;
 /// By how much it may differ from the plane through the corners, as a share of the highest one.
-const EVEN: f32 = 0.01;
+const EVEN: f32 = 0.005;
 /// By how much three ends of sight next to each other may leave a line, as a share of their distance.
 const EVEN_ENDS: f64 = 0.02;
 /// Metres within which a ray that meets nothing may cross a light's cone.
@@ -37,6 +37,8 @@ const PANEL_POINTS: u32 = 4;
 const LEAST_SHARE: f32 = 1e-3;
 /// Rays that look for what a pixel shows of backs and the void.
 const DARK_RAYS: u32 = 16;
+/// Spans that a lamp sees under a smaller angle than this, radians, have half of the nodes.
+const NARROW: f64 = 0.7;
 /// Halvings that find the edge of a shadow between two nodes.
 const HALVINGS: u32 = 3;
 /// Optical depth behind which nothing is seen.
@@ -258,7 +260,10 @@ impl Airlight<'_> {
         let angle = |t: f64| ((t - middle) / h).atan();
         let place = |u: f64| middle + h * u.tan();
         let (first, last) = (angle(start), angle(end));
-        let count = self.nodes.clamp(1, MOST_NODES);
+        // In a narrow beam light changes evenly.
+        let is_narrow = last - first < NARROW;
+        let count = if is_narrow { self.nodes / 2 } else { self.nodes };
+        let count = count.clamp(1, MOST_NODES);
         let step = (last - first) / count as f64;
         let node = |i: usize| first + (i as f64 + random) * step;
         let visible = |u: f64| {

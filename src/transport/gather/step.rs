@@ -48,7 +48,7 @@ pub const STEPS: [GatherStep; 3] = [
         points: 0.085,
         filter: 0.2,
         most_patches: 16,
-        nodes: 4,
+        nodes: 8,
     },
     GatherStep {
         first: 8,
@@ -60,7 +60,7 @@ pub const STEPS: [GatherStep; 3] = [
         points: 0.24,
         filter: 0.12,
         most_patches: 64,
-        nodes: 8,
+        nodes: 16,
     },
     GatherStep {
         first: 16,
@@ -72,7 +72,7 @@ pub const STEPS: [GatherStep; 3] = [
         points: 0.34,
         filter: 0.08,
         most_patches: 256,
-        nodes: 16,
+        nodes: 32,
     },
 ];
 

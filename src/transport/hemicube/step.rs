@@ -21,7 +21,7 @@ pub const STEPS: [HemicubeStep; 3] = [
         reach: 0.07,
         tolerance: 0.015,
         near: 0.5,
-        nodes: 4,
+        nodes: 8,
         sampling: Sampling::new(Split::Whole, Split::Whole, Split::Halves),
     },
     HemicubeStep {
@@ -32,7 +32,7 @@ pub const STEPS: [HemicubeStep; 3] = [
         reach: 0.07,
         tolerance: 0.003,
         near: 1.0,
-        nodes: 8,
+        nodes: 16,
         sampling: Sampling::new(Split::Whole, Split::Halves, Split::Halves),
     },
     HemicubeStep {
@@ -43,7 +43,7 @@ pub const STEPS: [HemicubeStep; 3] = [
         reach: 0.0,
         tolerance: 0.0,
         near: 1.0,
-        nodes: 16,
+        nodes: 32,
         sampling: Sampling::new(Split::Halves, Split::Halves, Split::Quarters),
     },
 ];
