@@ -60,6 +60,14 @@ pub struct Sight {
     pub spread: f64,
 }
 
+/// A pixel of a tile.
+struct TilePixel {
+    /// Column and row in the tile.
+    place: [usize; 2],
+    /// Its rays of sight with their shares.
+    sights: Vec<(f32, Sight)>,
+}
+
 /// Haze in a scene.
 #[derive(Clone, Copy)]
 pub struct Airlight<'a> {
@@ -105,16 +113,17 @@ impl Airlight<'_> {
             let tall = TILE.min(height - top);
             for left in (0..width).step_by(TILE) {
                 let wide = TILE.min(width - left);
-                let sights = |[i, j]: [usize; 2]| {
-                    let [x, y] = [left + i, top + j];
-                    self.sights(camera, [x, y], ends(y * width + x))
+                let pixel = |place: [usize; 2]| {
+                    let [x, y] = [left + place[0], top + place[1]];
+                    let sights = self.sights(camera, [x, y], ends(y * width + x));
+                    TilePixel { place, sights }
                 };
                 let places = (0..tall).flat_map(|j| (0..wide).map(move |i| [i, j]));
-                let tile: Vec<([usize; 2], Vec<(f32, Sight)>)> =
-                    places.map(|place| (place, sights(place))).collect();
+                let tile: Vec<TilePixel> = places.map(pixel).collect();
                 for (light, emitter) in emitters.iter().enumerate() {
                     let values = self.tile(emitter, [wide, tall], &tile);
-                    for (([i, j], _), value) in tile.iter().zip(values) {
+                    for (pixel, value) in tile.iter().zip(values) {
+                        let [i, j] = pixel.place;
                         out[(j * width + left + i) * lights + light] = value;
                     }
                 }
@@ -130,17 +139,15 @@ impl Airlight<'_> {
         &self,
         emitter: &Emitter<'_>,
         [wide, tall]: [usize; 2],
-        tile: &[([usize; 2], Vec<(f32, Sight)>)],
+        tile: &[TilePixel],
     ) -> Vec<f32> {
-        let all = |(_, sights): &([usize; 2], Vec<(f32, Sight)>)| {
+        let all = |pixel: &TilePixel| {
             let of =
                 |(share, sight): &(f32, Sight)| share * self.radiance(emitter, sight, 0.5) as f32;
-            sights.iter().map(of).sum::<f32>()
+            pixel.sights.iter().map(of).sum::<f32>()
         };
-        if tile
-            .iter()
-            .all(|(_, sights)| sights.iter().all(|(_, s)| emitter.is_unseen(s)))
-        {
+        let mut sights = tile.iter().flat_map(|pixel| &pixel.sights);
+        if sights.all(|(_, sight)| emitter.is_unseen(sight)) {
             return vec![0.0; tile.len()];
         }
         if [wide, tall] != [TILE; 2] || !is_even(tile) {
@@ -160,7 +167,7 @@ impl Airlight<'_> {
             .iter()
             .all(|[i, j]| (at(*i, *j) - between([*i, *j])).abs() <= EVEN * most);
         if is_smooth {
-            tile.iter().map(|(place, _)| between(*place)).collect()
+            tile.iter().map(|pixel| between(pixel.place)).collect()
         } else {
             tile.iter().map(all).collect()
         }
@@ -262,7 +269,11 @@ impl Airlight<'_> {
         let (first, last) = (angle(start), angle(end));
         // In a narrow beam light changes evenly.
         let is_narrow = last - first < NARROW;
-        let count = if is_narrow { self.nodes / 2 } else { self.nodes };
+        let count = if is_narrow {
+            self.nodes / 2
+        } else {
+            self.nodes
+        };
         let count = count.clamp(1, MOST_NODES);
         let step = (last - first) / count as f64;
         let node = |i: usize| first + (i as f64 + random) * step;
@@ -318,8 +329,8 @@ impl Airlight<'_> {
 }
 
 /// True where all pixels of a tile show one surface or the void alone, about on one plane.
-fn is_even(tile: &[([usize; 2], Vec<(f32, Sight)>)]) -> bool {
-    let lengths = tile.iter().map(|(_, sights)| match sights.as_slice() {
+fn is_even(tile: &[TilePixel]) -> bool {
+    let lengths = tile.iter().map(|pixel| match pixel.sights.as_slice() {
         [(_, sight)] => Some(sight.length),
         _ => None,
     });
