@@ -43,8 +43,8 @@ const NARROW: f64 = 0.7;
 const HALVINGS: u32 = 3;
 /// Optical depth behind which nothing is seen.
 const DEEPEST: f64 = 12.0;
-/// Lamps are no smaller than this, metres: a ray that goes through one sees no pole.
-const LAMP_RADIUS: f64 = 0.01;
+/// About the radius of a lens, metres: a ray that goes through a lamp sees no pole.
+const LAMP_RADIUS: f64 = 0.05;
 /// Seed of the points of panels.
 const SEED: u32 = 0xa1;
 
@@ -287,7 +287,12 @@ impl Airlight<'_> {
             let t = place(u);
             let x = sight.eye + sight.way * t;
             let near = |u: f64| place(u).clamp(start, end);
-            let extent = near(u + 0.5 * step) - near(u - 0.5 * step);
+            let extent = if count > 1 {
+                near(u + 0.5 * step) - near(u - 0.5 * step)
+            } else {
+                // A node by chance is one point of an image.
+                0.0
+            };
             let [across, _] = frame(sight.way);
             let footprint = [sight.way * extent, across * (sight.spread * t)];
             let d = x - lamp.position;
