@@ -43,8 +43,8 @@ const NARROW: f64 = 0.7;
 const HALVINGS: u32 = 3;
 /// Optical depth behind which nothing is seen.
 const DEEPEST: f64 = 12.0;
-/// About the radius of a lens, metres: a ray that goes through a lamp sees no pole.
-const LAMP_RADIUS: f64 = 0.05;
+/// Lamps are no smaller than this, metres: a ray that goes through one sees no pole.
+const LAMP_RADIUS: f64 = 0.01;
 /// Seed of the points of panels.
 const SEED: u32 = 0xa1;
 
