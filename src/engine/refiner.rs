@@ -155,7 +155,7 @@ impl Refiner {
             let [_, fine] = means.estimate(&self.wanted).coarse_steps();
             match self.next_coarse(means) {
                 Ok(Some((job, ticket))) => return Ok(Next::Render(job, Box::new(ticket))),
-                // What these images show may choose finer ones.
+                // These images may lead to finer ones.
                 Ok(None) => self.make_pool(means)?,
                 Err(Error::Render(error)) if self.settle(means, fine, &error) => {}
                 Err(error) => return Err(error),

@@ -127,7 +127,7 @@ pub fn write_first(engine: &mut Engine, to: &mut Results<'_>) -> Result<Option<T
     Ok(missing.is_none().then_some(tone))
 }
 
-/// What is written of cues.
+/// The files to write for cues.
 #[derive(Clone, Copy)]
 struct CueFiles {
     /// A picture of each.

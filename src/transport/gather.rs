@@ -241,10 +241,10 @@ impl FinalGather {
         Ok((0..lights.len()).map(picture).collect())
     }
 
-    /// Adds one light of so many to a picture: what comes to each part times what it reflects.
+    /// Adds one of `lights` lights to a picture: what comes to each part times what it reflects.
     fn add_light(&self, arrives: &[f32], (light, lights): (usize, usize), picture: &mut [f32]) {
         for (pixel, out) in picture.chunks_exact_mut(3).enumerate() {
-            for at in self.parts.of(pixel..pixel + 1) {
+            for at in self.parts.pixels.range(pixel) {
                 let part = &self.parts.all()[at];
                 let arrives = &arrives[3 * (at * lights + light)..];
                 let reflected = self.parts.reflectance(part, &self.surfaces);

@@ -3,8 +3,8 @@
 //! Direct light is exact at every fragment of the picture; reflected light is the radiosity of mesh
 //! elements, gathered by hemicubes. Every light is solved once at unit strength: settings, colours
 //! and filters only scale it, so that G is linear by construction. Invariant: mesh, order of
-//! summation and length of iterations depend on setup and quality alone. This module does not know
-//! the other renderer.
+//! summation and length of iterations depend on setup and quality alone. Of the other
+//! renderer this module uses the light in haze and its shadows, and nothing else.
 
 #![allow(
     clippy::indexing_slicing,

@@ -21,7 +21,7 @@ const INTENSITY: f64 = 500.0;
 const WALL: f64 = 5.0;
 const REFLECTANCE: f64 = 0.5;
 
-/// A wall 5 m off, of so many squares along its side, a bulb before it and one aside, in haze.
+/// A wall 5 m off, of `side` squares along its side, a bulb before it and one aside, in haze.
 fn room(side: usize) -> Room {
     let mut room = Room::default();
     room.scene.haze = Some(HAZE);

@@ -213,7 +213,7 @@ fn a_step_that_memory_does_not_hold_is_settled_without() {
     );
     let text = say(&mut show, "refine until 2%");
     assert!(text.contains("the error asked for is reached"), "{text}");
-    // What is there serves where a finer step was to follow, and where mixtures were.
+    // The stored images serve where a finer step was to follow, and where mixtures were.
     for line in ["refine until 0.1%", "refine 1"] {
         let mut show = open(2);
         show.engine_mut().coarse().unwrap();

@@ -126,6 +126,18 @@ pub struct Clause<'a> {
     pub span: Span,
 }
 
+impl<'a> Clause<'a> {
+    /// The first clause of this keyword.
+    pub fn find<'c>(clauses: &'c [Clause<'a>], word: &str) -> Option<&'c Clause<'a>> {
+        clauses.iter().find(|clause| clause.word.text == word)
+    }
+
+    /// The first value of that clause.
+    pub fn value<'c>(clauses: &'c [Clause<'a>], word: &str) -> Option<&'c Word<'a>> {
+        Clause::find(clauses, word)?.values.first()
+    }
+}
+
 /// `box from P to P`, `quad P P P P` …
 #[derive(Debug)]
 pub struct Solid<'a> {

@@ -28,7 +28,7 @@ const EVENED: f32 = 0.25;
 /// Seed of the sequence of points.
 const SEED: u32 = 1000;
 
-/// What samples are summed over.
+/// The things that samples are summed over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
     /// Whole pixels: new samples find edges more exactly.
@@ -119,7 +119,7 @@ impl DirectLight<'_> {
     fn units(&self, pixel: usize) -> Range<usize> {
         match self.unit {
             Unit::Pixel => pixel..pixel + 1,
-            Unit::Part => self.parts.of(pixel..pixel + 1),
+            Unit::Part => self.parts.pixels.range(pixel),
         }
     }
 
@@ -183,7 +183,7 @@ impl DirectLight<'_> {
         })
     }
 
-    /// Adds sample `k` of a unit to the sums of those lights that take so many.
+    /// Adds sample `k` of a unit to the sums of the lights that take more than `k`.
     fn add_sample(
         &self,
         (pixel, unit): (usize, usize),

@@ -30,7 +30,7 @@ impl Part {
             return None;
         }
         let weight = (1.0 - square) * (1.0 - 10.0 * (1.0 - alike)).max(0.0);
-        // Of fewer rays there is more noise.
+        // Fewer rays have more noise.
         let weight = weight * f64::from(other.rays);
         (weight > 0.0).then_some((weight, [way.dot(u) / radius, way.dot(v) / radius]))
     }
@@ -75,7 +75,7 @@ pub fn filter(
                 let axes = frame(own.normal);
                 let pixels = around([x, y], [columns, rows]);
                 for (at, fade) in pixels
-                    .flat_map(|(pixel, fade)| parts.of(pixel..pixel + 1).map(move |at| (at, fade)))
+                    .flat_map(|(pixel, fade)| parts.pixels.range(pixel).map(move |at| (at, fade)))
                 {
                     let found = own.weight(axes, &parts.all()[at]);
                     near.extend(found.map(|(weight, place)| (at, fade * weight, place)));

@@ -13,10 +13,10 @@ use std::ops::Range;
 
 /// Cosine between normals that count as one surface.
 pub const ALIKE: f64 = 0.9;
-/// The same between facets that are shaded by normals of corners.
+/// Cosine that suffices between facets that are shaded by normals of corners.
 const ROUND: f64 = 0.5;
 
-/// What a pixel shows of one surface.
+/// The part of a pixel that shows one surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Part {
     /// Share of the pixel, 0 to 1.
@@ -60,11 +60,11 @@ impl Hit {
 /// The parts of all pixels.
 #[derive(Default)]
 pub struct Parts {
-    /// Of each pixel, row by row from the top.
+    /// Parts of each pixel, row by row from the top.
     pub pixels: Lists<Part>,
-    /// Of each part its samples; none where every sample of the pixel shows its one facet alike.
+    /// Samples of each part; none where every sample of the pixel shows its one facet alike.
     pub hits: Lists<Hit>,
-    /// Of each part the cells that its rays end in, packed ([`crate::gather::lamp_patches::Met`]) and
+    /// Cells that the rays of each part end in, packed ([`crate::gather::lamp_patches::Met`]) and
     /// sorted.
     pub cells: Lists<u32>,
     /// Mean reflectance of the textures that parts show.
@@ -86,7 +86,7 @@ impl Parts {
     }
 
     /// Indices of the parts of some pixels that follow each other.
-    pub fn of(&self, pixels: Range<usize>) -> Range<usize> {
+    fn of(&self, pixels: Range<usize>) -> Range<usize> {
         let start = |pixel: usize| pixel.checked_sub(1).map_or(0, |p| self.pixels.range(p).end);
         start(pixels.start)..start(pixels.end)
     }
@@ -135,7 +135,7 @@ fn is_one_surface(a: &Facet, b: &Facet) -> bool {
     a.material == b.material && a.normal.dot(b.normal) >= least
 }
 
-/// What a sample of a pixel shows.
+/// A place that a sample of a pixel shows.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
     pub place: SurfacePoint,

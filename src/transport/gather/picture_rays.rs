@@ -103,7 +103,7 @@ impl PictureRays<'_> {
         let mut each = |place: SurfacePoint, share: f32| {
             each(place, share * self.clearness(place.point));
         };
-        let own = || parts.of(pixel..pixel + 1);
+        let own = || parts.pixels.range(pixel);
         let is_plain = own().all(|part| parts.hits.get(part).is_empty());
         if !is_plain && k >= self.step.edge {
             let layers = self.scene.layers(self.camera.origin, self.way(pixel, k));
@@ -284,7 +284,7 @@ impl PictureRays<'_> {
         groups.into_iter().map(part).collect()
     }
 
-    /// A part of a pixel from the samples that show it, of so many in all; `sent` rays have left other
+    /// A part of a pixel from the samples that show it, and the number of all; `sent` rays have left other
     /// parts.
     fn part(
         &self,

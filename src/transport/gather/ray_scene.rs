@@ -73,10 +73,10 @@ impl RayScene<'_> {
             let Some((sheet, opacity)) = self.surfaces.sheet(hit.facet, point) else {
                 return false;
             };
-            // Of a sheet's front and back one counts.
+            // A sheet counts once, by its front or its back.
             if hit.distance < 1.0 && !crossed.contains(&sheet) {
                 passed *= 1.0 - opacity;
-                // Of more sheets than there is room for a back may count again: little passes them.
+                // Beyond the room for sheets a back may count again: little light passes them.
                 let _ = crossed.try_push(sheet);
             }
             true

@@ -139,7 +139,7 @@ const CELL_COST: f64 = 1.34e-7;
 /// Of one sample of one light, in the same way; that of what the camera sees there is twice as much, and
 /// shared by the lights that are solved together.
 const SAMPLE_COST: f64 = 5.2e-8;
-/// What a pixel takes beside its rays, in rays: its parts are found and evened out.
+/// Cost of finding the parts of a pixel and evening them out, in rays.
 const PIXEL_RAYS: f64 = 25.0;
 /// Samples of a light in any pixel, as a multiple of the first ones, with the light's bounces; of one
 /// that shows several surfaces, as a multiple of those that its spread asks for.

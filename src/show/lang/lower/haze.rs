@@ -14,10 +14,7 @@ impl<'a> Lower<'a, '_> {
     pub fn haze(&mut self, span: Span, amount: Word<'a>, clauses: &[Clause<'a>]) {
         let id = self.node(span);
         self.repeated_clauses(clauses);
-        let value = |word: &str| {
-            let clause = clauses.iter().find(|c| c.word.text == word);
-            clause.and_then(|c| c.values.first())
-        };
+        let value = |word| Clause::value(clauses, word);
         let extinction = self.extinction(amount);
         let range = "`forward` is -0.95 to 0.95, 0 scatters to all sides alike";
         let forward =

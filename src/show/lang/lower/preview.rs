@@ -211,11 +211,11 @@ impl<'a> Lower<'a, '_> {
     fn stage(&mut self, span: Span, path: Word<'a>, clauses: &[Clause<'a>]) {
         let id = self.node(span);
         self.repeated_clauses(clauses);
-        let find = |word: &str| clauses.iter().find(|c| c.word.text == word);
+        let find = |word| Clause::find(clauses, word);
         if let (Some(y), Some(z)) = (find("y"), find("z")) {
             self.once(&mut Some(y.span), "up", z.span);
         }
-        let value = |word: &str| find(word).and_then(|c| c.values.first());
+        let value = |word| Clause::value(clauses, word);
         let range = "a unit of a file is 1 micrometre to 100 km";
         let scale =
             value("scale").and_then(|w| self.within(*w, Wanted::Length, (1e-6, 1e5), range));
@@ -248,10 +248,7 @@ impl<'a> Lower<'a, '_> {
     fn view(&mut self, span: Span, name: Word<'a>, clauses: &[Clause<'a>]) {
         let id = self.node(span);
         self.repeated_clauses(clauses);
-        let value = |word: &str| {
-            let clause = clauses.iter().find(|c| c.word.text == word);
-            clause.and_then(|c| c.values.first())
-        };
+        let value = |word| Clause::value(clauses, word);
         let size = value("size").map_or(Some((640, 360)), |w| self.size(*w));
         let (width, height) = size.unwrap_or_default();
         let imported = value("from").filter(|w| w.text.starts_with('"'));
@@ -285,7 +282,7 @@ impl<'a> Lower<'a, '_> {
     }
 
     fn own_view(&mut self, span: Span, name: Word<'a>, clauses: &[Clause<'a>]) -> geometry::View {
-        let find = |word: &str| clauses.iter().find(|c| c.word.text == word);
+        let find = |word| Clause::find(clauses, word);
         let mut point = |word| find(word).map(|c| self.position(&c.values));
         let (from, to) = (point("from"), point("to"));
         if let (Some(fov), Some(lens)) = (find("fov"), find("lens")) {

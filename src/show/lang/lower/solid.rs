@@ -111,7 +111,7 @@ impl<'a> Lower<'a, '_> {
             let at = (clause.span, label.as_str());
             return self.report.error(codes::DOES_NOT_FIT, message, at, help);
         }
-        let find = |word: &str| solid.clauses.iter().find(|c| c.word.text == word);
+        let find = |word| Clause::find(&solid.clauses, word);
         let missing: Vec<String> = needed
             .iter()
             .filter(|word| find(word).is_none())

@@ -1,0 +1,192 @@
+use super::*;
+use crate::gather::bvh::Bvh;
+use crate::surfaces::surface::Surfaces;
+use footlight_show::geometry::vec3;
+use footlight_show::model::Spot;
+use footlight_show::units::Rgb;
+use footlight_stage::Scene;
+
+/// A scene of these polygons in haze.
+fn with_air<T>(haze: Haze, polygons: &[Vec<Vec3>], of: impl FnOnce(Airlight<'_>) -> T) -> T {
+    let mut surfaces = Surfaces::new(&Scene::default()).unwrap();
+    if !polygons.is_empty() {
+        surfaces = Surfaces::grey(polygons.to_vec());
+    }
+    surfaces.haze = Some(haze);
+    let bvh = Bvh::new(&surfaces, Work::silent()).unwrap();
+    let scene = RayScene {
+        surfaces: &surfaces,
+        bvh: &bvh,
+        offset: 1e-6,
+    };
+    of(Airlight {
+        scene,
+        haze,
+        nodes: 64,
+    })
+}
+
+fn haze(extinction: f64, forward: f64) -> Haze {
+    Haze {
+        extinction,
+        forward,
+        albedo: 0.9,
+    }
+}
+
+fn beam(beam: f64, field: f64, aim: Vec3) -> Beam {
+    let position = vec3(0.0, 1.5, 0.0);
+    let intensity = Rgb::WHITE;
+    Beam::new(&Spot {
+        position,
+        aim: position + aim,
+        beam,
+        field,
+        intensity,
+    })
+    .unwrap()
+}
+
+fn sight(eye: Vec3, way: Vec3, length: f64) -> Sight {
+    Sight {
+        eye,
+        way: way.normalized(),
+        length,
+        spread: 1e-6,
+    }
+}
+
+/// The integral over the whole ray in many parts.
+fn fine(air: &Airlight<'_>, beam: &Beam, sight: &Sight) -> f64 {
+    let lamp = Lamp::of_beam(beam, None);
+    let length = sight.length.min(DEEPEST / air.haze.extinction);
+    let spans = lamp.spans(sight, length);
+    let parts = spans.iter().flat_map(|[from, to]| {
+        let at = move |k: i32| from + (to - from) * (f64::from(k) / 200.0).powi(2);
+        (0..200).map(move |k| [at(k), at(k + 1)])
+    });
+    parts.map(|span| air.along(&lamp, sight, span, 0.5)).sum()
+}
+
+/// Simpson's rule.
+fn integral(f: impl Fn(f64) -> f64, [from, to]: [f64; 2]) -> f64 {
+    let n = 4000;
+    let step = (to - from) / f64::from(n);
+    let weight = |k: i32| match k {
+        0 => 1.0,
+        k if k == n => 1.0,
+        k if k % 2 == 1 => 4.0,
+        _ => 2.0,
+    };
+    (0..=n)
+        .map(|k| weight(k) * f(from + f64::from(k) * step))
+        .sum::<f64>()
+        * step
+        / 3.0
+}
+
+/// An isotropic point light along a half-line from its nearest point (Sun, Ramamoorthi, Narasimhan
+/// and Nayar, *A Practical Analytic Single Scattering Model for Real Time Rendering*, 2005), whose
+/// special function at a right angle is `Ci(u) sin u + (pi/2 - Si(u)) cos u`.
+#[test]
+fn a_half_line_past_an_isotropic_point_has_a_closed_form() {
+    for extinction in [0.02, 0.1, 0.5] {
+        let u: f64 = extinction * 1.5;
+        let (mut si, mut ci) = (0.0, 0.577_215_664_901_532_9 + u.ln());
+        let mut term = 1.0;
+        for k in 1..30 {
+            let n = f64::from(k);
+            term *= u / n;
+            let sign = if k / 2 % 2 == 0 { 1.0 } else { -1.0 };
+            if k % 2 == 1 {
+                si += sign * term / n;
+            } else {
+                ci += sign * term / n;
+            }
+        }
+        let whole = ci * u.sin() + (FRAC_PI_2 - si) * u.cos();
+        let part = integral(|x| (-u * x.tan()).exp(), [0.0, PI / 4.0]);
+        let exact = 0.9 * extinction / (4.0 * PI) * 2.0 / 1.5 * (whole - part);
+        let bulb = beam(359.0, 360.0, vec3(0.0, 0.0, 1.0));
+        let ray = sight(Vec3::ZERO, vec3(1.0, 0.0, 0.0), f64::INFINITY);
+        let found = with_air(haze(extinction, 0.0), &[], |air| fine(&air, &bulb, &ray));
+        assert!(
+            (found / exact - 1.0).abs() < 1e-5,
+            "{extinction}: {}",
+            found / exact - 1.0
+        );
+    }
+}
+
+/// As the haze thins, the radiance over the extinction tends to `albedo (u1 - u0) / (4 pi h)`.
+#[test]
+fn thin_haze_has_a_closed_form() {
+    let bulb = beam(359.0, 360.0, vec3(0.0, 0.0, 1.0));
+    let ray = sight(vec3(-2.0, 0.0, 0.0), vec3(1.0, 0.0, 0.0), 5.0);
+    let exact = 0.9 * ((3.0_f64 / 1.5).atan() + (2.0_f64 / 1.5).atan()) / (4.0 * PI * 1.5);
+    let found = with_air(haze(1e-9, 0.0), &[], |air| fine(&air, &bulb, &ray)) / 1e-9;
+    assert!(
+        (found / exact - 1.0).abs() < 1e-6,
+        "{}",
+        found / exact - 1.0
+    );
+    assert!((phase(0.0, 0.3) - 1.0 / (4.0 * PI)).abs() < 1e-15);
+    let all = integral(
+        |angle| 2.0 * PI * angle.sin() * phase(0.7, angle.cos()),
+        [0.0, PI],
+    );
+    assert!((all - 1.0).abs() < 1e-9, "{all}");
+}
+
+/// Each step's nodes against many, over rays that pass a spot's beam, the eye in it or not.
+#[test]
+fn few_nodes_meet_the_integral() {
+    let lamp = beam(24.0, 40.0, vec3(0.3, -1.0, 0.2));
+    with_air(haze(0.02, 0.7), &[], |air| {
+        for (nodes, allowed) in [(8, 5e-3), (16, 2e-3), (32, 1e-3)] {
+            let few = Airlight { nodes, ..air };
+            let (mut error, mut square) = (0.0, 0.0);
+            for k in 0..100 {
+                let ([a, b], [c, d]) = (point(k, 1), point(k, 2));
+                let eye = vec3(6.0 * a - 3.0, 4.0 * b - 4.0, 4.0 * c - 6.0);
+                let to = vec3(2.0 * d - 1.0, 2.0 * a - 1.5, 2.0 * b - 1.0);
+                let ray = sight(eye, to - eye, 12.0);
+                let exact = fine(&air, &lamp, &ray);
+                let found = few.radiance(&Emitter::Point(&lamp, None), &ray, 0.5);
+                error += (found - exact).powi(2);
+                square += exact * exact;
+            }
+            let error = (error / square).sqrt();
+            assert!(square > 0.0 && error < allowed, "{nodes}: {error}");
+        }
+    });
+}
+
+/// A plate that hides the lamp from half of a ray leaves the other half, and no light shines
+/// through it; an estimate of one node has the same mean.
+#[test]
+fn a_plate_shades_the_haze_behind_it() {
+    let bulb = beam(359.0, 360.0, vec3(0.0, 0.0, 1.0));
+    let plate = vec![
+        vec3(0.0, 1.0, -50.0),
+        vec3(50.0, 1.0, -50.0),
+        vec3(50.0, 1.0, 50.0),
+        vec3(0.0, 1.0, 50.0),
+    ];
+    let ray = sight(vec3(-2.1, 0.0, 0.0), vec3(1.0, 0.0, 0.0), 5.0);
+    let lit = sight(ray.eye, ray.way, 2.1);
+    let emitter = Emitter::Point(&bulb, None);
+    let exact = with_air(haze(0.05, 0.3), &[], |air| fine(&air, &bulb, &lit));
+    with_air(haze(0.05, 0.3), &[plate], |air| {
+        for nodes in [8, 16, 32] {
+            let found = Airlight { nodes, ..air }.radiance(&emitter, &ray, 0.5);
+            assert!(
+                (found / exact - 1.0).abs() < 0.02,
+                "{nodes}: {found} for {exact}"
+            );
+        }
+        let sample = |k| air.sample(&emitter, &ray, [point(k, 3), point(k, 4)]);
+        let mean = (0..4096).map(sample).sum::<f64>() / 4096.0;
+        assert!((mean / exact - 1.0).abs() < 2e-3, "{mean} for {exact}");
+    });
+}
