@@ -17,10 +17,10 @@ use crate::gather::sampling::point;
 use crate::surfaces::camera::Camera;
 use arrayvec::ArrayVec;
 use footlight_host::work::{Cancelled, Work};
-use footlight_show::geometry::{Vec3, frame};
+use footlight_show::geometry::Vec3;
 use footlight_show::model::Haze;
 use rayon::prelude::*;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// Nodes along a ray, at most.
 const MOST_NODES: usize = 64;
@@ -46,6 +46,10 @@ const HALVINGS: u32 = 3;
 const DEEPEST: f64 = 12.0;
 /// Lamps are no smaller than this, metres: a ray that goes through one sees no pole.
 const LAMP_RADIUS: f64 = 0.01;
+/// Rays of sight across the width of a beam, at least.
+const RAYS_ACROSS: f64 = 8.0;
+/// Rays of sight along the side of a pixel, at most.
+const MOST_RAYS: usize = 12;
 /// Seed of the points of panels.
 const SEED: u32 = 0xa1;
 
@@ -65,6 +69,8 @@ pub struct Sight {
 struct TilePixel {
     /// Column and row in the tile.
     place: [usize; 2],
+    /// Column and row in the image.
+    pixel: [usize; 2],
     /// Its rays of sight with their shares.
     sights: Vec<(f32, Sight)>,
 }
@@ -115,14 +121,18 @@ impl Airlight<'_> {
             for left in (0..width).step_by(TILE) {
                 let wide = TILE.min(width - left);
                 let pixel = |place: [usize; 2]| {
-                    let [x, y] = [left + place[0], top + place[1]];
-                    let sights = self.sights(camera, [x, y], ends(y * width + x));
-                    TilePixel { place, sights }
+                    let pixel = [left + place[0], top + place[1]];
+                    let sights = self.sights(camera, pixel, ends(pixel[1] * width + pixel[0]));
+                    TilePixel {
+                        place,
+                        pixel,
+                        sights,
+                    }
                 };
                 let places = (0..tall).flat_map(|j| (0..wide).map(move |i| [i, j]));
                 let tile: Vec<TilePixel> = places.map(pixel).collect();
                 for (light, emitter) in emitters.iter().enumerate() {
-                    let values = self.tile(emitter, [wide, tall], &tile);
+                    let values = self.tile(emitter, camera, [wide, tall], &tile);
                     for (pixel, value) in tile.iter().zip(values) {
                         let [i, j] = pixel.place;
                         out[(j * width + left + i) * lights + light] = value;
@@ -139,9 +149,29 @@ impl Airlight<'_> {
     fn tile(
         &self,
         emitter: &Emitter<'_>,
+        camera: &Camera,
         [wide, tall]: [usize; 2],
         tile: &[TilePixel],
     ) -> Vec<f32> {
+        let sides: Vec<usize> = tile
+            .iter()
+            .map(|pixel| {
+                let sights = pixel.sights.iter();
+                let sides = sights.map(|(_, sight)| self.rays_along_side(emitter, sight));
+                sides.max().unwrap_or(1)
+            })
+            .collect();
+        if sides.iter().any(|side| *side > 1) {
+            let fine = |(pixel, side): (&TilePixel, &usize)| {
+                let of = |(share, sight): &(f32, Sight)| {
+                    let rays = split(sight, camera, pixel.pixel, *side);
+                    let sum: f64 = rays.map(|ray| self.radiance(emitter, &ray, 0.5)).sum();
+                    share * (sum / (side * side) as f64) as f32
+                };
+                pixel.sights.iter().map(of).sum()
+            };
+            return tile.iter().zip(&sides).map(fine).collect();
+        }
         let all = |pixel: &TilePixel| {
             let of =
                 |(share, sight): &(f32, Sight)| share * self.radiance(emitter, sight, 0.5) as f32;
@@ -172,6 +202,20 @@ impl Airlight<'_> {
         } else {
             tile.iter().map(all).collect()
         }
+    }
+
+    /// Rays along the side of a pixel: more than one where the pixel is not small against the width of
+    /// a beam, as it is near the lamp.
+    pub fn rays_along_side(&self, emitter: &Emitter<'_>, sight: &Sight) -> usize {
+        let Emitter::Point(beam, _) = emitter else {
+            return 1;
+        };
+        let to = beam.position - sight.eye;
+        let nearest = sight.way.dot(to).clamp(0.0, sight.length);
+        let distance = (to - sight.way * nearest).length();
+        let width = 2.0 * distance * beam.reach().min(FRAC_PI_4).tan();
+        let side = (RAYS_ACROSS * sight.spread * nearest / width).ceil();
+        (side as usize).clamp(1, MOST_RAYS)
     }
 
     /// The rays of sight of a pixel, with their shares.
@@ -259,6 +303,7 @@ impl Airlight<'_> {
     fn along(&self, lamp: &Lamp<'_>, sight: &Sight, [start, end]: [f64; 2], random: f64) -> f64 {
         let to = lamp.position - sight.eye;
         let middle = sight.way.dot(to);
+        let across = sight.way.cross(to).normalized();
         let least = LAMP_RADIUS.max(0.5 * sight.spread * middle);
         let h = (to - sight.way * middle).length().max(least);
         let angle = |t: f64| ((t - middle) / h).atan();
@@ -290,7 +335,6 @@ impl Airlight<'_> {
                 // A node by chance is one point of an image.
                 0.0
             };
-            let [across, _] = frame(sight.way);
             let footprint = [sight.way * extent, across * (sight.spread * t)];
             let d = x - lamp.position;
             let light = lamp.intensity(d, x, footprint);
@@ -328,6 +372,22 @@ impl Airlight<'_> {
         }
         self.haze.albedo * self.haze.extinction * sum * step / h
     }
+}
+
+/// `side` times `side` rays through a pixel that end where one ray of sight does.
+fn split(
+    sight: &Sight,
+    camera: &Camera,
+    [x, y]: [usize; 2],
+    side: usize,
+) -> impl Iterator<Item = Sight> {
+    let spread = sight.spread / side as f64;
+    let at = move |pixel: usize, k: usize| pixel as f64 + (k as f64 + 0.5) / side as f64;
+    (0..side * side).map(move |k| Sight {
+        way: camera.ray(at(x, k % side), at(y, k / side)).normalized(),
+        spread,
+        ..*sight
+    })
 }
 
 /// True where all pixels of a tile show one surface or the void alone, about on one plane.

@@ -183,20 +183,21 @@ impl PathEstimator {
             return [f64::NAN; 3];
         }
         let length = distance * way.length();
+        let sight = Sight {
+            eye: self.camera.origin,
+            way: way.normalized(),
+            length,
+            spread: self.camera.step_x,
+        };
         if let Some(haze) = self.surfaces.haze {
             let airlight = Airlight {
                 scene,
                 haze,
                 nodes: 1,
             };
-            let sight = Sight {
-                eye: self.camera.origin,
-                way: way.normalized(),
-                length,
-                spread: POINT,
-            };
             for source in sources {
-                let scattered = airlight.sample(&source.emitter, &sight, [random(), random()]);
+                let scattered =
+                    self.scattered(&airlight, &source.emitter, (x, y), &sight, &mut random);
                 (0..3).for_each(|c| radiance[c] += scattered * source.strength[c]);
             }
         }
@@ -257,6 +258,33 @@ impl PathEstimator {
             place = next;
         }
         radiance
+    }
+
+    /// Radiance that haze scatters to the eye at places of a pixel: one place, but more near a lamp, where
+    /// light changes within the pixel.
+    fn scattered(
+        &self,
+        airlight: &Airlight<'_>,
+        emitter: &Emitter<'_>,
+        (x, y): (f64, f64),
+        sight: &Sight,
+        mut random: impl FnMut() -> [f64; 2],
+    ) -> f64 {
+        let count = airlight.rays_along_side(emitter, sight);
+        let mut sum = 0.0;
+        for _ in 0..count {
+            let [u, v] = random();
+            let way = self.camera.ray(x + u, y + v);
+            let (_, distance) = self.scene().look(self.camera.origin, way);
+            let sight = Sight {
+                way: way.normalized(),
+                length: distance * way.length(),
+                spread: POINT * sight.spread,
+                ..*sight
+            };
+            sum += airlight.sample(emitter, &sight, [random(), random()]);
+        }
+        sum / count as f64
     }
 
     /// Irradiance at the last vertex of a path from one source, over its chance, which goes with what is

@@ -190,3 +190,49 @@ fn a_plate_shades_the_haze_behind_it() {
         assert!((mean / exact - 1.0).abs() < 2e-3, "{mean} for {exact}");
     });
 }
+
+/// In thin haze, each metre of a beam that is seen from aside sends the same light, the lamp's flux times
+/// `albedo extinction / (4 pi)`: from its tip on, though that is narrower than a pixel.
+#[test]
+fn a_beam_is_as_bright_at_its_tip() {
+    const SIZE: [usize; 2] = [24, 9];
+    let step = 0.002;
+    let camera = Camera {
+        left: -4.3 * step,
+        top: 4.6 * step,
+        ..Camera::of_square(2.0 / step)
+    };
+    let position = vec3(0.0, 0.0, -10.0);
+    let lamp = Beam::new(&Spot {
+        position,
+        aim: position + vec3(1.0, 0.0, 0.0),
+        beam: 5.0,
+        field: 9.0,
+        intensity: Rgb::WHITE,
+    });
+    let lamp = lamp.unwrap();
+    let share = |angle: f64| lamp.share(vec3(angle.cos(), angle.sin(), 0.0));
+    let flux = integral(|angle| 2.0 * PI * angle.sin() * share(angle), [0.0, 0.2]);
+    let thin = haze(1e-6, 0.0);
+    // A pixel is 2 cm wide and high there.
+    let exact = 0.9 * 1e-6 / (4.0 * PI) * flux / 0.02;
+    for nodes in [8, 16, 32] {
+        let of = |air: Airlight<'_>| {
+            let air = Airlight { nodes, ..air };
+            let emitters = [Emitter::Point(&lamp, None)];
+            let void = |_: usize| std::iter::empty();
+            air.picture(&emitters, (&camera, SIZE), void, Work::silent())
+        };
+        let picture = with_air(thin, &[], of).unwrap();
+        for column in 4..SIZE[0] {
+            let pixels = picture.iter().skip(column).step_by(SIZE[0]);
+            let found = f64::from(pixels.sum::<f32>()) / exact;
+            // Within the lamp's radius it shines less.
+            let is_right = match column {
+                4 => (0.1..0.7).contains(&found),
+                _ => (found - 1.0).abs() < 0.03,
+            };
+            assert!(is_right, "{nodes} nodes, column {column}: {found}");
+        }
+    }
+}
