@@ -8,7 +8,7 @@ use super::open_show::{OpenShow, name_at, statement_at};
 use footlight_engine::Document;
 use footlight_prompt::{help_of, help_of_word};
 use footlight_show::lang::{self, Token};
-use footlight_show::model::{Haze, Motion, Show};
+use footlight_show::model::{Haze, Motion, Role, Show};
 use footlight_show::timeline::{CueTime, tracked};
 use footlight_show::units::{CueNumber, Time, percent};
 
@@ -177,7 +177,7 @@ fn moved_and_tracked(show: &Show, cue: usize) -> (Vec<String>, Vec<String>) {
         match own.map(|own| &own.motion) {
             Some(Motion::Path(_)) => moved.push(format!("{name} along a path")),
             Some(_) => moved.push(format!("{name} {level}")),
-            None if level > 0.0 && parameter.bank.is_some() && parameter.channel.is_none() => {
+            None if level > 0.0 && parameter.role == Role::Level => {
                 tracked.push(format!("{name} {level}"));
             }
             None => {}

@@ -98,7 +98,7 @@ pub fn points(timeline: &Timeline, coordinate: usize) -> Vec<(f64, f64)> {
 
 /// The colour in which a coordinate is drawn: of an rgb bank its own, else the theme's.
 pub fn hue(coordinate: &Coordinate) -> Option<[u8; 3]> {
-    coordinate.channel.map(|channel| match channel {
+    coordinate.emitter().map(|channel| match channel {
         0 => [230, 70, 60],
         1 => [70, 180, 80],
         _ => [80, 120, 240],

@@ -9,7 +9,7 @@ use footlight_engine::measure::LongRun;
 use footlight_engine::{Document, Edited, LiveControl, ManyKeys, UnlitBank};
 use footlight_show::diagnostic::{Diagnostic, Style};
 use footlight_show::lang::{self, codes, edit::Action};
-use footlight_show::model::{Cue, Link, Show};
+use footlight_show::model::{Cue, Link, Role, Show};
 use footlight_show::printable::{Printable, left};
 use footlight_show::timeline;
 use footlight_show::units::{Time, percent};
@@ -252,7 +252,7 @@ fn levels(document: &Document, live: &LiveControl) -> String {
     let running = running_effects(document, live.time());
     let rows = show.parameters().into_iter().enumerate().zip(&levels);
     for ((parameter, coordinate), level) in rows {
-        if coordinate.channel.is_some() {
+        if !matches!(coordinate.role, Role::Level | Role::Fixed) {
             continue;
         }
         let bank = coordinate.bank.and_then(|bank| show.banks.get(bank));

@@ -101,7 +101,7 @@ fn law(show: &Show, bank: &Bank) -> Law {
 fn mixers(document: &Document) -> Vec<Mixer> {
     let show = document.show();
     let reds = show.coordinates().into_iter().enumerate();
-    let reds = reds.filter(|(_, c)| c.channel == Some(0));
+    let reds = reds.filter(|(_, c)| c.emitter() == Some(0));
     let parameters = show.first_parameters();
     let mixer = |(first, red): (usize, Coordinate)| {
         let index = red.bank?;

@@ -11,11 +11,13 @@
 mod effect;
 mod fade;
 mod haze;
+mod head;
 mod light;
 
 pub use self::effect::{Effect, EffectChange, EffectKind};
 pub use self::fade::{FADES, Fade, FadeCurve};
 pub use self::haze::Haze;
+pub use self::head::{Axis, Head, Pose};
 pub use self::light::{ImageFile, ImportedLuminaire, LightKind, Luminaire, Output, Spot, Strength};
 
 use crate::geometry::shape::Shape;
@@ -394,8 +396,31 @@ pub struct Coordinate {
     pub name: String,
     /// The bank it belongs to; `None` for the fixed lights.
     pub bank: Option<usize>,
-    /// Which of an rgb bank's three emitters; `None` for a level.
-    pub channel: Option<usize>,
+    /// What it is.
+    pub role: Role,
+}
+
+/// What a coordinate or a parameter is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Role {
+    /// The level of a bank, or the light of a bank that is not rgb.
+    Level,
+    /// One of an rgb bank's three emitters.
+    Emitter(usize),
+    /// The fixed lights.
+    Fixed,
+    /// Where a head of [`Show::heads`] points; the bank is the head's.
+    Pose(usize, Axis),
+}
+
+impl Coordinate {
+    /// Which of an rgb bank's three emitters it is.
+    pub fn emitter(&self) -> Option<usize> {
+        match self.role {
+            Role::Emitter(emitter) => Some(emitter),
+            _ => None,
+        }
+    }
 }
 
 impl Show {
@@ -409,7 +434,11 @@ impl Show {
                 out.push(Coordinate {
                     name: format!("{}{suffix}", bank.name),
                     bank: Some(i),
-                    channel: bank.rgb.then_some(c),
+                    role: if bank.rgb {
+                        Role::Emitter(c)
+                    } else {
+                        Role::Level
+                    },
                 });
             }
         }
@@ -417,36 +446,94 @@ impl Show {
             out.push(Coordinate {
                 name: "fixed".to_owned(),
                 bank: None,
-                channel: None,
+                role: Role::Fixed,
             });
         }
         out
     }
 
     /// What cues move, each 0 to 1: the level of each bank, and behind that of an rgb bank its colour
-    /// (`sky`, `sky.r`, `sky.g`, `sky.b`), the light of each emitter with the level at full. Last
-    /// come the fixed lights if there are any, which nothing moves.
+    /// (`sky`, `sky.r`, `sky.g`, `sky.b`), the light of each emitter with the level at full. Then
+    /// come the fixed lights if there are any, which nothing moves, and the four of each head
+    /// (`mh1.pan`, `mh1.tilt`, `mh1.beam`, `mh1.field`).
     pub fn parameters(&self) -> Vec<Coordinate> {
         let mut out = Vec::new();
         for coordinate in self.coordinates() {
-            if coordinate.channel == Some(0) {
+            if coordinate.role == Role::Emitter(0) {
                 let bank = coordinate.bank.and_then(|b| self.banks.get(b));
                 out.push(Coordinate {
                     name: bank.map_or_else(String::new, |b| b.name.clone()),
-                    channel: None,
+                    role: Role::Level,
                     ..coordinate.clone()
                 });
             }
             out.push(coordinate);
         }
+        for (i, (light, _, bank)) in self.heads().into_iter().enumerate() {
+            let light = self.lights.get(light).map_or("", |l| l.name.as_str());
+            out.extend(Axis::ALL.map(|axis| Coordinate {
+                name: format!("{light}.{}", axis.word()),
+                bank: Some(bank),
+                role: Role::Pose(i, axis),
+            }));
+        }
         out
     }
 
-    /// Every parameter before the first cue: levels are at 0, emitters at full.
+    /// Every parameter before the first cue: levels are at 0, emitters at full, heads at home.
     pub fn dark_levels(&self) -> Vec<f64> {
-        let parameters = self.parameters().into_iter();
-        let full = parameters.map(|p| p.channel.is_some());
-        full.map(|full| f64::from(u8::from(full))).collect()
+        let heads = self.heads();
+        let at_first = |p: Coordinate| match p.role {
+            Role::Level | Role::Fixed => 0.0,
+            Role::Emitter(_) => 1.0,
+            Role::Pose(head, axis) => heads.get(head).map_or(0.0, |(_, head, _)| {
+                head.parameter(axis, head.home.angle(axis))
+            }),
+        };
+        self.parameters().into_iter().map(at_first).collect()
+    }
+
+    /// The heads that stand in a bank, in order of lights: the index of the light, the head, and the
+    /// index of its bank.
+    pub fn heads(&self) -> Vec<(usize, &Head, usize)> {
+        let heads = self.lights.iter().enumerate();
+        let heads: Vec<(usize, &Head)> = heads
+            .filter_map(|(i, l)| Some((i, l.head.as_ref()?)))
+            .collect();
+        if heads.is_empty() {
+            return Vec::new();
+        }
+        let mut banks = vec![None; self.lights.len()];
+        for (b, bank) in self.banks.iter().enumerate() {
+            for light in &bank.lights {
+                if let Some(slot) = banks.get_mut(*light) {
+                    *slot = Some(b);
+                }
+            }
+        }
+        let in_bank = heads.into_iter();
+        in_bank
+            .filter_map(|(i, head)| Some((i, head, banks.get(i).copied().flatten()?)))
+            .collect()
+    }
+
+    /// The first of the parameters of heads: four for each, in the order of [`Axis::ALL`].
+    pub fn first_pose(&self) -> usize {
+        let banks = self.first_parameters().pop().unwrap_or(0);
+        banks + usize::from(!self.fixed.is_empty())
+    }
+
+    /// The pose of a head of [`Show::heads`] by the show's parameters.
+    pub fn pose_of(&self, parameters: &[f64], head: usize) -> Pose {
+        let first = self.first_pose() + 4 * head;
+        let own = parameters.get(first..first + 4);
+        match (
+            own.and_then(|own| own.try_into().ok()),
+            self.heads().get(head),
+        ) {
+            (Some(own), Some((_, head, _))) => head.pose(own),
+            _ => Pose::default(),
+        }
     }
 
     /// Where each bank's parameters begin, and after the last bank where those of banks end.

@@ -88,7 +88,7 @@ fn emitters(show: &Show, coordinate: &Coordinate, starts: &[usize]) -> Vec<Emitt
         };
         return show.fixed.iter().flat_map(of).collect();
     };
-    let filter = match coordinate.channel {
+    let filter = match coordinate.emitter() {
         None => Rgb::WHITE,
         Some(0) => Rgb([1.0, 0.0, 0.0]),
         Some(1) => Rgb([0.0, 1.0, 0.0]),

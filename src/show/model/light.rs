@@ -5,7 +5,7 @@ use crate::geometry::mount::Mount;
 use crate::geometry::shape::Shape;
 use crate::units::Rgb;
 
-use super::NodeId;
+use super::{Head, NodeId};
 
 /// A named luminaire.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,6 +16,8 @@ pub struct Luminaire {
     pub name: String,
     /// What it is.
     pub kind: LightKind,
+    /// How it moves; `None` where it stands still.
+    pub head: Option<Head>,
 }
 
 /// What a luminaire is.

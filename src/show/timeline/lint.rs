@@ -13,7 +13,7 @@ use super::clock::CueTime;
 use super::error::TimelineWarning;
 use super::motion::Moved;
 use super::stretch::{Stretch, Track};
-use crate::model::{Cue, Motion, NodeId, Show, Trigger};
+use crate::model::{Cue, Motion, NodeId, Role, Show, Trigger};
 use crate::units::Time;
 
 /// How a move ran.
@@ -180,7 +180,7 @@ pub(super) fn dark(show: &Show, tracks: &[Track], start: Time, end: Time) -> Vec
         .parameters()
         .iter()
         .enumerate()
-        .filter_map(|(i, c)| c.bank.filter(|_| c.channel.is_none()).map(|_| i))
+        .filter_map(|(i, c)| (c.role == Role::Level).then_some(i))
         .collect();
     let outs = banks.iter().flat_map(|c| outs(*c, &tracks[*c]));
     let outs: Vec<Out> = outs.filter(|o| o.start < end && o.end > start).collect();

@@ -16,6 +16,7 @@ mod error;
 mod key;
 mod lint;
 mod motion;
+mod pose;
 mod positivity;
 mod product;
 mod segment;
@@ -34,6 +35,7 @@ pub use dimmer::{lights, settings};
 pub use error::{TimelineError, TimelineWarning};
 pub use key::KeySequence;
 pub use motion::{Moved, Timing};
+pub use pose::Pose;
 pub use positivity::knots as fewest_knots;
 pub use segment::{Segment, TooManyKeys};
 
@@ -41,7 +43,7 @@ use std::collections::BTreeMap;
 
 use self::dimmer::Law;
 use self::stretch::Track;
-use crate::model::Show;
+use crate::model::{Head, Show};
 use crate::units::Time;
 
 /// What each cue moves, with what `assert`, an earlier `cueonly` and a colour alone imply.
@@ -83,6 +85,7 @@ pub struct Timeline {
     own: Vec<Option<usize>>,
     /// By bank, the factor of its effects; no pieces without any.
     factors: Vec<Vec<CurvePiece>>,
+    heads: Vec<Head>,
     warnings: Vec<TimelineWarning>,
     joined: usize,
 }
@@ -130,6 +133,7 @@ impl Timeline {
             parameters: BTreeMap::new(),
             own: Vec::new(),
             factors: Vec::new(),
+            heads: show.heads().into_iter().map(|(_, head, _)| *head).collect(),
             warnings,
             joined: 0,
         };
@@ -147,6 +151,12 @@ impl Timeline {
             out.curves.push(curve::hold(start, end, 1.0));
             out.last.push(1.0);
             out.moves.push(Vec::new());
+        }
+        let first_pose = out.own.len();
+        for (parameter, track) in tracks.iter().enumerate().skip(first_pose) {
+            out.own.push(None);
+            let pieces = track::trimmed(track, start, end);
+            out.keep(parameter, track, curve::joined(&pieces));
         }
         Ok(out)
     }

@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::error::TimelineError;
-use crate::model::{Coordinate, Cue, Fade, Motion, NodeId, Part, Show};
+use crate::model::{Coordinate, Cue, Fade, Motion, NodeId, Part, Role, Show};
 use crate::units::Time;
 
 /// Moves of all cues, and pieces of all curves, that a show may have.
@@ -22,7 +22,7 @@ pub struct Timing {
     pub delay: Time,
     /// Of a rise.
     pub up: Time,
-    /// Of a fall.
+    /// Of a fall; of a pose the same as `up`.
     pub down: Time,
     /// The shape of fades.
     pub fade: Fade,
@@ -48,10 +48,11 @@ pub struct Moved<'a> {
 pub(super) fn motions(show: &Show) -> Result<Vec<Vec<Moved<'_>>>, Vec<TimelineError>> {
     let parameters = show.parameters();
     let n = parameters.len();
-    let lit: Vec<bool> = parameters.iter().map(|c| c.bank.is_some()).collect();
-    let rgb = parameters.iter().any(|c| c.channel.is_some());
+    let moves: Vec<bool> = parameters.iter().map(|c| c.role != Role::Fixed).collect();
+    let rgb = parameters.iter().any(|c| c.emitter().is_some());
+    let first_pose = show.first_pose();
     // What each parameter goes to, and what it would go to without cueonly cues.
-    let mut now: Vec<f64> = parameters.iter().map(at_first).collect();
+    let mut now = show.dark_levels();
     let mut lasting = now.clone();
     let mut to_restore: BTreeSet<usize> = BTreeSet::new();
     let (mut out, mut count) = (Vec::with_capacity(show.cues.len()), 0);
@@ -83,12 +84,15 @@ pub(super) fn motions(show: &Show) -> Result<Vec<Vec<Moved<'_>>>, Vec<TimelineEr
             }
         }
         if cue.assert {
-            let stay = (0..n).filter(|c| !moved[*c] && lit[*c]);
+            let stay = (0..n).filter(|c| !moved[*c] && moves[*c]);
             all.extend(stay.map(|c| implied(cue, c, now[c])));
         }
-        // A colour asks whether its bank is out, so that levels come first.
-        if rgb {
-            all.sort_by_key(|m| parameters[m.parameter].channel.is_some());
+        // A colour and a pose ask whether their bank is out, so that levels come first.
+        if rgb || first_pose < n {
+            all.sort_by_key(|m| parameters[m.parameter].role != Role::Level);
+        }
+        for m in all.iter_mut().filter(|m| m.parameter >= first_pose) {
+            m.timing.down = m.timing.up;
         }
         for (c, level) in here {
             now[c] = level;
@@ -119,21 +123,13 @@ impl Timing {
     }
 }
 
-/// Where a parameter is before the first cue: banks are out, colours white.
-pub(super) fn at_first(parameter: &Coordinate) -> f64 {
-    match parameter.channel {
-        Some(_) => 1.0,
-        None => 0.0,
-    }
-}
-
 /// Adds what a colour alone implies on a bank that is out: the level goes to full in the colour's
 /// time, at once where the colour follows a path; an emitter that is not said is dark.
 fn brighten(all: &mut Vec<Moved<'_>>, parameters: &[Coordinate], is_out: impl Fn(usize) -> bool) {
     let moved: BTreeSet<usize> = all.iter().map(|m| m.parameter).collect();
     let mut coloured = BTreeMap::new();
     for m in all.iter() {
-        if let Some(emitter) = parameters[m.parameter].channel {
+        if let Some(emitter) = parameters[m.parameter].emitter() {
             let first = coloured.entry(m.parameter - emitter).or_insert(m);
             if m.parameter < first.parameter {
                 *first = m;

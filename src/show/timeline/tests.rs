@@ -65,7 +65,7 @@ proptest! {
             for (c, coordinate) in show.coordinates().iter().enumerate() {
                 let want = if coordinate.bank.is_some() { reference.light(c, t) } else { 1.0 };
                 // A level and a colour that both move along a spline are fitted.
-                let limit = if coordinate.channel.is_some() { 5e-5 } else { 1e-12 };
+                let limit = if coordinate.emitter().is_some() { 5e-5 } else { 1e-12 };
                 prop_assert!((blended[c] - want).abs() < limit, "{t} {c}: {} for {want}", blended[c]);
                 prop_assert!((curves[c] - want).abs() < limit);
             }

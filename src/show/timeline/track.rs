@@ -12,11 +12,11 @@ use super::clock::{CueTime, length};
 use super::curve::CurvePiece;
 use super::error::{TimelineError, TimelineWarning};
 use super::lint::{Run, Watch};
-use super::motion::{MOST_PIECES, Moved, at_first};
+use super::motion::{MOST_PIECES, Moved};
 use super::spline::{Splined, path_spans};
 use super::stretch::{Stretch, Track};
 use crate::linalg::Bernstein;
-use crate::model::{Coordinate, Fade, Interpolation, Motion, Path, Show};
+use crate::model::{Fade, Interpolation, Motion, Path, Role, Show};
 use crate::units::Time;
 
 /// Levels outside 0 to 1 by less than this are rounding.
@@ -33,32 +33,37 @@ pub(super) fn tracks(
     motions: Vec<Vec<Moved<'_>>>,
 ) -> Result<(Vec<Track>, Vec<TimelineWarning>), Vec<TimelineError>> {
     let parameters = show.parameters();
-    let first = |parameter: &Coordinate| {
+    let levels = show.first_parameters();
+    let first = |value: f64| {
         vec![Stretch {
             piece: CurvePiece {
                 start: -NEVER,
                 end: NEVER,
-                polynomial: Bernstein::constant(at_first(parameter)),
+                polynomial: Bernstein::constant(value),
             },
             by: None,
             holds: true,
         }]
     };
-    let mut tracks: Vec<Track> = parameters.iter().map(first).collect();
+    let mut tracks: Vec<Track> = show.dark_levels().into_iter().map(first).collect();
     let fades = Fades::new(show);
     let mut watch = Watch::new(show, cues, tracks.len());
     let mut count = 0usize;
     for (cue, (time, moved)) in cues.iter().zip(&motions).enumerate() {
         for m in moved {
             let start = time.go + m.timing.delay;
-            let level = parameters[m.parameter].channel;
-            let unseen = level.is_some_and(|emitter| {
-                let level = &tracks[m.parameter - 1 - emitter];
+            let parameter = &parameters[m.parameter];
+            let level = match parameter.role {
+                Role::Emitter(_) | Role::Pose(..) => parameter.bank.map(|bank| levels[bank]),
+                Role::Level | Role::Fixed => None,
+            };
+            let unseen = level.is_some_and(|level| {
+                let level = &tracks[level];
                 level_before(level, start) < DARK || level_at(level, start) < DARK
             });
             let mut m = Cow::Borrowed(m);
             if unseen {
-                // A colour changes in the dark at once.
+                // In the dark a colour changes and a head turns at once.
                 let timing = &mut m.to_mut().timing;
                 (timing.up, timing.down) = (Time::ZERO, Time::ZERO);
             }

@@ -199,6 +199,7 @@ impl<'a> Lower<'a, '_> {
                 id,
                 name: light.name.text.to_owned(),
                 // A placeholder: there is an error, so that lowering returns no show.
+                head: None,
                 kind: kind.unwrap_or(LightKind::Panel {
                     material: String::new(),
                     strength: None,

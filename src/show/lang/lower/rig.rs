@@ -99,6 +99,7 @@ impl<'a> Lower<'a, '_> {
                 Some(layer) => format!("image {} layer {}", path.text, layer.text),
             },
             kind: LightKind::Image(file),
+            head: None,
         });
         vec![self.show.lights.len() - 1]
     }

@@ -49,7 +49,7 @@ impl<'s> Reference<'s> {
         let parameters = show.parameters();
         let first: Vec<f64> = parameters
             .iter()
-            .map(|p| if p.channel.is_some() { 1.0 } else { 0.0 })
+            .map(|p| if p.emitter().is_some() { 1.0 } else { 0.0 })
             .collect();
         let mut made = Reference {
             show,
@@ -89,11 +89,11 @@ impl<'s> Reference<'s> {
     /// A colour alone brings a bank that is out to full.
     fn brighten(&self, holds: &[f64], does: &mut [Does<'s>]) {
         for level in 0..does.len() {
-            let is_level = self.parameters[level].channel.is_none();
+            let is_level = self.parameters[level].emitter().is_none();
             let coloured = self
                 .parameters
                 .get(level + 1)
-                .is_some_and(|p| p.channel == Some(0));
+                .is_some_and(|p| p.emitter() == Some(0));
             if !is_level || !coloured || holds[level] != 0.0 || does[level].is_some() {
                 continue;
             }
@@ -151,13 +151,13 @@ impl<'s> Reference<'s> {
     pub fn level_and_share(&self, coordinate: usize, t: i64) -> (f64, f64) {
         let wanted = &self.show.coordinates()[coordinate];
         let of = |channel: Option<usize>| {
-            let same = |p: &Coordinate| p.bank == wanted.bank && p.channel == channel;
+            let same = |p: &Coordinate| p.bank == wanted.bank && p.emitter() == channel;
             let c = self.parameters.iter().position(same).unwrap();
             self.level(c, self.show.cues.len(), t)
         };
         (
             of(None),
-            wanted.channel.map_or(1.0, |emitter| of(Some(emitter))),
+            wanted.emitter().map_or(1.0, |emitter| of(Some(emitter))),
         )
     }
 
@@ -179,7 +179,7 @@ impl<'s> Reference<'s> {
             }
             let elapsed = t - start;
             let from = self.level(c, k, start);
-            let unseen = self.parameters[c].channel.is_some_and(|e| {
+            let unseen = self.parameters[c].emitter().is_some_and(|e| {
                 let dark = |before| self.level_at(c - 1 - e, k + 1, start, before) < 1e-9;
                 dark(false) || dark(true)
             });
@@ -212,7 +212,7 @@ impl<'s> Reference<'s> {
                 Motion::Path(p) => along(p, within, before),
             };
         }
-        if self.parameters[c].channel.is_some() {
+        if self.parameters[c].emitter().is_some() {
             1.0
         } else {
             0.0
