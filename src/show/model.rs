@@ -22,7 +22,7 @@ pub use self::light::{ImageFile, ImportedLuminaire, LightKind, Luminaire, Output
 
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::Solid;
-use crate::geometry::{self, Place};
+use crate::geometry::{self, Place, Vec3};
 use crate::units::{CueNumber, Rgb, Time, Tolerance, ToneCurve};
 
 /// Names a statement or a part of one; meaningful only to the span map made with the show.
@@ -48,6 +48,8 @@ pub struct Show {
     pub views: Vec<NamedView>,
     /// Luminaires.
     pub lights: Vec<Luminaire>,
+    /// Places where heads can aim.
+    pub points: Vec<Point>,
     /// Banks, in order of declaration: the varying coordinates.
     pub banks: Vec<Bank>,
     /// Lights that never vary.
@@ -143,6 +145,17 @@ pub struct NamedView {
     pub camera: geometry::View,
     /// The name of a camera of the stage's files that it is.
     pub imported: Option<String>,
+}
+
+/// A named place where heads can aim.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// The statement.
+    pub id: NodeId,
+    /// Its name.
+    pub name: String,
+    /// The place, metres.
+    pub at: Vec3,
 }
 
 /// Lights that always vary in unison: one coordinate, or three when `rgb`, which share a level.

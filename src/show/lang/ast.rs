@@ -82,6 +82,8 @@ pub enum Declaration<'a> {
     },
     /// `light NAME …`
     Light(Light<'a>),
+    /// `point NAME = P`: three lengths.
+    Point { name: Word<'a>, at: Vec<Word<'a>> },
     /// `bank NAME = …`, `bank NAME image …`
     Bank(Bank<'a>),
     /// `fixed NAME = … level …`, `fixed NAME image … level …`
@@ -119,9 +121,9 @@ pub enum Declaration<'a> {
 /// A clause of a light, a view or the haze: a keyword (empty for a bare quantity or colour) and its values.
 #[derive(Debug)]
 pub struct Clause<'a> {
-    /// `at`, `aim`, `beam`, `field`, `from`, `to`, `fov`, `lens`, `roll`, `size`, `forward`, `albedo`, or the value itself when bare.
+    /// `at`, `aim`, `beam`, `field`, `moves`, `from`, `to`, `fov`, `lens`, `roll`, `size`, `forward`, `albedo`, or the value itself when bare.
     pub word: Word<'a>,
-    /// What follows the keyword: one value, or three of a position.
+    /// What follows the keyword: none, one value, two of a range, or three of a position.
     pub values: Vec<Word<'a>>,
     pub span: Span,
 }
@@ -196,14 +198,14 @@ pub struct Target<'a> {
 }
 
 /// A term of a look: another look, or levels.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub enum Term<'a> {
     Look(Word<'a>),
     Levels(Vec<Level<'a>>),
 }
 
 /// `lamps 40` in a look.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Level<'a> {
     pub target: Target<'a>,
     /// A quantity, `full`, `out` or a colour.
@@ -213,7 +215,7 @@ pub struct Level<'a> {
 }
 
 /// A function of time or of a fraction.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Path<'a> {
     /// How it runs.
     pub interpolation: Interpolation,
@@ -223,7 +225,7 @@ pub struct Path<'a> {
 }
 
 /// A knot of a path.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Knot<'a> {
     /// Time or fraction.
     pub at: Word<'a>,
@@ -334,11 +336,13 @@ pub struct Part<'a> {
 }
 
 /// A move, with timing of its own when that stands after it on its line.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Move<'a> {
     /// What moves; `None` for `blackout`.
     pub target: Option<Target<'a>>,
     pub motion: Motion<'a>,
+    /// Where heads point.
+    pub aim: Option<Aim<'a>>,
     /// After `effect`.
     pub effect: Option<Word<'a>>,
     pub timing: Vec<Timing<'a>>,
@@ -348,10 +352,20 @@ pub struct Move<'a> {
     pub beside: Option<Span>,
 }
 
+/// `to drummer`, `to 2, 1, 0`, `pan 30 tilt -20`
+#[derive(Clone, Debug)]
+pub struct Aim<'a> {
+    /// After `to`: the name of a point, or three lengths.
+    pub at: Vec<Word<'a>>,
+    /// `pan`, `tilt`, `beam` or `field`, each with its angle.
+    pub angles: Vec<(Word<'a>, Word<'a>)>,
+    pub span: Span,
+}
+
 /// Where a move goes.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub enum Motion<'a> {
-    /// Nothing said: a look as it is, or `blackout`.
+    /// No level: a look as it is, `blackout`, or heads that move.
     Bare,
     /// To a level or a colour, or to one of each.
     To(Word<'a>, Option<Word<'a>>),

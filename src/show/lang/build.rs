@@ -7,8 +7,8 @@
 use pest::iterators::{Pair, Pairs};
 
 use super::ast::{
-    Bank, Body, Clause, Cue, Declaration, ImageWords, Knot, Level, Light, Mark, Motion, Move, Part,
-    Path, Solid, Span, Statement, Target, Term, Timing, TimingKind, Word,
+    Aim, Bank, Body, Clause, Cue, Declaration, ImageWords, Knot, Level, Light, Mark, Motion, Move,
+    Part, Path, Solid, Span, Statement, Target, Term, Timing, TimingKind, Word,
 };
 use super::syntax::Rule;
 use crate::model::Interpolation;
@@ -59,6 +59,12 @@ impl<'a> Builder<'a> {
             },
             Rule::light_statement => Declaration::Light(self.light(inner)?),
             Rule::bank_statement => Declaration::Bank(self.bank(inner)?),
+            Rule::point_statement => {
+                let name = self.next(&mut inner)?;
+                let at = inner.find(|p| p.as_rule() == Rule::position)?;
+                let at = self.words(at);
+                Declaration::Point { name, at }
+            }
             Rule::fixed_statement | Rule::group_statement => self.list(rule, inner)?,
             Rule::look_statement => self.look(inner)?,
             Rule::default_statement => Declaration::Default(self.timing(inner.next()?)?),
@@ -188,6 +194,7 @@ impl<'a> Builder<'a> {
             for piece in pieces {
                 match piece.as_rule() {
                     Rule::position => values.extend(self.words(piece)),
+                    Rule::kw_to => {}
                     _ => values.push(self.word(&piece)),
                 }
             }
@@ -420,6 +427,7 @@ impl<'a> Builder<'a> {
                         _ => Move {
                             target: None,
                             motion: Motion::Bare,
+                            aim: None,
                             effect: None,
                             timing: Vec::new(),
                             span,
@@ -463,6 +471,29 @@ impl<'a> Builder<'a> {
         !part_between && between.is_some_and(|text| !text.contains('\n'))
     }
 
+    /// Adds the pieces of an `aim`, or one angle.
+    fn aim(
+        &self,
+        pair: Pair<'_, Rule>,
+        at: &mut Vec<Word<'a>>,
+        angles: &mut Vec<(Word<'a>, Word<'a>)>,
+    ) -> Option<()> {
+        if pair.as_rule() == Rule::angle {
+            let mut pieces = pair.into_inner();
+            angles.push((self.next(&mut pieces)?, self.next(&mut pieces)?));
+            return Some(());
+        }
+        for piece in pair.into_inner() {
+            match piece.as_rule() {
+                Rule::name => at.push(self.word(&piece)),
+                Rule::position => at.extend(self.words(piece)),
+                Rule::angle => self.aim(piece, at, angles)?,
+                _ => {}
+            }
+        }
+        Some(())
+    }
+
     fn part(&self, pair: Pair<'_, Rule>, span: Span) -> Option<Part<'a>> {
         let (mut number, mut label, mut body) = (None, None, None);
         for piece in pair.into_inner() {
@@ -484,14 +515,22 @@ impl<'a> Builder<'a> {
     fn movement(&self, pair: Pair<'_, Rule>, span: Span) -> Option<Move<'a>> {
         let mut inner = pair.into_inner();
         let target = self.target(inner.next()?)?;
-        let mut effect = None;
+        let (mut effect, mut at, mut angles) = (None, Vec::new(), Vec::new());
+        let mut aim: Option<Span> = None;
         let mut pieces = Vec::new();
         for piece in inner.filter(|p| p.as_rule() != Rule::kw_to) {
             match piece.as_rule() {
                 Rule::effect => effect = piece.into_inner().nth(1).map(|p| self.word(&p)),
+                Rule::aim | Rule::angle => {
+                    let span = self.trimmed(&piece);
+                    let start = aim.map_or(span.start, |first| first.start);
+                    aim = Some(Span { start, ..span });
+                    self.aim(piece, &mut at, &mut angles)?;
+                }
                 _ => pieces.push(piece),
             }
         }
+        let aim = aim.map(|span| Aim { at, angles, span });
         let mut rest = pieces.into_iter().peekable();
         let motion = match rest.peek().map(Pair::as_rule) {
             None => Motion::Bare,
@@ -511,6 +550,7 @@ impl<'a> Builder<'a> {
         Some(Move {
             target: Some(target),
             motion,
+            aim,
             effect,
             timing: Vec::new(),
             span,

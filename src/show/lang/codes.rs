@@ -57,6 +57,9 @@ codes! {
     LAST_LINK = "E041" "follow or hang on the last cue";
     ORDER = "E042" "times that go backwards";
     STARTED_TWICE = "E043" "a cue with two triggers";
+    NO_HEAD = "E044" "a move of what does not move";
+    OUT_OF_REACH = "E045" "a place out of a head's reach";
+    HEAD_PLACE = "E046" "a head in two banks, or in none that moves";
     CURVE_RANGE = "E050" "a curve leaves 0 to 100";
     TIMELINE = "E051" "the cues do not make a timeline";
     STAGE_FILE = "E301" "a stage file that cannot be read";
@@ -93,6 +96,8 @@ codes! {
     MANY_KEYS = "W019" "more key images than memory holds";
     SMALL_STAGE = "W020" "a set that is a spot in the view";
     IMAGE_IN_HAZE = "W021" "an image as a bank in haze";
+    HEAD_LATE = "W022" "a head that is not in place in time";
+    HEAD_SEEN = "W023" "a head that is seen to turn in a fade to black";
     LONG_RUN = "W030" "a run of minutes";
 }
 

@@ -17,6 +17,8 @@ pub enum Kind {
     View,
     /// A luminaire.
     Light,
+    /// A place where heads can aim.
+    Point,
     /// Lights that vary in unison.
     Bank,
     /// Lights that never vary.
@@ -35,9 +37,10 @@ pub enum Kind {
 
 impl Kind {
     /// All kinds: the statement word that declares each, and what it is with the article.
-    const TABLE: [(Kind, &'static str, &'static str); 9] = [
+    const TABLE: [(Kind, &'static str, &'static str); 10] = [
         (Kind::View, "view", "a view"),
         (Kind::Light, "light", "a light"),
+        (Kind::Point, "point", "a point"),
         (Kind::Bank, "bank", "a bank"),
         (Kind::Fixed, "fixed", "a `fixed`"),
         (Kind::Group, "group", "a group"),

@@ -12,9 +12,9 @@ use std::ops::Range;
 use super::limits;
 
 /// The words that begin statements.
-pub const STATEMENTS: [&str; 18] = [
+pub const STATEMENTS: [&str; 19] = [
     "show", "preview", "include", "gels", "let", "stage", "surface", "haze", "view", "light",
-    "bank", "fixed", "group", "look", "default", "curve", "effect", "cue",
+    "point", "bank", "fixed", "group", "look", "default", "curve", "effect", "cue",
 ];
 
 /// One statement, without the blanks and comments around it.

@@ -73,6 +73,7 @@ impl<'a> Lower<'a, '_> {
             self.show.cues.push(cue);
         }
         self.show.cues.sort_by_key(|c| c.number);
+        self.aim_heads();
     }
 
     fn cue_number(&mut self, word: Word<'a>) -> Option<CueNumber> {
@@ -365,44 +366,62 @@ impl<'a> Lower<'a, '_> {
             {
                 continue;
             }
-            let own = self.times(&written.timing, times);
-            self.timing_lints(written);
-            let id = self.node(written.span);
-            let mut moves: Vec<Move> = self
-                .motions(written)
-                .into_iter()
-                .map(|(parameter, motion)| Move {
-                    id,
-                    parameter,
-                    motion,
-                    repeat: own.repeat,
-                })
-                .collect();
-            let breadth = self.breadth(written.target);
-            let taken = moves.iter().find_map(|m| {
-                let claim = moved.get(&m.parameter)?;
-                (claim.breadth >= breadth).then_some((m.parameter, claim.span))
-            });
-            if let Some((parameter, earlier)) = taken {
-                self.report_set_twice(parameter, written.span, earlier, "cue");
-                continue;
-            }
-            let span = written.span;
-            let claim = Claim { id, span, breadth };
-            moved.extend(moves.iter().map(|m| (m.parameter, claim)));
-            let effects = self.effect_changes(written, id);
-            if written.timing.iter().any(|t| t.kind != TimingKind::Repeat) {
-                let mut single = self.new_part(id, 0, String::new(), own);
-                moves.sort_by_key(|m| m.parameter);
-                single.moves = moves;
-                single.effects = effects;
-                alone.push(single);
-            } else {
-                part_of.moves.extend(moves);
-                part_of.effects.extend(effects);
+            match self.told_apart(written) {
+                None => self.movement(written, (times, part_of), moved, alone),
+                Some(both) => {
+                    for written in &both {
+                        self.movement(written, (times, part_of), moved, alone);
+                    }
+                }
             }
         }
         part_of.moves.sort_by_key(|m| m.parameter);
+    }
+
+    fn movement(
+        &mut self,
+        written: &ast::Move<'a>,
+        (times, part_of): (Times, &mut Part),
+        moved: &mut Moved,
+        alone: &mut Vec<Part>,
+    ) {
+        let own = self.times(&written.timing, times);
+        self.timing_lints(written);
+        let id = self.node(written.span);
+        let mut motions = self.motions(written);
+        motions.extend(self.aims(written, id));
+        let mut moves: Vec<Move> = motions
+            .into_iter()
+            .map(|(parameter, motion)| Move {
+                id,
+                parameter,
+                motion,
+                repeat: own.repeat,
+            })
+            .collect();
+        let breadth = self.breadth(written.target);
+        let taken = moves.iter().find_map(|m| {
+            let claim = moved.get(&m.parameter)?;
+            (claim.breadth >= breadth).then_some((m.parameter, claim.span))
+        });
+        if let Some((parameter, earlier)) = taken {
+            self.report_set_twice(parameter, written.span, earlier, "cue");
+            return;
+        }
+        let span = written.span;
+        let claim = Claim { id, span, breadth };
+        moved.extend(moves.iter().map(|m| (m.parameter, claim)));
+        let effects = self.effect_changes(written, id);
+        if written.timing.iter().any(|t| t.kind != TimingKind::Repeat) {
+            let mut single = self.new_part(id, 0, String::new(), own);
+            moves.sort_by_key(|m| m.parameter);
+            single.moves = moves;
+            single.effects = effects;
+            alone.push(single);
+        } else {
+            part_of.moves.extend(moves);
+            part_of.effects.extend(effects);
+        }
     }
 }
 

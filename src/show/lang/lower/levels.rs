@@ -23,6 +23,8 @@ pub enum Breadth {
     Several,
     /// A bank, or one of its emitters.
     Bank,
+    /// A head.
+    Light,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -197,6 +199,7 @@ impl<'a> Lower<'a, '_> {
         };
         match self.names.get(target.name.text).map(|e| e.kind) {
             Some(Kind::Group | Kind::Look) => Breadth::Several,
+            Some(Kind::Light) => Breadth::Light,
             _ => Breadth::Bank,
         }
     }
@@ -206,7 +209,13 @@ impl<'a> Lower<'a, '_> {
         let mut at = self.first_parameters.iter().zip(&self.show.banks);
         let bank = at.rfind(|(first, _)| **first <= parameter);
         let name = bank.map_or("", |(_, bank)| bank.name.as_str());
-        let message = format!("the bank `{name}` stands twice in one {scope}");
+        let mut message = format!("the bank `{name}` stands twice in one {scope}");
+        if let Some(pose) = parameter.checked_sub(self.first_pose) {
+            let head = self.show.heads().get(pose / 4).map(|(light, ..)| *light);
+            let light = head.and_then(|light| self.show.lights.get(light));
+            let name = light.map_or("", |l| l.name.as_str());
+            message = format!("the head `{name}` is pointed twice in one {scope}");
+        }
         let help = if scope == "look" {
             "keep one of the two; a bank alone may stand behind its group"
         } else {

@@ -1,6 +1,6 @@
 //! Lights: what each kind takes, and what it must be given.
 
-use super::{Lower, colour};
+use super::{Lower, colour, heads};
 use crate::geometry::Vec3;
 use crate::geometry::mount::Mount;
 use crate::geometry::profile::Profile;
@@ -56,7 +56,7 @@ const SPOT: Form = Form {
     word: "spot",
     phrase: "spot",
     needs: &["at", "aim", "beam", "field"],
-    takes: &[],
+    takes: &heads::CLAUSES,
     reason: "",
     own_amount: false,
     luminance: false,
@@ -71,6 +71,7 @@ static FORMS: [Form; 7] = [
         word: "panel",
         phrase: "panel",
         needs: &[],
+        takes: &[],
         reason: ": it shines from its own surface",
         own_amount: true,
         luminance: true,
@@ -81,6 +82,7 @@ static FORMS: [Form; 7] = [
         word: "sphere",
         phrase: "sphere",
         needs: &["at", "radius"],
+        takes: &[],
         luminance: true,
         example: "sphere at 0, 0, 3  radius 5cm  800 lm",
         ..SPOT
@@ -89,6 +91,7 @@ static FORMS: [Form; 7] = [
         word: "disc",
         phrase: "disc",
         needs: &["at", "aim", "radius"],
+        takes: &[],
         luminance: true,
         example: "disc at 0, 0, 3  aim 0, 0, 0  radius 20cm  800 lm",
         ..SPOT
@@ -106,7 +109,7 @@ static FORMS: [Form; 7] = [
         word: "project",
         phrase: "projection",
         needs: &["from", "aim", "field"],
-        takes: &["turn"],
+        takes: &["turn", "moves", "pan", "tilt", "zoom", "speed", "standing"],
         example: "project \"clouds.png\"  from 0, -9, 4  aim 0, 3, 2  field 50  9000 cd",
         ..SPOT
     },
@@ -132,7 +135,7 @@ pub(in crate::lang) fn words() -> impl Iterator<Item = &'static str> {
 
 /// What a light's clauses say, before it is known to have what it needs.
 #[derive(Clone, Default)]
-struct Spec {
+pub(super) struct Spec {
     form: Option<&'static Form>,
     /// The panel's material, or the file.
     of: String,
@@ -145,6 +148,8 @@ struct Spec {
     amount: Option<(f64, Unit)>,
     kelvin: Option<Rgb>,
     gel: Option<Rgb>,
+    /// It moves.
+    pub(super) head: Option<heads::Ranges>,
 }
 
 impl Spec {
@@ -194,12 +199,14 @@ impl<'a> Lower<'a, '_> {
         }
         for ((light, span), spec) in lights.iter().zip(specs) {
             let id = self.node(*span);
-            let kind = self.finished(light, &spec.unwrap_or_default());
+            let spec = spec.unwrap_or_default();
+            let kind = self.finished(light, &spec);
+            let head = kind.as_ref().and_then(|kind| self.head(light, &spec, kind));
             self.show.lights.push(Luminaire {
                 id,
                 name: light.name.text.to_owned(),
                 // A placeholder: there is an error, so that lowering returns no show.
-                head: None,
+                head,
                 kind: kind.unwrap_or(LightKind::Panel {
                     material: String::new(),
                     strength: None,
@@ -268,6 +275,10 @@ impl<'a> Lower<'a, '_> {
 
     fn clause(&mut self, clause: &Clause<'a>, spec: &mut Spec) -> Option<()> {
         let word = clause.word;
+        if heads::CLAUSES.contains(&word.text) {
+            self.fits(clause, spec.form)?;
+            return self.head_clause(clause, spec);
+        }
         if clause.values.is_empty() {
             if colour::is_colour(&self.text(word)?) {
                 spec.gel = Some(self.colour(word)?)
@@ -415,7 +426,8 @@ impl<'a> Lower<'a, '_> {
             .map(|w| format!("`{w}`"))
             .collect();
         let optional = form.own_amount;
-        let amount_stated = light.clauses.iter().any(|c| c.values.is_empty());
+        let bare = |c: &Clause<'_>| c.values.is_empty() && !heads::CLAUSES.contains(&c.word.text);
+        let amount_stated = light.clauses.iter().any(bare);
         if spec.amount.is_none() && !optional && !amount_stated {
             missing.push("intensity".to_owned());
         }

@@ -59,7 +59,8 @@ impl Lower<'_, '_> {
     /// The brightest that each move of a cue takes its bank's level to.
     fn cue_levels(&self, cue: &Cue) -> Vec<(NodeId, f64)> {
         let moves = cue.parts.iter().flat_map(|part| &part.moves);
-        let levels = moves.filter(|m| self.emitter(m.parameter).is_none());
+        let levels =
+            moves.filter(|m| m.parameter < self.first_pose && self.emitter(m.parameter).is_none());
         levels.map(|m| (m.id, m.motion.brightest())).collect()
     }
 

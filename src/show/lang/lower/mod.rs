@@ -11,6 +11,7 @@ mod cues;
 mod curves;
 mod effects;
 mod haze;
+mod heads;
 mod levels;
 pub(super) mod light;
 mod lint;
@@ -48,6 +49,9 @@ pub fn lower(read: &Read<'_>, report: &mut Report) -> (Option<Show>, SpanMap) {
         show: Show::default(),
         values: Vec::new(),
         first_parameters: Vec::new(),
+        first_pose: 0,
+        heads: Vec::new(),
+        aims: heads::Aims::new(),
         budget: limits::LEVELS,
         names_lost: read.names_lost,
         gels: &read.gels,
@@ -84,6 +88,11 @@ struct Lower<'a, 'r> {
     values: Vec<Named<'a>>,
     /// The first parameter of each bank, and after the last bank their number.
     first_parameters: Vec<usize>,
+    /// The first parameter of heads.
+    first_pose: usize,
+    /// In the order of [`Show::heads`].
+    heads: Vec<heads::InBank>,
+    aims: heads::Aims,
     /// Levels that may still be written out.
     budget: usize,
     /// Names may be declared in a file that was not read: what was wrong with it was said.
@@ -101,6 +110,7 @@ impl<'a> Lower<'a, '_> {
             let (name, kind) = match &statement.item {
                 Declaration::View { name, .. } => (name, Kind::View),
                 Declaration::Light(light) => (&light.name, Kind::Light),
+                Declaration::Point { name, .. } => (name, Kind::Point),
                 Declaration::Bank(bank) => (&bank.name, Kind::Bank),
                 Declaration::Fixed { name, .. } => (name, Kind::Fixed),
                 Declaration::Group { name, .. } => (name, Kind::Group),

@@ -49,7 +49,7 @@ impl<'a> Lower<'a, '_> {
                 self.scaled_look(target, share)
             }
             (Written::Bare, _) => {
-                if written.effect.is_none() {
+                if written.effect.is_none() && written.aim.is_none() {
                     self.no_level(target);
                 }
                 Vec::new()
@@ -144,7 +144,7 @@ impl<'a> Lower<'a, '_> {
         let (Some(target), Some(level)) = (written.target, next.target) else {
             return false;
         };
-        let bare = |one: &ast::Move<'a>| matches!(one.motion, Written::Bare);
+        let bare = |one: &ast::Move<'a>| matches!(one.motion, Written::Bare) && one.aim.is_none();
         // Most moves have a level, and are through here.
         if !(bare(written) && bare(next) && written.timing.is_empty() && written.effect.is_none())
             || self.names_lost

@@ -40,6 +40,8 @@ impl<'a> Lower<'a, '_> {
             }
         }
         self.first_parameters = self.show.first_parameters();
+        self.points(statements);
+        self.heads_in_banks();
         for statement in statements {
             if let Declaration::Group { name, banks } = &statement.item {
                 let group = Group {
