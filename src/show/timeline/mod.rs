@@ -8,6 +8,7 @@
 //! pieces cover the sequence without gaps. At a jump the later value holds.
 
 mod blend;
+mod bounced;
 mod clock;
 mod curve;
 mod dimmer;
@@ -29,6 +30,7 @@ mod track;
 mod tests;
 
 pub use blend::{Blend, blend};
+pub use bounced::Bounced;
 pub use clock::CueTime;
 pub use curve::CurvePiece;
 pub use dimmer::{lights, settings};
@@ -86,6 +88,8 @@ pub struct Timeline {
     /// By bank, the factor of its effects; no pieces without any.
     factors: Vec<Vec<CurvePiece>>,
     heads: Vec<Head>,
+    bases: Vec<bounced::Basis>,
+    bounced: Vec<Bounced>,
     warnings: Vec<TimelineWarning>,
     joined: usize,
 }
@@ -134,6 +138,8 @@ impl Timeline {
             own: Vec::new(),
             factors: Vec::new(),
             heads: show.heads().into_iter().map(|(_, head, _)| *head).collect(),
+            bases: Vec::new(),
+            bounced: Vec::new(),
             warnings,
             joined: 0,
         };
@@ -157,6 +163,9 @@ impl Timeline {
             out.own.push(None);
             let pieces = track::trimmed(track, start, end);
             out.keep(parameter, track, curve::joined(&pieces));
+        }
+        if !out.heads.is_empty() {
+            out.add_bounced(show);
         }
         Ok(out)
     }

@@ -1,0 +1,372 @@
+//! Light of moving heads that surfaces reflect, as a sum of few fixed poses.
+//!
+//! Reflected light changes slowly with the aim of a head. So it is rendered for some poses of each head,
+//! its *basis*, and at every moment it is a combination of those; the factors are further coordinates
+//! of the timeline, so that plan, refinement and playback treat them as those of banks. Direct light is
+//! not here: it is exact at every moment.
+//!
+//! The light that a pose throws is taken as a Gaussian over directions, as wide as its field and a
+//! little more, as surfaces blur it. Two poses then have a closed inner product, and the best
+//! combination for a pose is the projection onto the basis. The basis is chosen by a Cholesky
+//! factorization with pivots (Fine and Scheinberg, *Efficient SVM Training Using Low-Rank Kernel
+//! Representations*, 2001): each step adds the pose that the basis represents worst, until none is
+//! further off than a tolerance.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "tables are made to the shape of the heads and of the basis"
+)]
+
+use super::curve::{CurvePiece, joined};
+use super::product::product;
+use super::{Timeline, dimmer};
+use crate::geometry::Vec3;
+use crate::linalg::Bernstein;
+use crate::model::{Head, Pose, Show};
+use crate::units::Time;
+
+/// Blur of reflected light over directions, radians: one standard deviation.
+const BLUR: f64 = 0.12;
+/// Share of the field angle that is the standard deviation of a beam.
+const BEAM: f64 = 0.22;
+/// Largest difference between a pose's blurred light and that of the basis, as a share of the former.
+const TOLERANCE: f64 = 0.03;
+/// Largest turn from a moment that is looked at to the next, as a share of the blurred beam's width.
+const STEP: f64 = 0.6;
+/// Moments of one move that are looked at, at most.
+const MOST_STEPS: usize = 256;
+
+/// A coordinate behind those of the show: the light of a head in one pose that surfaces reflect.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bounced {
+    /// Index into [`Show::heads`].
+    pub head: usize,
+    /// Number of the pose in the head's basis, from 0.
+    pub number: usize,
+    /// How the head stands.
+    pub pose: Pose,
+    /// The coordinate of the head's bank whose light it reflects.
+    pub coordinate: usize,
+}
+
+/// A pose's blurred light.
+#[derive(Clone, Copy)]
+struct Lobe {
+    direction: Vec3,
+    /// Variance.
+    width: f64,
+}
+
+impl Lobe {
+    fn new(head: &Head, pose: Pose) -> Lobe {
+        let spread = BEAM * pose.field.to_radians();
+        Lobe {
+            direction: head.direction(pose.pan, pose.tilt),
+            width: BLUR * BLUR + spread * spread,
+        }
+    }
+
+    /// Inner product of two Gaussians of one flux in space, but for a factor.
+    fn times(&self, other: &Lobe) -> f64 {
+        let width = self.width + other.width;
+        let off = self.direction - other.direction;
+        (-off.dot(off) / (2.0 * width)).exp() / width.powf(1.5)
+    }
+
+    /// Standard deviations that lie between two.
+    fn turns(&self, other: &Lobe) -> f64 {
+        let off = (self.direction - other.direction).length();
+        let wider = (self.width / other.width).ln().abs();
+        off / self.width.min(other.width).sqrt() + wider
+    }
+}
+
+/// The basis of a head.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Basis {
+    poses: Vec<Pose>,
+    /// The Cholesky factor of their inner products, row by row.
+    factor: Vec<Vec<f64>>,
+}
+
+impl Basis {
+    /// Chooses among `poses` until each is represented.
+    fn of(head: &Head, poses: &[Pose]) -> Basis {
+        let lobes: Vec<Lobe> = poses.iter().map(|pose| Lobe::new(head, *pose)).collect();
+        let own: Vec<f64> = lobes.iter().map(|lobe| lobe.times(lobe)).collect();
+        let mut left = own.clone();
+        let mut rows: Vec<Vec<f64>> = vec![Vec::new(); poses.len()];
+        let mut basis = Basis::default();
+        loop {
+            let shares = left.iter().zip(&own).map(|(left, own)| left / own);
+            let worst = shares.enumerate().max_by(|(_, a), (_, b)| a.total_cmp(b));
+            let Some((pivot, share)) = worst else { break };
+            if share <= TOLERANCE * TOLERANCE {
+                break;
+            }
+            let root = left[pivot].sqrt();
+            let pivot_row = rows[pivot].clone();
+            for (i, row) in rows.iter_mut().enumerate() {
+                let dot: f64 = row.iter().zip(&pivot_row).map(|(a, b)| a * b).sum();
+                let next = if i == pivot {
+                    root
+                } else {
+                    (lobes[i].times(&lobes[pivot]) - dot) / root
+                };
+                row.push(next);
+                left[i] = (left[i] - next * next).max(0.0);
+            }
+            left[pivot] = 0.0;
+            basis.poses.push(poses[pivot]);
+            basis.factor.push(rows[pivot].clone());
+        }
+        basis
+    }
+
+    /// The combination of the basis that is nearest to a pose.
+    pub fn factors(&self, head: &Head, pose: Pose) -> Vec<f64> {
+        let lobe = Lobe::new(head, pose);
+        let with = |own: &Pose| lobe.times(&Lobe::new(head, *own));
+        let mut out: Vec<f64> = self.poses.iter().map(with).collect();
+        // The factor times its transpose, solved forwards and backwards.
+        for i in 0..out.len() {
+            let row = &self.factor[i];
+            let dot: f64 = row.iter().zip(&out[..i]).map(|(a, b)| a * b).sum();
+            out[i] = (out[i] - dot) / row[i];
+        }
+        for i in (0..out.len()).rev() {
+            let below = (i + 1..out.len()).map(|j| self.factor[j][i] * out[j]);
+            out[i] = (out[i] - below.sum::<f64>()) / self.factor[i][i];
+        }
+        out
+    }
+}
+
+/// The cubic that has these values at 0, 1/3, 2/3 and 1.
+fn through([a, b, c, d]: [f64; 4]) -> Bernstein {
+    if b == a && c == a && d == a {
+        return Bernstein::constant(a);
+    }
+    let inner = |a: f64, b: f64, c: f64, d: f64| (-5.0 * a + 18.0 * b - 9.0 * c + 2.0 * d) / 6.0;
+    Bernstein::cubic([a, inner(a, b, c, d), inner(d, c, b, a), d])
+}
+
+impl Timeline {
+    /// The coordinates behind those of [`Show::coordinates`], in order.
+    pub fn bounced(&self) -> &[Bounced] {
+        &self.bounced
+    }
+
+    /// A setting of the show's own coordinates with the further ones behind it, for heads in these poses.
+    pub fn with_bounced(&self, own: &[f64], poses: &[Pose]) -> Vec<f64> {
+        let heads = self.heads.iter().zip(&self.bases).zip(poses);
+        let factors: Vec<Vec<f64>> = heads
+            .map(|((head, basis), pose)| basis.factors(head, *pose))
+            .collect();
+        let further = self.bounced.iter().map(|bounced| {
+            let factor = factors
+                .get(bounced.head)
+                .and_then(|f| f.get(bounced.number));
+            let light = own.get(bounced.coordinate);
+            factor.copied().unwrap_or(0.0) * light.copied().unwrap_or(0.0)
+        });
+        own.iter().copied().chain(further).collect()
+    }
+
+    /// Chooses the basis of each head and adds its coordinates.
+    pub(super) fn add_bounced(&mut self, show: &Show) {
+        let coordinates = show.coordinates();
+        let of_bank = |bank: usize| {
+            let own = coordinates.iter().enumerate();
+            let own = own.filter(move |(_, c)| c.bank == Some(bank));
+            own.map(|(i, _)| i).collect::<Vec<_>>()
+        };
+        let heads: Vec<Vec<usize>> = show
+            .heads()
+            .into_iter()
+            .map(|(_, _, bank)| of_bank(bank))
+            .collect();
+        let spans = self.spans(&heads);
+        for (number, own) in heads.iter().enumerate() {
+            let head = self.heads[number];
+            let lit = spans.iter().filter(|span| self.is_lit(own, span));
+            let poses: Vec<Pose> = lit
+                .flat_map(|span| [self.pose(number, span.0), self.pose_before(number, span.1)])
+                .collect();
+            let basis = Basis::of(&head, &poses);
+            let at = |pose: Pose| basis.factors(&head, pose);
+            let factors: Vec<[Vec<f64>; 4]> = spans
+                .iter()
+                .map(|(from, to)| {
+                    let inner = |k| *from + (*to - *from).scaled(f64::from(k) / 3.0);
+                    let poses = [*from, inner(1), inner(2)].map(|time| self.pose(number, time));
+                    let [a, b, c] = poses;
+                    [a, b, c, self.pose_before(number, *to)].map(at)
+                })
+                .collect();
+            let last = at(self.pose(number, self.end));
+            for (i, pose) in basis.poses.iter().enumerate() {
+                let pieces = spans.iter().zip(&factors).map(|(span, factors)| {
+                    let [a, b, c, d] = [0, 1, 2, 3].map(|k: usize| factors[k][i]);
+                    CurvePiece {
+                        start: span.0,
+                        end: span.1,
+                        polynomial: through([a, b, c, d]),
+                    }
+                });
+                let pieces = joined(&pieces.collect::<Vec<_>>());
+                for &coordinate in own {
+                    let light = product(&self.curves[coordinate], &pieces, dimmer::TOLERANCE);
+                    let moves = self.moves[coordinate].clone();
+                    self.add_coordinate(&light, self.last[coordinate] * last[i], moves);
+                    self.bounced.push(Bounced {
+                        head: number,
+                        number: i,
+                        pose: *pose,
+                        coordinate,
+                    });
+                }
+            }
+            self.bases.push(basis);
+        }
+    }
+
+    /// True where one of a head's coordinates is lit within a span.
+    fn is_lit(&self, coordinates: &[usize], &(start, end): &(Time, Time)) -> bool {
+        coordinates.iter().any(|coordinate| {
+            let pieces = self.curves[*coordinate].iter();
+            let mut within = pieces.filter(|p| p.start < end && p.end > start);
+            within.any(|p| p.polynomial.coefficients().iter().any(|c| *c != 0.0))
+        })
+    }
+
+    /// The pose just before a time.
+    fn pose_before(&self, head: usize, time: Time) -> Pose {
+        let (at, before) = (
+            self.pose(head, time),
+            self.pose(head, time - Time::from_micros(1)),
+        );
+        let [a, b] = [at, before].map(|pose| Lobe::new(&self.heads[head], pose));
+        // One number at a knot that is no jump.
+        if a.turns(&b) < 1e-3 { at } else { before }
+    }
+
+    /// Spans of the show within each of which no lit head turns far; the same for all heads, so that
+    /// they share key settings.
+    fn spans(&self, heads: &[Vec<usize>]) -> Vec<(Time, Time)> {
+        let knots = (0..heads.len()).flat_map(|head| self.pose_knots(head));
+        let mut knots: Vec<Time> = knots.chain([self.start, self.end]).collect();
+        knots.retain(|time| (self.start..=self.end).contains(time));
+        knots.sort_unstable();
+        knots.dedup();
+        let mut spans = Vec::new();
+        for pair in knots.windows(2) {
+            let &[from, to] = pair else { continue };
+            let place = |k: usize, of: usize| from + (to - from).scaled(k as f64 / of as f64);
+            let turned = |(number, own): (usize, &Vec<usize>)| {
+                const LOOKS: usize = 16;
+                if !self.is_lit(own, &(from, to)) {
+                    return 0.0;
+                }
+                let lobe = |k| {
+                    let pose = match k {
+                        LOOKS => self.pose_before(number, to),
+                        k => self.pose(number, place(k, LOOKS)),
+                    };
+                    Lobe::new(&self.heads[number], pose)
+                };
+                let lobes: Vec<Lobe> = (0..=LOOKS).map(lobe).collect();
+                lobes.windows(2).map(|pair| pair[0].turns(&pair[1])).sum()
+            };
+            let turned = heads.iter().enumerate().map(turned).fold(0.0, f64::max);
+            let count = ((turned / STEP).ceil() as usize).clamp(1, MOST_STEPS);
+            spans.extend((0..count).map(|k| (place(k, count), place(k + 1, count))));
+        }
+        spans.retain(|(from, to)| from < to);
+        spans
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnostic::Sources;
+    use crate::lang::parse;
+
+    fn timeline(cues: &str) -> (Show, Timeline) {
+        let text = format!(
+            "show \"S\"\nlight mh spot at 0,0,6 aim 0,4,0 beam 12 field 20 900 cd moves\nbank heads = mh\n{cues}"
+        );
+        let parsed = parse(&mut Sources::default(), "s.lxq", &text);
+        let show = parsed
+            .show
+            .unwrap_or_else(|| panic!("{:?}", parsed.diagnostics));
+        let timeline = Timeline::new(&show).unwrap();
+        (show, timeline)
+    }
+
+    const SWEEP: &str = "cue 1 at 0:00 { snap  heads 50 }\n\
+        cue 2 at 0:02 { time 3  mh to 3, -4, 0 }\ncue 3 at 0:08 { time 2  heads out }\n";
+
+    #[test]
+    fn a_pose_of_the_basis_is_itself_and_all_others_are_near() {
+        let (_, timeline) = timeline(SWEEP);
+        let (head, basis) = (timeline.heads[0], &timeline.bases[0]);
+        assert!(
+            (3..=16).contains(&basis.poses.len()),
+            "{}",
+            basis.poses.len()
+        );
+        for (i, pose) in basis.poses.iter().enumerate() {
+            let factors = basis.factors(&head, *pose);
+            for (j, factor) in factors.iter().enumerate() {
+                let exact = f64::from(u8::from(i == j));
+                assert!((factor - exact).abs() < 1e-6, "{i} {j}: {factor}");
+            }
+        }
+        for k in 0..100 {
+            let pose = timeline.pose(0, Time::from_micros(2_000_000 + 30_000 * k));
+            let factors = basis.factors(&head, pose);
+            let lobe = Lobe::new(&head, pose);
+            let lobes: Vec<Lobe> = basis.poses.iter().map(|p| Lobe::new(&head, *p)).collect();
+            let mut square = lobe.times(&lobe);
+            for (a, x) in lobes.iter().zip(&factors) {
+                square -= 2.0 * x * lobe.times(a);
+                square += lobes
+                    .iter()
+                    .zip(&factors)
+                    .map(|(b, y)| x * y * a.times(b))
+                    .sum::<f64>();
+            }
+            let off = (square.max(0.0) / lobe.times(&lobe)).sqrt();
+            assert!(off < 1.5 * TOLERANCE, "{k}: {off}");
+        }
+    }
+
+    #[test]
+    fn further_coordinates_follow_level_and_pose() {
+        let (show, timeline) = timeline(SWEEP);
+        let own = show.coordinates().len();
+        assert_eq!(timeline.coordinates(), own + timeline.bounced().len());
+        for k in 0..=100 {
+            let time = Time::from_micros(100_000 * k);
+            let setting = timeline.evaluate(time);
+            let exact = timeline.with_bounced(&setting[..own], &[timeline.pose(0, time)]);
+            for (found, exact) in setting.iter().zip(&exact) {
+                assert!(
+                    (found - exact).abs() < 0.005,
+                    "{time:?}: {found} for {exact}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_head_that_turns_in_the_dark_needs_few_poses() {
+        let (_, timeline) = timeline(
+            "cue 1 at 0:00 { snap  heads 50 }\ncue 2 at 0:02 { snap  heads out }\n\
+             cue 3 at 0:04 { mh to 3, -4, 0 }\ncue 4 at 0:08 { snap  heads 50 }\n",
+        );
+        assert_eq!(timeline.bounced().len(), 2);
+    }
+}
