@@ -123,9 +123,16 @@ pub(super) fn compile(source: Source<'_>, old: Option<&Loaded>) -> Result<Compil
     model.show.look_from(source.view.unwrap_or_default());
     // All errors in one run: of the files as well as of the curves.
     let loaded = setup::load(&model.show, &model.spans, source, old);
-    let (loaded, found) = loaded.unwrap_or_else(|errors| (None, errors));
+    let (mut loaded, found) = loaded.unwrap_or_else(|errors| (None, errors));
     model.diagnostics.list.extend(found);
-    let version = checked(model)?;
+    let mut version = checked(model)?;
+    if let Some(loaded) = &mut loaded {
+        let show = (&version.show, &version.spans);
+        if let Err(error) = loaded.add_bounced(show, version.timeline.bounced()) {
+            version.diagnostics.list.push(error);
+            return Err(Error::Show(version.diagnostics));
+        }
+    }
     Ok(Compiled {
         keys: KeySequence::new(&version.timeline)?,
         version,

@@ -16,7 +16,7 @@ use footlight_picture::tone::{self, Tone};
 use footlight_show::diagnostic::{Diagnostics, Label};
 use footlight_show::lang;
 use footlight_show::lang::edit::{self, Change, Edit, Splice};
-use footlight_show::model::{Coordinate, NodeId, Show};
+use footlight_show::model::{Coordinate, NodeId, Pose, Show};
 use footlight_show::timeline::{KeySequence, Timeline};
 use footlight_show::units::Time;
 use footlight_transport::Setup;
@@ -242,6 +242,20 @@ impl Document {
         self.compiled.loaded.as_ref()?.setup_from(self.show(), view)
     }
 
+    /// A setup of the show with its heads as fixed lights in these poses, a source for each coordinate of
+    /// [`Show::coordinates`]; without heads as it is.
+    pub(super) fn standing(&self, setup: &Setup, poses: &[Pose]) -> Result<Setup, Error> {
+        let Some(loaded) = self.compiled.loaded.as_ref().filter(|_| !poses.is_empty()) else {
+            return Ok(setup.clone());
+        };
+        let standing = loaded.standing(self.show(), poses);
+        let rig = standing.map_err(|_| Error::NoSetup)?.rig;
+        Ok(Setup {
+            rig,
+            ..setup.clone()
+        })
+    }
+
     /// The name of the view that is looked from; `None` when the show has none.
     pub fn view(&self) -> Option<&str> {
         self.show().view().map(|view| view.name.as_str())
@@ -254,7 +268,13 @@ impl Document {
         self.timeline().evaluate(time)
     }
 
-    /// The setting of a bank alone at full; `fixed` is all fixed lights together.
+    /// The poses of heads at home, as their lights are declared.
+    pub fn home(&self) -> Vec<Pose> {
+        let heads = self.show().heads().into_iter();
+        heads.map(|(_, head, _)| head.home).collect()
+    }
+
+    /// The setting of a bank alone at full, its heads at home; `fixed` is all fixed lights together.
     ///
     /// # Errors
     /// [`Error::NoSuchBank`].
@@ -274,10 +294,11 @@ impl Document {
                 known,
             });
         }
-        Ok(coordinates
+        let own: Vec<f64> = coordinates
             .iter()
             .map(|c| f64::from(u8::from(of(c))))
-            .collect())
+            .collect();
+        Ok(self.timeline().with_bounced(&own, &self.home()))
     }
 
     /// The tone of some images: the show's own exposure, or one from these.

@@ -100,8 +100,20 @@ impl Engine {
             };
             known.insert(bits, light);
         }
-        let brightest = known.values().copied().fold(0.0, f64::max);
+        let mut brightest = known.values().copied().fold(0.0, f64::max);
         brightness.known = known;
+        let heads = self.images.heads(&self.document);
+        if let Some(heads) = heads {
+            brightest = 0.0;
+            for time in self.document.exposed() {
+                let mut image = self
+                    .estimate()
+                    .rendered()?
+                    .preview(&self.document.setting(time), work)?;
+                heads.add_at(time, &mut image, work)?;
+                brightest = brightest.max(tone::bright_light(&image));
+            }
+        }
         self.exposure.brightness = Some(brightness);
         Ok(tone::exposure(brightest))
     }

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use super::Error;
 use super::document::Document;
 use super::goal::Step;
+use super::heads::Lit;
 use super::host::Host;
 use super::pace::Pace;
 use super::rendering::SetupImages;
@@ -32,6 +33,8 @@ pub struct Images {
     views: BTreeMap<ViewName, ViewImages>,
     /// How long things take here against what the operator predicts.
     pub(super) pace: Pace,
+    /// What heads light.
+    pub(super) lit: Option<Lit>,
 }
 
 impl std::fmt::Debug for Images {
@@ -50,6 +53,7 @@ impl Images {
             cache: host.image_cache(),
             views: BTreeMap::new(),
             pace: Pace::default(),
+            lit: None,
         }
     }
 

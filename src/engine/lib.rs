@@ -33,6 +33,7 @@ mod estimate;
 mod exposure;
 mod forecast;
 mod goal;
+mod heads;
 mod host;
 mod images;
 mod limit;
@@ -68,7 +69,7 @@ use crate::pool::disk_cache::Note;
 use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_show::lang::edit::Edit;
-use footlight_show::model::Show;
+use footlight_show::model::{Pose, Show};
 use footlight_show::units::Time;
 use footlight_transport::contract::check_memory;
 use footlight_transport::{Quality, TransportWarning};
@@ -82,6 +83,7 @@ pub use self::forecast::{Forecast, NextImage};
 pub use self::goal::{
     Ended, Goal, Refinement, RefinementSummary, Step, TooLarge, Warning, Way, WorstMoment,
 };
+pub use self::heads::Heads;
 pub use self::host::{Background, Host, POOL_LIMIT, PoolPlace};
 pub use self::images::Images;
 pub use self::limit::TimedCall;
@@ -386,25 +388,68 @@ impl Engine {
     /// # Errors
     /// [`Error::NoSetup`] when the show has no stage or view, else what rendering says.
     pub fn picture(&mut self, time: Time) -> Result<Image, Error> {
-        let setting = self.document.setting(time);
-        self.picture_of(&setting)
+        let document = &self.document;
+        let (setting, poses) = (document.setting(time), document.timeline().poses(time));
+        self.picture_with(&setting, &poses)
     }
 
-    /// The image of a setting, one number for each coordinate, from the pool as it stands.
+    /// The image of a setting, one number for each coordinate, from the pool as it stands; heads are at
+    /// home.
     ///
     /// # Errors
     /// As [`Engine::picture`]; [`Error::Plan`] for another number of coordinates.
     pub fn picture_of(&mut self, setting: &[f64]) -> Result<Image, Error> {
-        self.coarse()?;
-        let pool = self.estimate().rendered()?;
-        Ok(pool.preview(setting, self.work())?)
+        self.picture_with(setting, &self.document.home())
     }
 
-    /// Renders a setting at a step of quality, without the pool.
+    /// Like [`Engine::picture_of`], with heads in these poses.
+    ///
+    /// # Errors
+    /// As [`Engine::picture_of`].
+    pub fn picture_with(&mut self, setting: &[f64], poses: &[Pose]) -> Result<Image, Error> {
+        self.coarse()?;
+        let image = self.estimate().rendered()?.preview(setting, self.work())?;
+        self.with_heads(image, setting, poses)
+    }
+
+    /// The heads of the show as the current view sees them; `None` without heads, and before any image is
+    /// rendered.
+    pub fn heads(&self) -> Option<Heads> {
+        self.images.heads(&self.document)
+    }
+
+    /// An image with the direct light of the heads.
+    fn with_heads(
+        &mut self,
+        mut image: Image,
+        setting: &[f64],
+        poses: &[Pose],
+    ) -> Result<Image, Error> {
+        self.images.find_heads(&self.document, self.host.work())?;
+        if let Some(heads) = self.images.heads(&self.document) {
+            heads.add(setting, poses, &mut image, self.host.work())?;
+        }
+        Ok(image)
+    }
+
+    /// Renders a setting at a step of quality, without the pool; heads are at home.
     ///
     /// # Errors
     /// [`Error::NoSetup`], else what rendering says.
     pub fn render(&mut self, setting: &[f64], quality: Quality) -> Result<Image, Error> {
+        self.render_with(setting, &self.document.home(), quality)
+    }
+
+    /// Like [`Engine::render`], with heads in these poses.
+    ///
+    /// # Errors
+    /// As [`Engine::render`].
+    pub fn render_with(
+        &mut self,
+        setting: &[f64],
+        poses: &[Pose],
+        quality: Quality,
+    ) -> Result<Image, Error> {
         let view = self.looked_from().view;
         let (cache, of_view) = self.images.split(&view)?;
         let rendering = &mut of_view.rendering;
@@ -412,7 +457,8 @@ impl Engine {
         let work = work.holding(cache.bytes() + rendering.image_bytes());
         let operator = rendering.operator(self.host.renderer.as_ref(), quality, work)?;
         let mut images = operator.render(&[setting.to_vec()], work)?;
-        images.pop().ok_or(Error::NoSetup)
+        let image = images.pop().ok_or(Error::NoSetup)?;
+        self.with_heads(image, setting, poses)
     }
 
     /// The image of each coordinate alone at full, as previews have it. The caller already
@@ -422,7 +468,7 @@ impl Engine {
     /// [`Error::NotRendered`] before the coarse images are rendered; on cancel.
     pub fn bank_images(&self, held: usize) -> Result<Vec<Image>, Error> {
         let pool = self.estimate().rendered()?;
-        let units = Pool::unit_settings(self.show().coordinates().len());
+        let units = Pool::unit_settings(self.document.keys().coordinates());
         let mut images = Vec::with_capacity(units.len());
         let work = self.work().holding(held);
         let bytes = units.len() * pool.size().0 * pool.size().1 * size_of::<[f32; 3]>();

@@ -8,7 +8,7 @@ use footlight_host::files::Files;
 use footlight_show::diagnostic::Diagnostics;
 use footlight_show::lang::edit::{CueMove, CueText, Edit};
 use footlight_show::lang::{self, SetLevel};
-use footlight_show::model::Show;
+use footlight_show::model::{Pose, Show};
 use footlight_show::timeline::{self, CueTime};
 use footlight_show::units::{CueNumber, Time};
 
@@ -263,13 +263,23 @@ impl LiveControl {
             Some(&[first, end]) => tried.range(first..end).next().is_some(),
             _ => false,
         };
-        let slots = setting.iter_mut().zip(lights).zip(show.coordinates());
-        for ((slot, light), coordinate) in slots {
+        let own = show.coordinates();
+        setting.truncate(own.len());
+        for ((slot, light), coordinate) in setting.iter_mut().zip(lights).zip(own) {
             if let Some(bank) = coordinate.bank.filter(|bank| moved(*bank)) {
                 *slot = light * document.timeline().factor(bank, self.instant());
             }
         }
-        setting
+        document
+            .timeline()
+            .with_bounced(&setting, &self.poses(document))
+    }
+
+    /// The poses of heads at this moment, with those being tried.
+    pub fn poses(&self, document: &Document) -> Vec<Pose> {
+        let (show, levels) = (document.show(), self.levels(document));
+        let heads = 0..show.heads().len();
+        heads.map(|head| show.pose_of(&levels, head)).collect()
     }
 
     /// Each parameter at this moment, before the dimmers ([`Show::parameters`] names them), as a

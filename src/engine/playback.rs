@@ -11,12 +11,14 @@ mod player;
 
 pub use self::player::Player;
 
-use self::kernel::Keys;
+use self::kernel::{Factors, Keys, Target};
+use crate::heads::Heads;
 use crate::plan::PlanError;
 use crate::pool::Pool;
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
-use footlight_show::timeline::{KeySequence, Segment};
+use footlight_show::timeline::{KeySequence, Segment, blend};
+use footlight_show::units::Time;
 
 /// Bytes of a key image's pixel as it is made and as a player in half precision keeps it.
 const BYTES_PER_PIXEL: usize = 3 * (size_of::<f32>() + size_of::<u16>());
@@ -46,6 +48,7 @@ pub struct Playback {
     size: (usize, usize),
     keys: KeySequence,
     images: Vec<Image>,
+    heads: Option<Heads>,
 }
 
 impl Playback {
@@ -68,7 +71,19 @@ impl Playback {
             size: pool.size(),
             keys: keys.clone(),
             images,
+            heads: None,
         })
+    }
+
+    /// With heads, whose light is added to every frame.
+    #[must_use]
+    pub fn with_heads(self, heads: Option<Heads>) -> Playback {
+        Playback { heads, ..self }
+    }
+
+    /// The heads, where the show has any.
+    pub fn heads(&self) -> Option<&Heads> {
+        self.heads.as_ref()
     }
 
     /// Bytes that [`Playback::new`] and a player of it take, about.
@@ -90,6 +105,7 @@ impl Playback {
             size,
             keys: keys.clone(),
             images,
+            heads: None,
         })
     }
 
@@ -112,6 +128,27 @@ impl Playback {
     pub fn image_bytes(&self) -> usize {
         let images = self.images.iter();
         images.map(|image| size_of_val(image.data())).sum()
+    }
+
+    /// The light of a frame; times outside the sequence show its first and last look.
+    pub fn frame(&self, time: Time) -> Image {
+        let mut out = Image::new(self.size.0, self.size.1);
+        let (index, t) = self.keys.segment_at(time);
+        if let Some(segment) = self.keys.segments().get(index) {
+            let factors = Factors::new(blend(segment.degree, t));
+            self.floats(segment)
+                .blend(factors, Target::Light(out.data_mut()), 1);
+        }
+        self.add_heads(time, &mut out);
+        out
+    }
+
+    /// Adds the light of heads to a frame.
+    fn add_heads(&self, time: Time, frame: &mut Image) {
+        if let Some(heads) = &self.heads {
+            // A frame is short: nothing asks it to stop.
+            let _ = heads.add_at(time, frame, Work::silent());
+        }
     }
 
     /// The keys of a segment in single precision.

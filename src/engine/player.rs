@@ -5,6 +5,9 @@ use std::sync::Arc;
 use super::document::Document;
 use super::{Engine, Error};
 use crate::playback::{Playback, Player};
+use footlight_picture::Image;
+use footlight_picture::tone::Tone;
+use footlight_show::units::Time;
 
 /// Key images that memory does not hold.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,6 +56,28 @@ impl ManyKeys {
     }
 }
 
+/// Moments at which the light of heads counts for the exposure, at most.
+const EXPOSED: usize = 32;
+
+impl Document {
+    /// The tone of a sequence: the show's own exposure, or one from its brightest key images; with heads
+    /// from frames when cues are complete.
+    pub fn tone_of_playback(&self, playback: &Playback) -> Tone {
+        if playback.heads().is_none() {
+            return self.tone_of(playback.images());
+        }
+        let frames: Vec<Image> = self.exposed().map(|time| playback.frame(time)).collect();
+        self.tone_of(&frames)
+    }
+
+    /// Moments whose frames set the exposure of a show with heads.
+    pub(super) fn exposed(&self) -> impl Iterator<Item = Time> {
+        let all = self.timeline().cues();
+        let step = all.len().div_ceil(EXPOSED).max(1);
+        all.iter().step_by(step).map(|cue| cue.completion)
+    }
+}
+
 impl Engine {
     /// Key images from the pool as it stands, ready to play; coarse images are rendered if they are
     /// not there.
@@ -76,7 +101,9 @@ impl Engine {
         }
         let pool = self.estimate().rendered()?;
         let playback = Playback::new(self.document.keys(), pool, self.work())?;
-        Ok(Arc::new(playback))
+        self.images.find_heads(&self.document, self.host.work())?;
+        let heads = self.images.heads(&self.document);
+        Ok(Arc::new(playback.with_heads(heads)))
     }
 
     /// The sequence as display bytes, exposed as one: any frame is at most three blends of key
@@ -86,7 +113,7 @@ impl Engine {
     /// As [`Engine::playback`].
     pub fn player(&mut self) -> Result<Player, Error> {
         let playback = self.playback()?;
-        let tone = self.document.tone_of(playback.images());
+        let tone = self.document.tone_of_playback(&playback);
         Ok(Player::fitting(&playback, tone, self.host.work())?)
     }
 }

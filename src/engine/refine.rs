@@ -14,6 +14,7 @@ impl Engine {
     /// # Errors
     /// [`Error::NoSetup`], else what rendering says.
     pub fn coarse(&mut self) -> Result<(), Error> {
+        self.images.find_heads(&self.document, self.host.work())?;
         self.coarse_for(Goal::count(0)).map(|_| ())
     }
 

@@ -14,12 +14,14 @@ use footlight_show::geometry::shape::Shape;
 use footlight_show::geometry::solid::Solid;
 use footlight_show::geometry::{Vec3, bounds, vec3};
 use footlight_show::lang::SpanMap;
-use footlight_show::model::ImageFile;
 use footlight_show::model::{self as show, Show};
+use footlight_show::model::{ImageFile, Pose};
+use footlight_show::timeline::Bounced;
 use footlight_show::units::Rgb;
 use footlight_stage::import;
 use footlight_stage::luminaire_asset::LuminaireAssets;
 use footlight_stage::rig;
+use footlight_stage::rig_error::RigError;
 use footlight_stage::stage_file::Options;
 use footlight_stage::{Emitter, Images, Lamp, Light, Rig, Scene, Shading, StageCamera, still};
 use footlight_transport::Setup;
@@ -98,6 +100,65 @@ impl Loaded {
         Some(Setup {
             view: camera_of(view, &self.cameras)?,
             ..self.setup.clone()
+        })
+    }
+
+    /// Adds the light of heads that surfaces reflect.
+    ///
+    /// # Errors
+    /// A light that does not fit.
+    pub fn add_bounced(
+        &mut self,
+        (show, spans): (&Show, &SpanMap),
+        bounced: &[Bounced],
+    ) -> Result<(), Diagnostic> {
+        if bounced.is_empty() {
+            return Ok(());
+        }
+        let mut rig = Rig::clone(&self.setup.rig);
+        let Loaded {
+            images,
+            luminaires,
+            setup,
+            ..
+        } = &*self;
+        let scene = &setup.scene;
+        rig::add_bounced(&mut rig, (show, bounced), scene, images, luminaires)
+            .map_err(|error| diagnostics::of_rig(&error, scene, spans))?;
+        self.setup.rig = Arc::new(rig);
+        Ok(())
+    }
+
+    /// A head in a pose.
+    pub fn head_lights(&self, show: &Show, head: usize, pose: Pose) -> Vec<Light> {
+        let Loaded {
+            images,
+            luminaires,
+            setup,
+            ..
+        } = self;
+        let lights = rig::head_lights(show, (head, pose), &setup.scene, images, luminaires);
+        // The light has been read in one pose already.
+        lights.unwrap_or_default()
+    }
+
+    /// The setup with heads as fixed lights in these poses, a source for each of the show's own
+    /// coordinates.
+    ///
+    /// # Errors
+    /// A light that does not fit.
+    pub fn standing(&self, show: &Show, poses: &[Pose]) -> Result<Setup, Vec<RigError>> {
+        let Loaded {
+            images,
+            luminaires,
+            setup,
+            ..
+        } = self;
+        let show = rig::standing(show, poses);
+        let rig = rig::rig_with(&show, &setup.scene, images, luminaires)?;
+        Ok(Setup {
+            rig: Arc::new(rig),
+            ..setup.clone()
         })
     }
 

@@ -117,7 +117,7 @@ pub fn write_first(engine: &mut Engine, to: &mut Results<'_>) -> Result<Option<T
         Err(engine::Error::KeyImages(_)) => return Ok(None),
         Err(error) => return Err(error.into()),
     };
-    let tone = engine.document().tone_of(playback.images());
+    let tone = engine.document().tone_of_playback(&playback);
     let files = CueFiles {
         pictures: true,
         sheets: false,
@@ -150,9 +150,14 @@ fn write_cues(
     // Each key is shown once at most: coding them for playback would cost more than it saves.
     let player = playback.map(|playback| super::film::exact(engine, playback, tone));
     let player = player.transpose()?;
+    let heads = engine.heads();
     let light_at = |time: Time| -> Result<Image, engine::Error> {
         let Some(player) = &player else {
-            return Ok(pool.preview(&timeline.evaluate(time), Work::silent())?);
+            let mut light = pool.preview(&timeline.evaluate(time), Work::silent())?;
+            if let Some(heads) = &heads {
+                heads.add_at(time, &mut light, Work::silent())?;
+            }
+            return Ok(light);
         };
         let mut light = Image::new(width, height);
         player.light(time, &mut light);

@@ -99,7 +99,7 @@ pub fn run(
     };
     let tone = match (done.written, &done.playback) {
         (Some(tone), _) => tone,
-        (None, Some(playback)) => engine.document().tone_of(playback.images()),
+        (None, Some(playback)) => engine.document().tone_of_playback(playback),
         (None, None) => engine.tone()?,
     };
     let (playback, is_written) = (done.playback.as_ref(), done.written.is_some());

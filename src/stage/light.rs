@@ -27,9 +27,16 @@ pub enum Light {
     Measured(MeasuredLight),
     /// One plane of a thrown image.
     Projection(Projection),
+    /// The light of another one that surfaces reflect; its direct light is made elsewhere.
+    Bounced(Box<Light>),
 }
 
 impl Light {
+    /// True where only the light that surfaces reflect is wanted.
+    pub fn is_bounced(&self) -> bool {
+        matches!(self, Light::Bounced(_))
+    }
+
     /// How strong it is at unit setting: luminance of a panel, peak intensity of a spot or a
     /// projection; of a measured luminaire what multiplies the candela of its file; 1 for an image,
     /// which has its own numbers.
@@ -40,6 +47,7 @@ impl Light {
             Light::Image(_) => Rgb::WHITE,
             Light::Measured(measured) => measured.factor,
             Light::Projection(projection) => projection.intensity,
+            Light::Bounced(light) => light.strength(),
         }
     }
 }

@@ -6,8 +6,9 @@ use super::rig_error::RigError;
 use super::{Emitter, Images, Light, MeasuredLight, Projection, Rig, Scene, Source};
 use footlight_show::geometry::mount::Mount;
 use footlight_show::model::{
-    Coordinate, Fixed, LightKind, Luminaire, NodeId, Output, Show, Strength,
+    Coordinate, Fixed, LightKind, Luminaire, NodeId, Output, Pose, Show, Strength,
 };
+use footlight_show::timeline::Bounced;
 use footlight_show::units::Rgb;
 
 /// Puts the lights that have a shape of their own into `scene`, whose other materials and
@@ -63,6 +64,107 @@ pub fn rig_with(
     Ok(Rig { lights, sources })
 }
 
+/// Adds the light of heads that surfaces reflect: a source for each further coordinate of the show's
+/// timeline.
+///
+/// # Errors
+/// A light that does not fit.
+pub fn add_bounced(
+    rig: &mut Rig,
+    (show, bounced): (&Show, &[Bounced]),
+    scene: &Scene,
+    images: &Images,
+    luminaires: &LuminaireAssets,
+) -> Result<(), RigError> {
+    let white = white(show);
+    let coordinates = show.coordinates();
+    // Coordinates of one head and pose are next to each other.
+    let mut last: Option<(usize, usize, std::ops::Range<usize>)> = None;
+    for one in bounced {
+        let known = last
+            .take()
+            .filter(|(head, number, _)| (*head, *number) == (one.head, one.number));
+        let lights = match known {
+            Some((.., lights)) => lights,
+            None => {
+                let lights = head_lights(show, (one.head, one.pose), scene, images, luminaires)?;
+                let start = rig.lights.len();
+                let lights = lights
+                    .into_iter()
+                    .map(|light| Light::Bounced(Box::new(light)));
+                rig.lights.extend(lights);
+                start..rig.lights.len()
+            }
+        };
+        let Some(coordinate) = coordinates.get(one.coordinate) else {
+            continue;
+        };
+        let filter = filter(coordinate).filtered(white);
+        let emitters = lights.clone().map(|light| Emitter { light, filter });
+        rig.sources.push(Source {
+            name: format!("{} pose {}", coordinate.name, one.number + 1),
+            emitters: emitters.collect(),
+        });
+        last = Some((one.head, one.number, lights));
+    }
+    Ok(())
+}
+
+/// A head of [`Show::heads`] in a pose as G takes it.
+///
+/// # Errors
+/// A light that does not fit.
+pub fn head_lights(
+    show: &Show,
+    (head, pose): (usize, Pose),
+    scene: &Scene,
+    images: &Images,
+    luminaires: &LuminaireAssets,
+) -> Result<Vec<Light>, RigError> {
+    let heads = show.heads();
+    let found = heads
+        .get(head)
+        .and_then(|(light, head, _)| Some((show.lights.get(*light)?, head)));
+    match found {
+        Some((light, head)) => resolved(&head.aimed(light, pose), scene, images, luminaires),
+        None => Ok(Vec::new()),
+    }
+}
+
+/// What a bank's lights are multiplied by in each channel under a setting.
+pub fn strength(show: &Show, bank: usize, setting: &[f64]) -> [f64; 3] {
+    let white = white(show);
+    let mut out = [0.0; 3];
+    for (coordinate, light) in show.coordinates().iter().zip(setting) {
+        if coordinate.bank == Some(bank) {
+            let filter = filter(coordinate).filtered(white).0;
+            (0..3).for_each(|c| out[c] += light * filter[c]);
+        }
+    }
+    out
+}
+
+/// The show with its heads as fixed lights in these poses.
+pub fn standing(show: &Show, poses: &[Pose]) -> Show {
+    let mut out = show.clone();
+    for ((light, head, _), pose) in show.heads().into_iter().zip(poses) {
+        if let (Some(slot), Some(light)) = (out.lights.get_mut(light), show.lights.get(light)) {
+            *slot = head.aimed(light, *pose);
+        }
+    }
+    out
+}
+
+/// The channels that a coordinate lights.
+fn filter(coordinate: &Coordinate) -> Rgb {
+    match coordinate.emitter() {
+        None => Rgb::WHITE,
+        Some(0) => Rgb([1.0, 0.0, 0.0]),
+        Some(1) => Rgb([0.0, 1.0, 0.0]),
+        Some(_) => Rgb([0.0, 0.0, 1.0]),
+    }
+}
+
 /// What the channels of all light are multiplied by, so that the preview's white is white.
 fn white(show: &Show) -> Rgb {
     let kelvin = show.preview.white.and_then(Rgb::from_kelvin);
@@ -88,16 +190,13 @@ fn emitters(show: &Show, coordinate: &Coordinate, starts: &[usize]) -> Vec<Emitt
         };
         return show.fixed.iter().flat_map(of).collect();
     };
-    let filter = match coordinate.emitter() {
-        None => Rgb::WHITE,
-        Some(0) => Rgb([1.0, 0.0, 0.0]),
-        Some(1) => Rgb([0.0, 1.0, 0.0]),
-        Some(_) => Rgb([0.0, 0.0, 1.0]),
-    };
-    bank.lights
-        .iter()
-        .flat_map(|l| emitter(*l, filter))
-        .collect()
+    let filter = filter(coordinate);
+    // The direct light of a head is made elsewhere.
+    let stand = bank.lights.iter().filter(|l| {
+        let light = show.lights.get(**l);
+        light.is_some_and(|light| light.head.is_none())
+    });
+    stand.flat_map(|l| emitter(*l, filter)).collect()
 }
 
 /// Radiance of a Lambertian surface of `area` square metres that shows `shown` square metres

@@ -27,7 +27,7 @@ mod parts;
 mod path_estimator;
 mod picture_rays;
 pub mod ray_scene;
-mod sampling;
+pub mod sampling;
 mod step;
 mod systematic;
 
@@ -62,6 +62,7 @@ use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
 use footlight_show::geometry::frame;
 use footlight_show::model::Haze;
+use footlight_stage::Light;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -86,6 +87,8 @@ pub struct FinalGather {
     offset: f64,
     lights: Vec<PreparedLight>,
     projectors: Vec<Option<Projector>>,
+    /// True for each light of which only the reflected light is wanted.
+    is_bounced: Vec<bool>,
     parts: Parts,
     cells: Cells,
     bounds: KernelBounds,
@@ -155,6 +158,7 @@ impl FinalGather {
             offset,
             lights,
             projectors: rig.lights.iter().map(projector).collect(),
+            is_bounced: rig.lights.iter().map(Light::is_bounced).collect(),
             parts,
             cells,
             bounds: settings.bounds,
@@ -405,7 +409,10 @@ impl UnitLights for FinalGather {
         let most = BLOCK_BYTES.min(work.memory / 4);
         let together = (most / bytes(MOST_BOUNCES).max(1)).clamp(1, BLOCK);
         let mut done = 0;
-        for block in new.chunks(together) {
+        // Direct light of bounced ones is made elsewhere.
+        let (whole, bounced): (Vec<usize>, Vec<usize>) =
+            new.iter().partition(|&&l| !self.is_bounced[l]);
+        for block in whole.chunks(together).chain(bounced.chunks(together)) {
             work.progress.report("reflected light", done, new.len());
             let lamps: Vec<Vec<LampPatches>> = block.iter().map(|&l| self.patches(l)).collect();
             let bounces = lamps.iter().map(Vec::len).max().unwrap_or(0);
@@ -416,16 +423,20 @@ impl UnitLights for FinalGather {
             )?;
             let mut found = self.indirect(block, &lamps, work)?;
             let emitters: Vec<Emitter<'_>> = block.iter().map(|&l| self.emitter(l)).collect();
-            let direct = DirectLight {
-                rays: self.rays(),
-                parts: &self.parts,
-                emitters: &emitters,
-                unit: Unit::Pixel,
-                report: (done, new.len()),
-            };
-            direct.add_to(&mut found, work)?;
-            self.add_patches(&lamps, &mut found, direct.report, work)?;
-            if let Some(haze) = self.surfaces.haze {
+            let report = (done, new.len());
+            let is_bounced = self.is_bounced[block[0]];
+            if !is_bounced {
+                let direct = DirectLight {
+                    rays: self.rays(),
+                    parts: &self.parts,
+                    emitters: &emitters,
+                    unit: Unit::Pixel,
+                    report,
+                };
+                direct.add_to(&mut found, work)?;
+            }
+            self.add_patches(&lamps, &mut found, report, work)?;
+            if let Some(haze) = self.surfaces.haze.filter(|_| !is_bounced) {
                 self.add_airlight(haze, &emitters, &mut found, work)?;
             }
             done += block.len();

@@ -31,6 +31,7 @@ mod gather;
 pub mod hemicube;
 pub mod layered;
 mod memory;
+pub mod moving;
 pub mod outside;
 pub mod radiosity;
 mod setup;

@@ -11,10 +11,12 @@ use serde::Serialize;
 
 use super::difference::away_from;
 use crate::estimate::Estimate;
-use crate::{Engine, Error};
+use crate::rendering::SetupImages;
+use crate::{Document, Engine, Error};
 use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_show::hash::mix;
+use footlight_show::model::Pose;
 use footlight_show::units::{ErrorUnit, Time};
 use footlight_transport::surfaces::emitter_mask;
 use footlight_transport::{PixelEstimator, Quality, Setup, Transport, TransportError};
@@ -98,16 +100,16 @@ impl MeasuredError {
 pub fn measure(
     engine: &Engine,
     image: &Image,
-    setting: &[f64],
+    (setting, poses): (&[f64], &[Pose]),
     effort: Effort,
 ) -> Result<Option<MeasuredError>, Error> {
     let begin = engine.host.clock.seconds();
     let (estimate, work) = (engine.estimate(), engine.work());
-    let setup = &estimate.rendering()?.setup;
-    let Some(meter) = Meter::new(engine.host.renderer.as_ref(), setup, work)? else {
+    let moment = StandingMoment::new(&engine.document, estimate.rendering()?, setting, poses)?;
+    let Some(meter) = Meter::new(engine.host.renderer.as_ref(), &moment.setup, work)? else {
         return Ok(None);
     };
-    let found = meter.measure(image, setting, effort, work)?;
+    let found = meter.measure(image, &moment.setting, effort, work)?;
     Ok(found.map(|found| MeasuredError {
         seconds: engine.host.clock.seconds() - begin,
         ..found
@@ -125,8 +127,12 @@ pub fn measure_worst(engine: &Engine) -> Result<Option<MeasuredMoment>, Error> {
         return Ok(None);
     };
     let setting = engine.document.setting(worst.time);
-    let image = estimate.rendered()?.preview(&setting, engine.work())?;
-    let found = match measure(engine, &image, &setting, EFFORT) {
+    let mut image = estimate.rendered()?.preview(&setting, engine.work())?;
+    let poses = engine.document.timeline().poses(worst.time);
+    if let Some(heads) = engine.images.heads(&engine.document) {
+        heads.add(&setting, &poses, &mut image, engine.work())?;
+    }
+    let found = match measure(engine, &image, (&setting, &poses), EFFORT) {
         // The images serve without it.
         Err(Error::Render(TransportError::Memory { .. })) => None,
         found => found?,
@@ -138,13 +144,34 @@ pub fn measure_worst(engine: &Engine) -> Result<Option<MeasuredMoment>, Error> {
     }))
 }
 
+/// A moment with its heads as fixed lights, as the estimator takes it.
+struct StandingMoment {
+    setup: Setup,
+    setting: Vec<f64>,
+}
+
+impl StandingMoment {
+    fn new(
+        document: &Document,
+        rendering: &SetupImages,
+        setting: &[f64],
+        poses: &[Pose],
+    ) -> Result<StandingMoment, Error> {
+        let own = document.show().coordinates().len();
+        Ok(StandingMoment {
+            setup: document.standing(&rendering.setup, poses)?,
+            setting: setting.iter().copied().take(own).collect(),
+        })
+    }
+}
+
 /// Moments of a show to be measured, with all that this needs, on any thread.
 pub(crate) struct MeasureJob {
     pub setup: Setup,
     pub quality: Quality,
     /// Times the usual effort.
     pub effort: usize,
-    moments: Vec<(usize, Time, Vec<f64>, Image)>,
+    moments: Vec<(usize, Time, StandingMoment, Image)>,
 }
 
 impl MeasureJob {
@@ -153,12 +180,19 @@ impl MeasureJob {
     /// be off most, with four times the effort.
     pub fn new(estimate: &Estimate<'_>, work: Work<'_>) -> Result<MeasureJob, Error> {
         let pool = estimate.rendered()?;
-        let with_picture = |(cue, time)| {
-            let setting = estimate.document.setting(time);
-            let image = pool.preview(&setting, work)?;
-            Ok::<_, Error>((cue, time, setting, image))
-        };
         let (rendering, quality) = (estimate.rendering()?, estimate.coarse_steps()[1]);
+        let document = estimate.document;
+        let heads = estimate.images.heads(document);
+        let with_picture = |(cue, time)| {
+            let setting = document.setting(time);
+            let mut image = pool.preview(&setting, work)?;
+            let poses = document.timeline().poses(time);
+            if let Some(heads) = &heads {
+                heads.add(&setting, &poses, &mut image, work)?;
+            }
+            let moment = StandingMoment::new(document, rendering, &setting, &poses)?;
+            Ok::<_, Error>((cue, time, moment, image))
+        };
         let before = rendering.measured_at(quality, estimate.document);
         let (moments, effort) = match before.and_then(|m| Some((m.doubtful()?, 4 * m.effort))) {
             Some((doubtful, effort)) => (vec![(doubtful.cue, doubtful.time)], effort),
@@ -179,12 +213,6 @@ impl MeasureJob {
         renderer: &dyn Transport,
         work: Work<'_>,
     ) -> Result<Vec<MeasuredMoment>, TransportError> {
-        let meter = match Meter::new(renderer, &self.setup, work) {
-            Ok(Some(meter)) => meter,
-            // The images serve without it.
-            Ok(None) | Err(TransportError::Memory { .. }) => return Ok(Vec::new()),
-            Err(error) => return Err(error),
-        };
         // More pixels and more paths for each.
         let by = self.effort.isqrt();
         let effort = Effort {
@@ -192,9 +220,21 @@ impl MeasureJob {
             paths: EFFORT.paths * by as u32,
         };
         let mut measured = Vec::new();
-        for (at, (cue, time, setting, image)) in self.moments.iter().enumerate() {
+        let mut meter: Option<(&Setup, Meter)> = None;
+        for (at, (cue, time, moment, image)) in self.moments.iter().enumerate() {
             work.progress.report("measuring", at, self.moments.len());
-            let found = meter.measure(image, setting, effort, work)?;
+            // Heads stand elsewhere at each moment.
+            let known = meter.take().filter(|(setup, _)| **setup == moment.setup);
+            let (_, meter) = match known {
+                Some(known) => meter.insert(known),
+                None => match Meter::new(renderer, &moment.setup, work) {
+                    Ok(Some(new)) => meter.insert((&moment.setup, new)),
+                    // The images serve without it.
+                    Ok(None) | Err(TransportError::Memory { .. }) => return Ok(measured),
+                    Err(error) => return Err(error),
+                },
+            };
+            let found = meter.measure(image, &moment.setting, effort, work)?;
             measured.extend(found.map(|measured| MeasuredMoment {
                 cue: *cue,
                 time: *time,

@@ -123,6 +123,11 @@ impl Player {
     pub fn show(&self, time: Time, out: &mut Vec<u8>) {
         let (width, height) = self.playback.size();
         out.resize(width * height * 3, 0);
+        if self.playback.heads().is_some() {
+            let mut light = Image::new(width, height);
+            self.light(time, &mut light);
+            return self.table.encode(light.data(), out);
+        }
         self.blend(time, Target::Bytes(out, &self.table));
     }
 
@@ -133,6 +138,7 @@ impl Player {
             *out = Image::new(size.0, size.1);
         }
         self.blend(time, Target::Light(out.data_mut()));
+        self.playback.add_heads(time, out);
     }
 
     fn blend(&self, time: Time, target: Target<'_>) {

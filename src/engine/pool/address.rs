@@ -328,6 +328,12 @@ fn apart(light: &Light) -> (Digest, Rgb) {
             hasher.count(*plane);
             *intensity
         }
+        Light::Bounced(light) => {
+            let (shape, colour) = apart(light);
+            hasher.text("bounced");
+            hasher.digest(shape);
+            colour
+        }
         Light::Image(image) => {
             hasher.text("image");
             hasher.image(image);

@@ -86,12 +86,12 @@ pub fn quality(repl: &mut Repl, asked: &Scale) -> Result<Reply, Error> {
 }
 
 pub fn measure(repl: &mut Repl, asked: &Measure) -> Result<Reply, Error> {
-    let (image, setting, what) = asked.picture.image(repl)?;
+    let (image, (setting, poses), what) = asked.picture.image(repl)?;
     let effort = Effort {
         pixels: asked.pixels as usize,
         paths: asked.paths,
     };
-    let found = independent::measure(&repl.engine, &image, &setting, effort)?;
+    let found = independent::measure(&repl.engine, &image, (&setting, &poses), effort)?;
     if asked.json {
         Reply::json(&found)
     } else {

@@ -13,6 +13,7 @@ use footlight_picture::tone::{self, Tone};
 use footlight_report::film::Shown;
 use footlight_report::format::{self, PICTURE, ending};
 use footlight_report::words::count;
+use footlight_show::model::Pose;
 use footlight_show::units::{CueNumber, Time};
 use footlight_transport::Quality;
 
@@ -39,7 +40,7 @@ pub struct Shot {
 
 impl Shot {
     /// The picture, its setting, and which one it is.
-    pub fn image(&self, repl: &mut Repl) -> Result<(Image, Vec<f64>, String), Error> {
+    pub fn image(&self, repl: &mut Repl) -> Result<(Image, (Vec<f64>, Vec<Pose>), String), Error> {
         let now = repl.live.time();
         let complete = self.cue.map(|cue| Moment::Cue(cue, None));
         let said = self.at.map(Moment::Time).or(complete);
@@ -47,23 +48,24 @@ impl Shot {
             Some(moment) => moment.time(&repl.engine)?,
             None => now,
         };
-        let setting = match &self.bank {
-            Some(name) => repl.engine.document().alone(name)?,
-            None if moment == now => repl.live.setting(repl.engine.document()),
-            None => repl.engine.document().setting(moment),
+        let document = repl.engine.document();
+        let (setting, poses) = match &self.bank {
+            Some(name) => (document.alone(name)?, document.home()),
+            None if moment == now => (repl.live.setting(document), repl.live.poses(document)),
+            None => (document.setting(moment), document.timeline().poses(moment)),
         };
         let image = match self.quality {
             Some(quality) => {
                 check_quality(&repl.engine, quality)?;
-                repl.engine.render(&setting, quality)?
+                repl.engine.render_with(&setting, &poses, quality)?
             }
-            None => repl.engine.picture_of(&setting)?,
+            None => repl.engine.picture_with(&setting, &poses)?,
         };
         let what = match &self.bank {
             Some(name) => format!("{name} alone at full"),
             None => format!("{moment}"),
         };
-        Ok((image, setting, what))
+        Ok((image, (setting, poses), what))
     }
 }
 

@@ -156,7 +156,7 @@ fn sequence(repl: &mut Repl, part: &Part, target: Option<Target>) -> Result<Repl
     let (engine, console) = (&repl.engine, &repl.console);
     let sequence = Sequence {
         engine,
-        tone: engine.document().tone_of(playback.images()),
+        tone: engine.document().tone_of_playback(&playback),
         playback,
         span,
     };

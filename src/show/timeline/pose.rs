@@ -20,6 +20,13 @@ impl Timeline {
         ranges.pose(Axis::ALL.map(value))
     }
 
+    /// The poses of all heads at a time.
+    pub fn poses(&self, time: Time) -> Vec<Pose> {
+        (0..self.heads.len())
+            .map(|head| self.pose(head, time))
+            .collect()
+    }
+
     /// Knots of a head's pose, in order, each once: between two of them pan, tilt, beam and field are
     /// polynomials in time of degree 3 at most.
     pub fn pose_knots(&self, head: usize) -> Vec<Time> {

@@ -129,7 +129,12 @@ impl<'a> Sweep<'a> {
         if degree < 2 {
             return self.push_segment((from, to, false), degree, &curves);
         }
-        let inner = positivity::knots(&curves);
+        // The light of heads that surfaces reflect is a sum of both signs.
+        let first_bounced = self.timeline.coordinates() - self.timeline.bounced().len();
+        let own = self.moving.iter().zip(&curves);
+        let own = own.filter(|((coordinate, _), _)| *coordinate < first_bounced);
+        let own: Vec<Bernstein> = own.map(|(_, curve)| *curve).collect();
+        let inner = positivity::knots(&own);
         self.inserted += inner.len();
         let mut parameters = vec![0.0];
         parameters.extend(inner);

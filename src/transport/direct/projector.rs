@@ -130,6 +130,7 @@ fn overlap(x: f64, size: f64) -> f64 {
 pub fn projector(light: &Light) -> Option<Projector> {
     match light {
         Light::Projection(projection) => Projector::new(projection),
+        Light::Bounced(light) => self::projector(light),
         _ => None,
     }
 }

@@ -62,7 +62,10 @@ impl HemicubeRadiosity {
             let solved = group.iter().zip(direct).zip(indirect).enumerate();
             for (at, ((&l, direct), indirect)) in solved {
                 let own = scattered.iter().skip(at).step_by(group.len());
-                let airlight: Vec<f32> = own.copied().collect();
+                let airlight: Vec<f32> = match self.rig.lights[l].is_bounced() {
+                    true => Vec::new(),
+                    false => own.copied().collect(),
+                };
                 self.held += size_of_val(airlight.as_slice());
                 self.solutions[l] = Some(Solution {
                     direct,
@@ -145,6 +148,12 @@ impl HemicubeRadiosity {
         let means = self.on_elements(&shining, &planes, work)?;
         let level = means.iter().map(|m| self.level(m)).fold(0.0, f64::max);
         let precision = self.precision(self.tolerance * level);
+        if self.rig.lights[lights[0]].is_bounced() {
+            // Direct light of this one is made elsewhere.
+            let none = || vec![0.0; self.fragments.all().len()];
+            let wanted = planes.iter().zip(means).filter(|(l, _)| lights.contains(l));
+            return Ok(wanted.map(|(_, means)| (none(), means)).collect());
+        }
         let receivers = &self.fragment_receivers;
         let outlines = Some(&self.fragments);
         let mut seen = irradiance(

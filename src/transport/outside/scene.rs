@@ -339,6 +339,7 @@ impl Binary {
             Light::Measured(measured) => self.measured(measured),
             Light::Projection(projection) => self.projection(projection),
             Light::Image(_) => Err("a bank given as an image"),
+            Light::Bounced(_) => Err("the reflected light of a moving head"),
         }
     }
 

@@ -48,7 +48,8 @@ fn refine(engine: &mut Engine, name: &str, asked: f64, kept: &mut Kept) -> Resul
     let setting = engine.document().setting(worst.time);
     let image = engine.picture_of(&setting)?;
     let truth = |engine: &Engine, image: &Image| -> Result<f64, Failure> {
-        let found = independent::measure(engine, image, &setting, EFFORT)?;
+        let found =
+            independent::measure(engine, image, (&setting, &engine.document().home()), EFFORT)?;
         Ok(found.ok_or("not measured")?.error)
     };
     let own = truth(engine, &image)?;
