@@ -13,17 +13,17 @@ use super::images::Images;
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
 use footlight_show::geometry::Vec3;
-use footlight_show::model::{LightKind, Pose, Show};
+use footlight_show::model::{LightKind, Pose};
 use footlight_show::units::Time;
 use footlight_stage::rig;
 use footlight_transport::Setup;
-use footlight_transport::moving::{HeadLight, MovingLights};
+use footlight_transport::moving::{HeadLight, Hung, MovingLights};
 
 /// What the heads of a show light from one view, found once.
 #[derive(Clone, Debug)]
 pub(super) struct Lit {
     setup: Setup,
-    positions: Vec<Vec3>,
+    hung: Vec<Hung>,
     lights: Arc<MovingLights>,
 }
 
@@ -86,23 +86,33 @@ impl Heads {
     }
 }
 
-/// Where the heads of a show hang.
-fn positions(show: &Show) -> Vec<Vec3> {
+/// Where the heads of a show hang, and how narrow they get in it.
+fn hung(document: &Document) -> Vec<Hung> {
+    let (show, timeline) = (document.show(), document.timeline());
     let position = |light: usize| match show.lights.get(light).map(|light| &light.kind) {
         Some(LightKind::Spot(spot)) => spot.position,
         Some(LightKind::Projection { mount, .. }) => mount.position,
         _ => Vec3::ZERO,
     };
-    let heads = show.heads().into_iter();
-    heads.map(|(light, ..)| position(light)).collect()
+    let heads = show.heads().into_iter().enumerate();
+    heads
+        .map(|(number, (light, head, _))| {
+            let own = timeline.bounced().iter().filter(|one| one.head == number);
+            let fields = own.map(|one| one.pose.field);
+            Hung {
+                position: position(light),
+                field: fields.fold(head.home.field, f64::min).to_radians(),
+            }
+        })
+        .collect()
 }
 
 impl Images {
     /// The heads of a document from the view that it looks from, if they are found already.
     pub(super) fn heads(&self, document: &Document) -> Option<Heads> {
         let setup = document.setup()?;
-        let positions = positions(document.show());
-        let is_it = |lit: &&Lit| lit.setup.has_same_scene(setup) && lit.positions == positions;
+        let hung = hung(document);
+        let is_it = |lit: &&Lit| lit.setup.has_same_scene(setup) && lit.hung == hung;
         let lit = self.lit.as_ref().filter(is_it)?;
         Some(Heads {
             compiled: document.compiled(),
@@ -112,16 +122,16 @@ impl Images {
 
     /// Finds what the heads of a document light, where that is not known yet.
     pub(super) fn find_heads(&mut self, document: &Document, work: Work<'_>) -> Result<(), Error> {
-        let positions = positions(document.show());
-        let Some(setup) = document.setup().filter(|_| !positions.is_empty()) else {
+        let hung = hung(document);
+        let Some(setup) = document.setup().filter(|_| !hung.is_empty()) else {
             return Ok(());
         };
         if self.heads(document).is_none() {
             work.progress.report("moving lights", 0, 1);
-            let lights = MovingLights::new(setup, &positions, work)?;
+            let lights = MovingLights::new(setup, &hung, work)?;
             self.lit = Some(Lit {
                 setup: setup.clone(),
-                positions,
+                hung,
                 lights: Arc::new(lights),
             });
         }

@@ -33,8 +33,13 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// Samples of a pixel, where it and its neighbours show one facet and all heads light it alike, and else.
-const FEW: u32 = 4;
-const MANY: u32 = 32;
+/// The few stand near the corners: they miss no edge, and the mean of their places is the middle.
+const FEW: usize = 4;
+const MANY: usize = 64;
+/// Width of a place seen from a head, as a share of the head's narrowest field: light changes little
+/// within it. Where a pixel is wider, it is split into parts, up to so many.
+const EVEN: f64 = 0.12;
+const MOST_PARTS: usize = 8;
 /// Side of the squares of pixels that are left out together.
 const TILE: usize = 8;
 /// Nodes along a ray of sight in haze, as at step 2.
@@ -53,6 +58,15 @@ pub struct HeadLight {
     pub strength: [f64; 3],
 }
 
+/// Where a head hangs, and its narrowest field angle, radians.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hung {
+    /// Metres.
+    pub position: Vec3,
+    /// Radians.
+    pub field: f64,
+}
+
 /// A part of a pixel on one facet.
 #[derive(Clone, Copy, Debug)]
 struct Place {
@@ -68,6 +82,48 @@ impl Place {
     fn point(&self) -> Vec3 {
         let [x, y, z] = self.point.map(f64::from);
         vec3(x, y, z)
+    }
+}
+
+/// A sample of a pixel.
+struct Seen {
+    facet: u32,
+    point: Vec3,
+    /// Less than 1 where light passes.
+    share: f64,
+    /// Irradiance of one candela from each head.
+    lit: Vec<f64>,
+    /// Bit by bit, which heads light it.
+    by: u64,
+}
+
+/// How far the samples of a facet are apart.
+fn extent(seen: &[Seen]) -> Vec3 {
+    let Some(first) = seen.first() else {
+        return Vec3::ZERO;
+    };
+    let ways = seen.iter().map(|seen| seen.point - first.point);
+    ways.max_by(|a, b| a.dot(*a).total_cmp(&b.dot(*b)))
+        .unwrap_or(Vec3::ZERO)
+}
+
+/// Parts of the samples of a facet within each of which the light of each head changes little.
+fn parts(seen: &[Seen], heads: &[Hung]) -> usize {
+    let width = extent(seen).length();
+    let of = |(number, head): (usize, &Hung)| {
+        let lit = seen.iter().find(|seen| seen.lit[number] > 0.0);
+        let distance = lit.map_or(f64::INFINITY, |lit| (lit.point - head.position).length());
+        (width / (distance * EVEN * head.field)).ceil() as usize
+    };
+    let most = heads.iter().enumerate().map(of).max().unwrap_or(1);
+    most.clamp(1, MOST_PARTS.min(seen.len().max(1)))
+}
+
+/// Sorts samples along the longer side of what they show.
+fn sort_along(seen: &mut [Seen], parts: usize) {
+    if parts > 1 {
+        let way = extent(seen);
+        seen.sort_by(|a, b| a.point.dot(way).total_cmp(&b.point.dot(way)));
     }
 }
 
@@ -103,13 +159,13 @@ impl std::fmt::Debug for MovingLights {
 }
 
 impl MovingLights {
-    /// Finds what is lit from each of `positions`, metres.
+    /// Finds what each of the heads can light.
     ///
     /// # Errors
     /// [`TransportError`] for a view or scene that cannot be used, a budget too small, or on cancel.
     pub fn new(
         setup: &Setup,
-        positions: &[Vec3],
+        heads: &[Hung],
         work: Work<'_>,
     ) -> Result<MovingLights, TransportError> {
         let Setup { scene, view, .. } = setup;
@@ -117,7 +173,7 @@ impl MovingLights {
         budget.take("the stage", scene.polygons.len() * FACET_BYTES)?;
         let surfaces = Surfaces::new(scene)?;
         let camera = camera(view)?;
-        let each = size_of::<Place>() + 4 * positions.len();
+        let each = size_of::<Place>() + 4 * heads.len();
         let pixels = view.width * view.height;
         budget.take("what moving lights light", 2 * each * pixels)?;
         Threads::new(work)?.install(|| {
@@ -135,7 +191,7 @@ impl MovingLights {
             let middles = out.middles();
             let rows = (0..down).into_par_iter().map(|row| {
                 work.check()?;
-                let tile = |column| out.tile([column, row], &middles, positions);
+                let tile = |column| out.tile([column, row], &middles, heads);
                 Ok::<Vec<Tile>, Cancelled>((0..across).map(tile).collect())
             });
             let rows: Vec<Vec<Tile>> = rows.collect::<Result<_, _>>()?;
@@ -172,10 +228,10 @@ impl MovingLights {
         (0..width * height).into_par_iter().map(middle).collect()
     }
 
-    fn tile(&self, [column, row]: [usize; 2], middles: &[u32], positions: &[Vec3]) -> Tile {
+    fn tile(&self, [column, row]: [usize; 2], middles: &[u32], heads: &[Hung]) -> Tile {
         let [width, height] = self.size;
         let mut tile = Tile {
-            lit: vec![Vec::new(); positions.len()],
+            lit: vec![Vec::new(); heads.len()],
             ..Tile::default()
         };
         for y in row * TILE..height.min((row + 1) * TILE) {
@@ -186,7 +242,7 @@ impl MovingLights {
                     around(y, height).flat_map(|y| around(x, width).map(move |x| [x, y]));
                 let is_plain = near.all(|[x, y]| middles[y * width + x] == own);
                 let count = if is_plain { FEW } else { MANY };
-                self.add_pixel([x, y], count, positions, &mut tile);
+                self.add_pixel([x, y], count, heads, &mut tile);
             }
         }
         let points = || tile.places.iter().map(Place::point);
@@ -197,32 +253,23 @@ impl MovingLights {
         tile
     }
 
-    /// Adds the places of a pixel.
-    fn add_pixel(&self, [x, y]: [usize; 2], mut count: u32, positions: &[Vec3], tile: &mut Tile) {
-        struct Seen {
-            facet: u32,
-            point: Vec3,
-            share: f64,
-            /// For each head.
-            lit: Vec<f64>,
-            /// Bit by bit, which heads light it.
-            by: u64,
-        }
-        let pixel = y * self.size[0] + x;
-        let seed = hash(pixel as u32) ^ SEED;
+    /// What a pixel shows at `count` places.
+    fn samples(&self, [x, y]: [usize; 2], count: usize, heads: &[Hung]) -> Vec<Seen> {
         let scene = self.scene();
-        let mut seen: Vec<Seen> = Vec::new();
-        let mut k = 0;
-        while k < count {
-            let [u, v] = point(k, seed);
+        let seed = hash((y * self.size[0] + x) as u32) ^ SEED;
+        let mut seen = Vec::new();
+        for k in 0..count {
+            let [u, v] = match count {
+                FEW => [k % 2, k / 2].map(|i| 0.04 + 0.92 * i as f64),
+                _ => point(k as u32, seed),
+            };
             let way = self.camera.ray(x as f64 + u, y as f64 + v);
             for (place, share) in scene.layers(self.camera.origin, way) {
                 let facet = &self.surfaces.facets[place.facet as usize];
-                let at = Receiver::new(facet, place.point, self.offset);
-                let lit: Vec<f64> = positions
-                    .iter()
-                    .map(|position| share * self.from_point(at, *position))
-                    .collect();
+                let receiver = Receiver::new(facet, place.point, self.offset);
+                let lit = heads.iter();
+                let lit = lit.map(|head| share * self.from_point(receiver, head.position));
+                let lit: Vec<f64> = lit.collect();
                 let lights = lit.iter().take(64).enumerate();
                 let by = lights.fold(0, |by, (i, lit)| by | u64::from(*lit > 0.0) << i);
                 seen.push(Seen {
@@ -233,28 +280,45 @@ impl MovingLights {
                     by,
                 });
             }
-            k += 1;
-            let is_plain = || {
-                let first = seen.first().map(|seen| (seen.facet, seen.by));
-                let alike = |seen: &Seen| Some((seen.facet, seen.by)) == first && seen.share == 1.0;
-                seen.len() == k as usize && seen.iter().all(alike) || seen.is_empty()
-            };
-            if k == FEW && count == FEW && !is_plain() {
-                count = MANY;
-            }
         }
+        seen
+    }
+
+    /// Adds the places of a pixel, from `count` samples or more.
+    fn add_pixel(&self, [x, y]: [usize; 2], count: usize, heads: &[Hung], tile: &mut Tile) {
+        let pixel = y * self.size[0] + x;
+        let mut seen = self.samples([x, y], count, heads);
+        let first = seen.first().map(|seen| (seen.facet, seen.by));
+        let alike = |seen: &Seen| Some((seen.facet, seen.by)) == first && seen.share == 1.0;
+        let is_plain = seen.is_empty()
+            || seen.len() == FEW && seen.iter().all(alike) && parts(&seen, heads) == 1;
+        let count = if count == FEW && !is_plain {
+            seen = self.samples([x, y], MANY, heads);
+            MANY
+        } else {
+            count
+        };
+        let count = count as f64;
         seen.sort_by_key(|seen| seen.facet);
-        for seen in seen.chunk_by(|a, b| a.facet == b.facet) {
+        let facets = seen.chunk_by_mut(|a, b| a.facet == b.facet);
+        let even = facets.flat_map(|seen| {
+            let parts = parts(seen, heads);
+            sort_along(seen, parts);
+            seen.chunks(seen.len().div_ceil(parts))
+        });
+        for seen in even {
             let share: f64 = seen.iter().map(|seen| seen.share).sum();
             let point = seen
                 .iter()
                 .fold(Vec3::ZERO, |sum, s| sum + s.point * s.share)
                 / share;
-            let share = share / f64::from(count);
+            let share = share / count;
             let facet = &self.surfaces.facets[seen[0].facet as usize];
             let sides = || footprint(&self.camera, point, facet.normal, share);
             let reflectance = self.surfaces.reflectance_at(facet, point, sides);
-            let clear = scene.clearness((point - self.camera.origin).length());
+            let clear = self
+                .scene()
+                .clearness((point - self.camera.origin).length());
             tile.places.push(Place {
                 pixel: pixel as u32,
                 facet: seen[0].facet,
@@ -264,7 +328,7 @@ impl MovingLights {
             });
             for (head, lit) in tile.lit.iter_mut().enumerate() {
                 let sum: f64 = seen.iter().map(|seen| seen.lit[head]).sum();
-                lit.push((sum / f64::from(count)) as f32);
+                lit.push((sum / count) as f32);
             }
         }
     }

@@ -14,6 +14,7 @@ mod final_gather;
 mod form_factor;
 mod furnace;
 mod haze;
+mod heads;
 mod invariance;
 mod luminaires;
 mod meter;

@@ -190,9 +190,13 @@ impl Timeline {
         for (number, own) in heads.iter().enumerate() {
             let head = self.heads[number];
             let lit = spans.iter().filter(|span| self.is_lit(own, span));
-            let poses: Vec<Pose> = lit
+            let mut poses: Vec<Pose> = lit
                 .flat_map(|span| [self.pose(number, span.0), self.pose_before(number, span.1)])
                 .collect();
+            let shines = |coordinate: &usize| self.last[*coordinate] != 0.0;
+            if own.iter().any(shines) {
+                poses.push(self.pose(number, self.end));
+            }
             let basis = Basis::of(&head, &poses);
             let at = |pose: Pose| basis.factors(&head, pose);
             let factors: Vec<[Vec<f64>; 4]> = spans
