@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 use crate::diagnostic::{Diagnostic, WARNINGS};
 use crate::lang::{self, Place, SpanMap, codes, limits};
-use crate::model::{Interpolation, Motion, Move, NodeId, Show};
+use crate::model::{Axis, Head, Interpolation, Motion, Move, NodeId, Role, Show};
 use crate::timeline::{Timeline, TimelineError, TimelineWarning};
 use crate::units::{Time, percent};
 
@@ -79,6 +79,9 @@ impl Words<'_> {
                 | TimelineWarning::CutOff { id, by, .. }
                 | TimelineWarning::Dark { id, by, .. } => (*id, Some(*by)),
                 TimelineWarning::Still { cue } => (*cue, None),
+                TimelineWarning::Late { id, .. } | TimelineWarning::Seen { id, .. } => {
+                    (*id, Some(*id))
+                }
             };
             if told.insert(key) && out.len() < WARNINGS {
                 out.push(self.warning(warning));
@@ -162,6 +165,15 @@ impl Words<'_> {
                 time,
                 level,
             } => self.level(id, parameter, time, level),
+            TimelineError::Beam { id, head, time } => {
+                let name = self.head(head);
+                let message = format!("the beam of `{name}` is as wide as its field at {time}");
+                Diagnostic::error(codes::BEAM, message)
+                    .place_of(id, self.spans, "not narrower")
+                    .help(format!(
+                        "move both at once, the field wider than the beam: `{name} beam 12 field 18`"
+                    ))
+            }
             TimelineError::Dimmer { id, at, value } => {
                 let (at, light) = (rounded(at), rounded(value));
                 let message = format!("this dimmer gives {light} % of the light at level {at}");
@@ -173,8 +185,16 @@ impl Words<'_> {
     }
 
     fn level(&self, id: NodeId, parameter: usize, time: Time, level: f64) -> Diagnostic {
-        let (name, reached) = (self.parameter(parameter), rounded(level));
-        let message = format!("`{name}` reaches {reached} at {time}: levels are 0 to 100");
+        let (name, reached) = (self.parameter(parameter), self.shown(parameter, level));
+        let message = match self.axis(parameter) {
+            Some((head, axis)) => {
+                let [low, high] = head.range(axis);
+                format!(
+                    "`{name}` reaches {reached} degrees at {time}: its range is {low} to {high}"
+                )
+            }
+            None => format!("`{name}` reaches {reached} at {time}: levels are 0 to 100"),
+        };
         let help = match self.find(id, parameter).map(|m| &m.motion) {
             Some(Motion::Path(path)) => match path.interpolation {
                 Interpolation::Hermite => {
@@ -187,7 +207,9 @@ impl Words<'_> {
             },
             _ => "the fade's curve overshoots: give it `monotone` knots, or another `curve`",
         };
-        let what = if level > 1.0 {
+        let what = if self.axis(parameter).is_some() {
+            "out of range"
+        } else if level > 1.0 {
             "too bright"
         } else {
             "darker than out"
@@ -206,7 +228,8 @@ impl Words<'_> {
                 from,
                 to,
             } => {
-                let (name, from, to) = (self.parameter(parameter), rounded(from), rounded(to));
+                let name = self.parameter(parameter);
+                let (from, to) = (self.shown(parameter, from), self.shown(parameter, to));
                 let message = format!("`{name}` jumps from {from} to {to} at {time}");
                 Diagnostic::warning(codes::JUMP, message)
                     .place_of(id, self.spans, "starts elsewhere")
@@ -237,7 +260,8 @@ impl Words<'_> {
                 level,
                 to,
             } => {
-                let (name, level, to) = (self.parameter(parameter), rounded(level), rounded(to));
+                let name = self.parameter(parameter);
+                let (level, to) = (self.shown(parameter, level), self.shown(parameter, to));
                 let message =
                     format!("`{name}` never gets to {to}: at {time} it is at {level} and turns");
                 Diagnostic::warning(codes::CUT_OFF, message)
@@ -250,6 +274,50 @@ impl Words<'_> {
                 Diagnostic::warning(codes::NO_CHANGE, message)
                     .place_of(cue, self.spans, "every bank it names is there already")
                     .help("give it other levels; `block` says that levels are restated on purpose")
+            }
+            TimelineWarning::Late {
+                id,
+                head,
+                time,
+                needs,
+                has,
+                dark,
+            } => {
+                let (name, tenths) = (self.head(head), needs.seconds());
+                let tenths = (10.0 * tenths).ceil() / 10.0;
+                let (message, help) = if dark {
+                    (
+                        format!(
+                            "`{name}` is not in place when its light comes: it turns for {tenths} s, \
+                             and the dark lasts {has}"
+                        ),
+                        "let the light come later, with a `delay`, or go out earlier".to_owned(),
+                    )
+                } else {
+                    (
+                        format!(
+                            "`{name}` cannot turn so fast: at {time} it needs {tenths} s, not {has}"
+                        ),
+                        format!("give it `time {tenths}`, or turn it while its bank is out"),
+                    )
+                };
+                Diagnostic::warning(codes::HEAD_LATE, message)
+                    .place_of(id, self.spans, "too fast")
+                    .help(help)
+            }
+            TimelineWarning::Seen {
+                id,
+                head,
+                time,
+                until,
+            } => {
+                let name = self.head(head);
+                let message = format!(
+                    "`{name}` is seen to turn from {time} to {until}, while its light goes out"
+                );
+                Diagnostic::warning(codes::HEAD_SEEN, message)
+                    .place_of(id, self.spans, "turns in the light")
+                    .help("turn it in a later cue, or after a `delay`: in the dark it turns unseen")
             }
             TimelineWarning::Dark {
                 id,
@@ -267,6 +335,28 @@ impl Words<'_> {
                     )
             }
         }
+    }
+
+    /// The head and the axis that a parameter is.
+    fn axis(&self, parameter: usize) -> Option<(Head, Axis)> {
+        match self.show.parameters().get(parameter)?.role {
+            Role::Pose(head, axis) => Some((*self.show.heads().get(head)?.1, axis)),
+            _ => None,
+        }
+    }
+
+    /// A parameter's value to read: a level in percent, or an angle in degrees.
+    fn shown(&self, parameter: usize, value: f64) -> String {
+        match self.axis(parameter) {
+            Some((head, axis)) => rounded(head.degrees(axis, value) / 100.0),
+            None => rounded(value),
+        }
+    }
+
+    fn head(&self, index: usize) -> &str {
+        let heads = self.show.heads();
+        let light = heads.get(index).and_then(|h| self.show.lights.get(h.0));
+        light.map_or("", |light| light.name.as_str())
     }
 
     fn cue(&self, id: NodeId) -> String {

@@ -59,7 +59,7 @@ codes! {
     STARTED_TWICE = "E043" "a cue with two triggers";
     NO_HEAD = "E044" "a move of what does not move";
     OUT_OF_REACH = "E045" "a place out of a head's reach";
-    HEAD_PLACE = "E046" "a head in two banks, or in none that moves";
+    HEAD_PLACE = "E046" "a head in two banks, or fixed";
     CURVE_RANGE = "E050" "a curve leaves 0 to 100";
     TIMELINE = "E051" "the cues do not make a timeline";
     STAGE_FILE = "E301" "a stage file that cannot be read";

@@ -74,6 +74,16 @@ pub enum TimelineError {
         /// The level there.
         level: f64,
     },
+    /// The beam of a head is not narrower than its field.
+    #[error("the beam is as wide as the field at {time}")]
+    Beam {
+        /// The move.
+        id: NodeId,
+        /// Which head.
+        head: usize,
+        /// When.
+        time: Time,
+    },
     /// A dimmer's law leaves 0 to 1.
     #[error("the dimmer gives {value} at the level fraction {at}")]
     Dimmer {
@@ -132,6 +142,32 @@ pub enum TimelineWarning {
     Still {
         /// The cue.
         cue: NodeId,
+    },
+    /// A head has less time than its turn takes.
+    Late {
+        /// The move.
+        id: NodeId,
+        /// Which head.
+        head: usize,
+        /// When the move starts.
+        time: Time,
+        /// Time that the turn takes at the head's speed.
+        needs: Time,
+        /// Time of the move; in the dark all of the dark time.
+        has: Time,
+        /// Its bank is out.
+        dark: bool,
+    },
+    /// A head turns while the light of its bank fades to 0.
+    Seen {
+        /// The move.
+        id: NodeId,
+        /// Which head.
+        head: usize,
+        /// When the move starts.
+        time: Time,
+        /// When it ends.
+        until: Time,
     },
     /// Every bank is out between two lit moments, and no cue takes them all out.
     Dark {

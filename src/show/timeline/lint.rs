@@ -164,10 +164,10 @@ fn moves(cue: &Cue) -> impl Iterator<Item = &crate::model::Move> {
 
 /// A time in which a bank is out, with the moves that put it out and that end it.
 #[derive(Clone, Copy, Debug)]
-struct Out {
+pub(super) struct Out {
     parameter: usize,
-    start: Time,
-    end: Time,
+    pub start: Time,
+    pub end: Time,
     by: Option<NodeId>,
     ended_by: Option<NodeId>,
 }
@@ -196,7 +196,7 @@ pub(super) fn dark(show: &Show, tracks: &[Track], start: Time, end: Time) -> Vec
 }
 
 /// Where a track is at 0.
-fn outs(parameter: usize, track: &Track) -> Vec<Out> {
+pub(super) fn outs(parameter: usize, track: &Track) -> Vec<Out> {
     let dark = |s: &Stretch| s.piece.polynomial.is_constant() && s.piece.polynomial.first() == 0.0;
     let id = |s: &Stretch| s.by.map(|(id, _)| id);
     let runs = track.chunk_by(|a, b| dark(a) == dark(b));

@@ -122,10 +122,12 @@ impl Timeline {
         let (tracks, mut warnings) = track::tracks(show, &cues, motions)?;
         let mut errors = dimmer::check(show);
         errors.extend(track::out_of_range(&tracks, start, end));
+        errors.extend(pose::beams(show, &tracks, start, end));
         if !errors.is_empty() {
             return Err(errors);
         }
         warnings.extend(lint::dark(show, &tracks, start, end));
+        warnings.extend(pose::turns(show, &tracks, start, end));
         let factors = effect::factors(show, &cues, (start, end)).map_err(|error| vec![error])?;
         let mut out = Timeline {
             start,

@@ -1,14 +1,25 @@
-//! Poses of heads over time.
+//! Poses of heads over time, and what is wrong with them.
+
+#![allow(
+    clippy::indexing_slicing,
+    reason = "the model's indices are valid (show's invariant) and tables are made to its shape"
+)]
+
+use std::collections::BTreeMap;
 
 pub use crate::model::Pose;
 
+use super::error::{TimelineError, TimelineWarning};
+use super::lint::{Out, outs};
+use super::stretch::{Stretch, Track};
+use super::track::{level_at, level_before};
 use super::{Levels, Timeline};
-use crate::model::Axis;
+use crate::linalg::Bernstein;
+use crate::model::{Axis, Head, LightKind, NodeId, Show};
 use crate::units::Time;
 
 impl Timeline {
-    /// The pose of a head of [`crate::model::Show::heads`] at a time; times as in
-    /// [`Timeline::evaluate`].
+    /// The pose of a head of [`Show::heads`] at a time; times as in [`Timeline::evaluate`].
     pub fn pose(&self, head: usize, time: Time) -> Pose {
         let Some(ranges) = self.heads.get(head) else {
             return Pose::default();
@@ -42,4 +53,128 @@ impl Timeline {
         let first = self.own.len() - 4 * self.heads.len();
         self.parameters.get(&(first + 4 * head + axis as usize))
     }
+}
+
+/// Where the beam of a spot gets as wide as its field: one error for each head.
+pub(super) fn beams(show: &Show, tracks: &[Track], start: Time, end: Time) -> Vec<TimelineError> {
+    let mut errors = Vec::new();
+    for (head, (light, ..)) in show.heads().into_iter().enumerate() {
+        let first = show.first_pose() + 4 * head;
+        let (beam, field) = (&tracks[first + 2], &tracks[first + 3]);
+        let spot = matches!(show.lights[light].kind, LightKind::Spot(_));
+        if let Some((id, time)) = meeting(beam, field, start, end).filter(|_| spot) {
+            errors.push(TimelineError::Beam { id, head, time });
+        }
+    }
+    errors
+}
+
+/// Where the first track is not below the second, between `start` and `end`, with the later of the
+/// moves that bring it there.
+fn meeting(low: &Track, high: &Track, start: Time, end: Time) -> Option<(NodeId, Time)> {
+    let (mut i, mut j) = (0, 0);
+    while let (Some(a), Some(b)) = (low.get(i), high.get(j)) {
+        let from = a.piece.start.max(b.piece.start).max(start);
+        let to = a.piece.end.min(b.piece.end).min(end);
+        // Without length the last moment is all that is seen.
+        if from < to || (from == to && to == end && a.piece.end > end && b.piece.end > end) {
+            let [over, under] = [b, a].map(|s| s.piece.between(from, to).elevated(3));
+            let mut between = [0.0; 4];
+            let coefficients = over.coefficients().iter().zip(under.coefficients());
+            for (slot, (over, under)) in between.iter_mut().zip(coefficients) {
+                *slot = over - under;
+            }
+            let ((t, least), _) = Bernstein::cubic(between).range();
+            let later = if a.piece.start > b.piece.start { a } else { b };
+            let by = later.by.or(a.by).or(b.by);
+            if let (true, Some((id, _))) = (least <= 0.0, by) {
+                return Some((id, from + (to - from).scaled(t)));
+            }
+        }
+        if a.piece.end <= b.piece.end {
+            i += 1;
+        } else {
+            j += 1;
+        }
+    }
+    None
+}
+
+/// One turn of a head, both axes together.
+#[derive(Clone, Copy, Debug)]
+struct Turn {
+    degrees: f64,
+    end: Time,
+}
+
+/// Heads that cannot be in place in time, and those that turn while their light goes out. A head in
+/// the dark has all of the dark time to turn; one that is lit has the time of its move.
+pub(super) fn turns(show: &Show, tracks: &[Track], start: Time, end: Time) -> Vec<TimelineWarning> {
+    let mut warnings = Vec::new();
+    let levels = show.first_parameters();
+    for (index, (_, head, bank)) in show.heads().into_iter().enumerate() {
+        let level = &tracks[levels[bank]];
+        let first = show.first_pose() + 4 * index;
+        let moves = turned(head, &tracks[first..first + 2]);
+        let moves = moves
+            .into_iter()
+            .filter(|((at, _), _)| *at <= end && *at > start);
+        let dark = outs(levels[bank], level);
+        for ((at, id), turn) in moves {
+            let needs = Time::nearest(turn.degrees / head.speed);
+            let after = dark.partition_point(|out| out.start <= at);
+            let around = |out: &&Out| out.end >= at;
+            let out = after.checked_sub(1).map(|i| &dark[i]).filter(around);
+            let has = match out {
+                Some(out) if turn.end == at => out.end - out.start,
+                _ => turn.end - at,
+            };
+            if needs > has {
+                warnings.push(TimelineWarning::Late {
+                    id,
+                    head: index,
+                    time: at,
+                    needs,
+                    has,
+                    dark: out.is_some(),
+                });
+            } else if out.is_none() && level_at(level, turn.end) == 0.0 {
+                warnings.push(TimelineWarning::Seen {
+                    id,
+                    head: index,
+                    time: at,
+                    until: turn.end,
+                });
+            }
+        }
+    }
+    warnings
+}
+
+/// The moves of a head's pan and tilt that turn it, by start and move.
+fn turned(head: &Head, axes: &[Track]) -> BTreeMap<(Time, NodeId), Turn> {
+    let mut out: BTreeMap<(Time, NodeId), Turn> = BTreeMap::new();
+    for (track, [low, high]) in axes.iter().zip([head.pan, head.tilt]) {
+        for run in track.chunk_by(|a: &Stretch, b| a.by == b.by) {
+            let (Some(first), Some(last)) = (run.first(), run.last()) else {
+                continue;
+            };
+            let Some((id, _)) = first.by else { continue };
+            let start = first.piece.start;
+            let by = (last.piece.polynomial.last() - level_before(track, start)).abs();
+            let degrees = by * (high - low);
+            if degrees < 1e-6 {
+                continue;
+            }
+            let end = if last.holds {
+                last.piece.start
+            } else {
+                last.piece.end
+            };
+            let turn = out.entry((start, id)).or_insert(Turn { degrees, end });
+            turn.degrees = turn.degrees.max(degrees);
+            turn.end = turn.end.max(end);
+        }
+    }
+    out
 }

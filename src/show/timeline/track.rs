@@ -140,7 +140,7 @@ pub(super) fn moves(track: &Track) -> Vec<(Time, Time)> {
 }
 
 /// The level at a time; at a jump the earlier one.
-fn level_before(track: &Track, time: Time) -> f64 {
+pub(super) fn level_before(track: &Track, time: Time) -> f64 {
     let after = track.partition_point(|s| s.piece.start < time);
     let at = after.checked_sub(1).and_then(|i| track.get(i));
     at.map_or(0.0, |s| s.piece.value(time))
