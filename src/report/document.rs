@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-use super::sheet::hex;
+use super::sheet::{heads, hex};
 use super::words::{count, label, seconds};
 use footlight_engine::measure::LongRun;
 use footlight_engine::{Document, Edited, LiveControl, ManyKeys, UnlitBank};
@@ -277,6 +277,11 @@ fn levels(document: &Document, live: &LiveControl) -> String {
         let (name, percent) = (left(&coordinate.name, 14), level * 100.0);
         let line = format!("  {name} {percent:>6.1}{behind}  {bar} {colour}{effect}");
         let _ = writeln!(text, "{}", line.trim_end());
+    }
+    for (index, moving) in heads(show).iter().enumerate() {
+        let pose = show.pose_of(&levels, index);
+        let name = left(&moving.light.name, 14);
+        let _ = writeln!(text, "  {name} {}", moving.whole(show, pose));
     }
     text
 }

@@ -6,12 +6,14 @@
 mod cue;
 mod difference;
 mod level;
+mod pose;
 mod track;
 
 pub use cue::{cue_sheet, fades};
 pub use difference::{CurveChange, ShowChange, ShowDifference, difference};
 pub(crate) use level::up_down;
 pub use level::{clock, hex, link, time};
+pub(crate) use pose::heads;
 pub use track::{Held, TrackSheet, track_sheet};
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! The cue sheet: what each cue does, in the order of the show.
 
 use super::level::{self, by_bank, clock, motion, time};
+use super::pose::aims;
 use crate::table::Table;
 use footlight_show::model::{Cue, Fade, Link, Part, Show, Trigger};
 use footlight_show::timeline::{CueTime, Timeline};
@@ -139,6 +140,7 @@ fn does(show: &Show, cue: &Cue, part: &Part, head: bool) -> String {
             words.push(motion(of, *start, &moves));
         }
     }
+    words.extend(aims(show, &part.moves));
     for change in &part.effects {
         let bank = show.banks.get(change.bank).map_or("", |b| b.name.as_str());
         let effect = change.effect.and_then(|e| show.effects.get(e));

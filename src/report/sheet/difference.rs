@@ -7,10 +7,12 @@ use std::fmt::Write;
 
 use self::shift::Shifts;
 use super::level::{self, by_bank, clock, motion, number, time, up_down};
+use super::pose;
 use footlight_engine::Version;
+use footlight_show::geometry::Vec3;
 use footlight_show::lang;
 use footlight_show::linalg::{Bernstein, mass};
-use footlight_show::model::{Cue, Part, Show, Trigger};
+use footlight_show::model::{Axis, Cue, Part, Show, Trigger};
 use footlight_show::printable::{columns, left};
 use footlight_show::timeline::{CurvePiece, Timeline};
 use footlight_show::units::{Time, percent};
@@ -264,15 +266,28 @@ fn heads(was: &Cue, now: &Cue) -> Vec<String> {
 fn parts((old, was): (&Show, &Cue), (new, now): (&Show, &Cue), go: Time) -> Vec<String> {
     let mut out = Vec::new();
     let (before, after) = (moves(old, was), moves(new, now));
-    for (name, (part, words)) in &after {
+    for (
+        name,
+        Moved {
+            part,
+            words,
+            place: to,
+        },
+    ) in &after
+    {
         let at = clock(go + part.delay);
         match before.get(name) {
             None => out.push(format!("{words} added at {at}")),
-            Some((_, was)) if was != words => {
-                let to = words.strip_prefix(&format!("{name} ")).unwrap_or(words);
-                out.push(format!("{was} -> {to} at {at}"));
+            Some(was) if was.words != *words => {
+                let now = words.strip_prefix(&format!("{name} ")).unwrap_or(words);
+                let far = was
+                    .place
+                    .zip(*to)
+                    .and_then(|(was, is)| pose::further(was, is));
+                let far = far.map_or(String::new(), |far| format!(", {far}"));
+                out.push(format!("{} -> {now} at {at}{far}", was.words));
             }
-            Some((was, _)) if place(was) != place(part) => {
+            Some(Moved { part: was, .. }) if place(was) != place(part) => {
                 out.push(format!(
                     "{words} moves {}, and moved {}",
                     place(part),
@@ -282,8 +297,8 @@ fn parts((old, was): (&Show, &Cue), (new, now): (&Show, &Cue), go: Time) -> Vec<
             Some(_) => {}
         }
     }
-    for (_, (_, words)) in before.iter().filter(|(name, _)| !after.contains_key(*name)) {
-        out.push(format!("{words} removed"));
+    for (_, was) in before.iter().filter(|(name, _)| !after.contains_key(*name)) {
+        out.push(format!("{} removed", was.words));
     }
     let (before, after) = (effects(old, was), effects(new, now));
     for (bank, effect) in &after {
@@ -323,14 +338,34 @@ fn place(part: &Part) -> String {
     }
 }
 
-/// What each bank does in a cue, with the part that says so.
-fn moves<'s>(show: &'s Show, cue: &'s Cue) -> BTreeMap<&'s str, (&'s Part, String)> {
-    let first = show.first_parameters();
+/// What a bank or a head does in a cue.
+struct Moved<'s> {
+    /// The part that says so.
+    part: &'s Part,
+    words: String,
+    /// Where a head points then.
+    place: Option<Vec3>,
+}
+
+/// What each bank and each head does in a cue.
+fn moves<'s>(show: &'s Show, cue: &'s Cue) -> BTreeMap<&'s str, Moved<'s>> {
+    let (first, heads) = (show.first_parameters(), pose::heads(show));
     let mut out = BTreeMap::new();
     for part in &cue.parts {
         for (bank, moves) in by_bank(show, &part.moves) {
             if let (Some(of), Some(start)) = (show.banks.get(bank), first.get(bank)) {
-                out.insert(of.name.as_str(), (part, motion(of, *start, &moves)));
+                let words = motion(of, *start, &moves);
+                let place = None;
+                out.insert(of.name.as_str(), Moved { part, words, place });
+            }
+        }
+        for (index, axes, pose) in pose::turned(show, &part.moves) {
+            if let Some(moving) = heads.get(index) {
+                let name = moving.light.name.as_str();
+                let words = format!("{name} {}", moving.words(show, pose, &axes));
+                let both = axes.contains(&Axis::Pan) && axes.contains(&Axis::Tilt);
+                let place = moving.place(show, pose).filter(|_| both);
+                out.insert(name, Moved { part, words, place });
             }
         }
     }
@@ -369,7 +404,12 @@ fn timing((old, was): (&Show, &Part), (new, now): (&Show, &Part)) -> Vec<String>
     let which = if !now.written {
         let bank = by_bank(new, &now.moves).first().map(|(bank, _)| *bank);
         let bank = bank.and_then(|bank| new.banks.get(bank));
-        bank.map_or_else(String::new, |bank| format!("{} ", bank.name))
+        let turned = pose::turned(new, &now.moves)
+            .first()
+            .map(|(head, ..)| *head);
+        let head = turned.and_then(|head| pose::heads(new).get(head).map(|h| &h.light.name));
+        let name = bank.map(|bank| &bank.name).or(head);
+        name.map_or_else(String::new, |name| format!("{name} "))
     } else if now.number > 1 {
         format!("part {} ", now.number)
     } else {

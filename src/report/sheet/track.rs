@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::level;
+use super::{level, pose};
 use crate::table::Table;
 use footlight_host::work::{Cancelled, Work};
-use footlight_show::model::{Bank, Cue, Motion, Show};
+use footlight_show::model::{Bank, Cue, Motion, Move, Show};
 
 /// How a bank comes to its level in a cue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,7 +16,7 @@ pub enum Held {
     Up,
     /// The cue moves it to a lower level.
     Down,
-    /// The cue moves an rgb bank to another colour that is neither.
+    /// The cue moves an rgb bank to another colour that is neither, or turns a head.
     Changed,
     /// It goes along a path.
     Path,
@@ -92,6 +92,7 @@ impl TrackSheet<'_> {
     /// Bytes that a table takes with its text, about.
     pub fn bytes(&self) -> usize {
         let (cues, banks) = (self.show.cues.len(), self.show.banks.len());
+        let banks = banks + self.show.heads().len();
         cues.saturating_mul(banks + 2).saturating_mul(CELL_BYTES)
     }
 
@@ -100,15 +101,31 @@ impl TrackSheet<'_> {
         let banks = show.banks.iter().zip(show.first_parameters());
         let mut tracks: Vec<Track> = banks.map(|(bank, first)| Track::new(bank, first)).collect();
         let columns = ["cue".to_owned(), "label".to_owned()].into_iter();
-        let columns = columns.chain(show.banks.iter().map(|b| b.name.clone()));
-        let mut table = Table::new(columns.collect(), legend);
+        let mut columns: Vec<String> = columns
+            .chain(show.banks.iter().map(|b| b.name.clone()))
+            .collect();
+        let heads = pose::heads(show);
+        let turned = heads
+            .iter()
+            .enumerate()
+            .filter(|(index, _)| turns(show, *index));
+        for (index, moving) in turned {
+            columns.push(moving.light.name.clone());
+            tracks.push(Track::of_head(show.first_pose() + 4 * index, *moving));
+        }
+        let legend = if columns.len() > show.banks.len() + 2 {
+            legend.replace("another colour", "another colour or place")
+        } else {
+            legend.to_owned()
+        };
+        let mut table = Table::new(columns, &legend);
         for cue in &show.cues {
             self.work.check()?;
             let moves = cue.parts.iter().flat_map(|part| &part.moves);
             let moved = moves.map(|one| (one.parameter, &one.motion)).collect();
             let head = [cue.number.to_string(), cue.label.clone()].into_iter();
             table.push(head.chain(tracks.iter_mut().map(|track| {
-                let (text, held) = track.cell(cue, &moved);
+                let (text, held) = track.cell(show, cue, &moved);
                 cell(&text, held)
             })));
         }
@@ -122,8 +139,18 @@ pub fn track_sheet<'s>(show: &'s Show, work: Work<'s>) -> TrackSheet<'s> {
     TrackSheet { show, work }
 }
 
-/// A bank between cues.
-struct Track {
+/// Whether a cue turns the head at an index.
+fn turns(show: &Show, index: usize) -> bool {
+    let first = show.first_pose() + 4 * index;
+    let turns = |one: &Move| (first..first + 4).contains(&one.parameter);
+    let mut parts = show.cues.iter().flat_map(|cue| &cue.parts);
+    parts.any(|part| part.moves.iter().any(turns))
+}
+
+/// A bank or a head between cues.
+struct Track<'s> {
+    /// The head, if it is one.
+    head: Option<pose::Moving<'s>>,
     /// Its first parameter.
     first: usize,
     parameters: Vec<Tracked>,
@@ -160,9 +187,19 @@ impl Tracked {
     }
 }
 
-impl Track {
-    fn new(bank: &Bank, first: usize) -> Track {
+impl<'s> Track<'s> {
+    fn of_head(first: usize, moving: pose::Moving<'s>) -> Track<'s> {
         Track {
+            head: Some(moving),
+            first,
+            parameters: moving.head.at_home().map(Tracked::at).to_vec(),
+            used: false,
+        }
+    }
+
+    fn new(bank: &Bank, first: usize) -> Track<'s> {
+        Track {
+            head: None,
             first,
             parameters: if bank.rgb {
                 vec![
@@ -182,16 +219,16 @@ impl Track {
     fn light(&self) -> Vec<f64> {
         let now: Vec<f64> = self.parameters.iter().map(|p| p.now).collect();
         match now.as_slice() {
-            [level, emitters @ ..] if !emitters.is_empty() => {
+            [level, emitters @ ..] if !emitters.is_empty() && self.head.is_none() => {
                 emitters.iter().map(|emitter| level * emitter).collect()
             }
             _ => now,
         }
     }
 
-    /// The bank's level after a cue, and how it came to it; `moved` has the cue's motions by
-    /// parameter.
-    fn cell(&mut self, cue: &Cue, moved: &BTreeMap<usize, &Motion>) -> (String, Held) {
+    /// The bank's level or the head's pose after a cue, and how it came to it; `moved` has the cue's
+    /// motions by parameter.
+    fn cell(&mut self, show: &Show, cue: &Cue, moved: &BTreeMap<usize, &Motion>) -> (String, Held) {
         let was = self.light();
         let (mut paths, mut back) = (Vec::new(), false);
         // A colour alone brings a bank that is out to full, emitters that are not said dark.
@@ -203,7 +240,7 @@ impl Track {
                 level.now == 0.0
             }
         });
-        let implied = colour && out && !moved.contains_key(&self.first);
+        let implied = self.head.is_none() && colour && out && !moved.contains_key(&self.first);
         for (index, parameter) in (self.first..).zip(&mut self.parameters) {
             if let Some(motion) = moved.get(&index) {
                 paths.push(matches!(motion, Motion::Path(_)));
@@ -217,7 +254,7 @@ impl Track {
             }
         }
         let is: Vec<f64> = self.parameters.iter().map(|c| c.now).collect();
-        let held = held(
+        let mut held = held(
             &paths,
             back,
             self.used,
@@ -226,9 +263,16 @@ impl Track {
             &self.light(),
         );
         self.used |= !paths.is_empty();
-        let text = match held {
-            Held::Unused => String::new(),
-            _ => level::level(&is),
+        if let (Some(_), Held::Up | Held::Down) = (self.head, held) {
+            held = Held::Changed;
+        }
+        let text = match (held, self.head) {
+            (Held::Unused, _) => String::new(),
+            (_, Some(moving)) => {
+                let pose = is.try_into().map(|is| moving.head.pose(is));
+                moving.whole(show, pose.unwrap_or_default())
+            }
+            (_, None) => level::level(&is),
         };
         (text, held)
     }

@@ -163,14 +163,15 @@ impl Head {
         Some([(pan, tilt), (over, -tilt)])
     }
 
-    /// Pan and tilt to point from `at` to `target` that turn least from `from`: of all ways within
-    /// the ranges, whole turns of pan included, the one with the least sum of both turns. A head that
-    /// points along its pan axis keeps its pan.
+    /// Pan and tilt to point from `at` to `target` that are reached soonest from `from`: of all ways
+    /// within the ranges, whole turns of pan included, the one whose larger turn is least, and of two
+    /// alike the one with the least sum of both turns. A head that points along its pan axis keeps
+    /// its pan.
     ///
     /// # Errors
     /// The pan and tilt nearest to the ranges, where none is within them.
     pub fn aim(&self, at: Vec3, target: Vec3, from: (f64, f64)) -> Result<(f64, f64), (f64, f64)> {
-        let mut best: Option<(f64, (f64, f64))> = None;
+        let mut best: Option<([f64; 2], (f64, f64))> = None;
         let mut outside: Option<(f64, (f64, f64))> = None;
         for (pan, tilt) in self.angles(at, target).into_iter().flatten() {
             let (on_axis, [low, high]) = (tilt.to_radians().sin().abs() < 1e-12, self.pan);
@@ -189,7 +190,8 @@ impl Head {
                     pan.clamp(self.pan[0], self.pan[1]),
                     tilt.clamp(self.tilt[0], self.tilt[1]),
                 );
-                let turn = (pan - from.0).abs() + (tilt - from.1).abs();
+                let (pans, tilts) = ((pan - from.0).abs(), (tilt - from.1).abs());
+                let turn = [(pans.max(tilts) / ROUNDING).round(), pans + tilts];
                 if off > ROUNDING {
                     if outside.is_none_or(|(least, _)| off < least) {
                         outside = Some((off, (pan, tilt)));
@@ -342,7 +344,7 @@ mod tests {
     }
 
     #[test]
-    fn a_head_takes_the_way_that_turns_least() {
+    fn a_head_takes_the_soonest_way() {
         let head = head(false);
         let at = vec3(0.0, 0.0, 5.0);
         let aim = |pan: f64, tilt: f64, from| {

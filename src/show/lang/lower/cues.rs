@@ -1,5 +1,6 @@
 //! Cues: numbers, triggers, parts, timing, moves.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use super::Lower;
@@ -366,14 +367,15 @@ impl<'a> Lower<'a, '_> {
             {
                 continue;
             }
-            match self.told_apart(written) {
-                None => self.movement(written, (times, part_of), moved, alone),
-                Some(both) => {
-                    for written in &both {
-                        self.movement(written, (times, part_of), moved, alone);
-                    }
+            let mut written = Cow::Borrowed(written);
+            while let Some([first, second]) = self.told_apart(&written) {
+                self.movement(&first, (times, part_of), moved, alone);
+                if self.report.full() {
+                    return;
                 }
+                written = Cow::Owned(second);
             }
+            self.movement(&written, (times, part_of), moved, alone);
         }
         part_of.moves.sort_by_key(|m| m.parameter);
     }

@@ -386,7 +386,7 @@ impl<'a> Lower<'a, '_> {
         found
     }
 
-    /// Finds the pan and tilt of every aim, cue by cue: the way that turns least from where the head
+    /// Finds the pan and tilt of every aim, cue by cue: the way that is soonest from where the head
     /// points then.
     pub fn aim_heads(&mut self) {
         let home = |h: &InBank| (h.head.home.pan, h.head.home.tilt);
