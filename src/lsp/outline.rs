@@ -94,7 +94,7 @@ fn kind(word: &str) -> SymbolKind {
         "look" => SymbolKind::STRUCT,
         "light" => SymbolKind::OBJECT,
         "curve" | "effect" => SymbolKind::FUNCTION,
-        "let" => SymbolKind::CONSTANT,
+        "let" | "point" => SymbolKind::CONSTANT,
         "view" => SymbolKind::INTERFACE,
         "stage" | "include" | "gels" => SymbolKind::FILE,
         _ => SymbolKind::PROPERTY,

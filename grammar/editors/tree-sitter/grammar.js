@@ -21,7 +21,7 @@ module.exports = grammar({
 
     statement: ($) => choice(
       $.show, $.preview, $.include, $.gels, $.let, $.stage, $.surface, $.haze, $.view, $.light,
-      $.bank, $.fixed, $.group, $.look, $.default, $.curve, $.effect, $.cue,
+      $.point, $.bank, $.fixed, $.group, $.look, $.default, $.curve, $.effect, $.cue,
     ),
 
     // ---- words, numbers, texts ----
@@ -99,13 +99,14 @@ module.exports = grammar({
     // ---- the rig ----
 
     light: ($) => seq('light', field('name', $.name), $.light_kind, repeat(choice(
-      seq(words('at', 'from', 'aim'), $.position), seq(words('beam', 'field', 'radius', 'turn'), $._quantity),
-      $.colour, $._quantity,
+      seq(words('at', 'from', 'aim'), $.position), seq(words('beam', 'field', 'radius', 'turn', 'speed'), $._quantity),
+      words('moves', 'standing'), seq(words('pan', 'tilt', 'zoom'), $._quantity, 'to', $._quantity), $.colour, $._quantity,
     ))),
     light_kind: ($) => choice(
       words('spot', 'sphere', 'disc'), seq('panel', choice($.text, $.name)),
       seq(words('photometric', 'project', 'from'), $.text), seq('like', $.name),
     ),
+    point: ($) => seq('point', field('name', $.name), '=', $.position),
     bank: ($) => seq('bank', field('name', $.name), optional(choice($.image, seq('=', $.names))), repeat(choice(
       seq('channel', $.count), seq('dimmer', $.name), 'rgb',
     ))),
@@ -157,10 +158,14 @@ module.exports = grammar({
     flag: () => words('block', 'assert', 'cueonly'),
     note: ($) => seq('note', $.text),
     blackout: () => 'blackout',
+    aim: ($) => prec.right(seq('to', choice($.position, $.name), repeat($.angle))),
+    angle: ($) => seq(words('pan', 'tilt', 'beam', 'field'), $._quantity),
     movement: ($) => prec.right(seq(
       $.target,
       optional(choice(
-        seq(optional('to'), $._value, optional($._value)),
+        seq(optional('to'), $._value, optional($._value), optional($.aim)),
+        $.aim,
+        repeat1($.angle),
         $.path,
         repeat1(seq('+', $._look_term)),
       )),

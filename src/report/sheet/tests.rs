@@ -272,3 +272,56 @@ fn one_change_of_times_is_one_line() {
         ["cue 2: time 4 -> 6/5", "cues 3 to 5: GO 2 s later"]
     );
 }
+
+const HEADS: &str = "show \"H\"\nlight mh1 spot at -2, 0, 5  aim -2, 0, 0  beam 12  field 18  900 cd  moves\n\
+    light mh2 like mh1  at 2, 0, 5  aim 2, 0, 0\nlight mh3 like mh1  at 0, 0, 5  aim 0, 0, 0\n\
+    point band = 0, 2, 1\npoint house = 0, -6, 1\nbank heads = mh1 mh2\nbank top = mh3\n\
+    cue 1 at 0:00 { snap  heads 80 to band }\n\
+    cue 2 at 0:10 { cueonly  mh1 to house  time 3 }\n\
+    cue 3 at 0:20 { mh1 pan 30 tilt -20 beam 6  top full  time 2 }\n";
+
+#[test]
+fn sheets_say_where_heads_point() {
+    let version = version(HEADS);
+    let text = cue_sheet(&version.show, &version.timeline).text(2, 200);
+    let does: Vec<&str> = text.lines().skip(1).take(3).collect();
+    assert!(does[0].contains("heads 80, heads to band"), "{text}");
+    assert!(does[1].contains("mh1 to house"), "{text}");
+    assert!(text.contains("mh1 pan 30 tilt -20 beam 6"), "{text}");
+    let table = track_sheet(&version.show, Work::silent()).table().unwrap();
+    assert_eq!(
+        table.text(2, 200),
+        "\
+cue  label  heads  top   mh1                      mh2
+1           ↑80          →to band                 →to band
+2           ·80          →to house                ·to band
+3           ·80    ↑100  →pan 30 tilt -20 beam 6  ·to band
+
+↑ up  ↓ down  → another colour or place  ~ along a path  ↺ put back after a cueonly cue  ■ blocked: restated  · tracked
+"
+    );
+}
+
+#[test]
+fn a_difference_says_how_far_a_head_is_aimed() {
+    let found = |from: &str, to: &str| {
+        let new = HEADS.replace(from, to);
+        assert_ne!(new, HEADS);
+        let found = difference(&version(HEADS), &version(&new));
+        let lines = found.changes.iter().map(ToString::to_string);
+        lines.collect::<Vec<_>>()
+    };
+    assert_eq!(
+        found("mh1 to house", "mh1 to band"),
+        ["cue 2: mh1 to house -> to band at 0:10, 8 m further upstage"]
+    );
+    // From straight down, 5 m: the tangents of 20 and 25 degrees are 0.364 and 0.466.
+    assert_eq!(
+        found("pan 30 tilt -20 beam 6", "pan 0 tilt -25 beam 6"),
+        ["cue 3: mh1 pan 30 tilt -20 beam 6 -> pan 0 tilt -25 beam 6 at 0:20, 0.9 m further right, 0.8 m further downstage"]
+    );
+    assert_eq!(
+        found("mh1 to house  time 3", "mh1 to house  time 4"),
+        ["cue 2: mh1 time 3 -> 4"]
+    );
+}

@@ -9,13 +9,13 @@
 (stops) @number
 (extinction) @number
 
-["show" "preview" "include" "gels" "let" "stage" "surface" "haze" "view" "light" "bank" "fixed"
+["show" "preview" "include" "gels" "let" "stage" "surface" "haze" "view" "light" "point" "bank" "fixed"
  "group" "look" "default" "curve" "effect" "cue"] @keyword
 
 ["tolerance" "gap" "rate" "exposure" "white" "tone" "dither" "coarse" "refined" "auto" "filmic"
  "plain" "on" "off" "z" "y" "up" "one-sided" "scale" "at" "turn" "reflectance" "quad" "box" "disc"
  "cylinder" "sphere" "from" "to" "aim" "radius" "sides" "inside" "two-sided" "forward" "albedo" "fov" "lens" "roll"
- "size" "beam" "field" "spot" "panel" "photometric" "project" "like" "image" "layer" "channel"
+ "size" "beam" "field" "moves" "pan" "tilt" "zoom" "speed" "standing" "spot" "panel" "photometric" "project" "like" "image" "layer" "channel"
  "dimmer" "rgb" "level" "full" "out" "spline" "linear" "steps" "natural" "clamped" "catmull-rom"
  "monotone" "hermite" "bezier" "slope" "via" "flicker" "pulse" "depth" "seed" "time" "down" "delay"
  "follow" "hang" "repeat" "part" "note" "block" "assert" "cueonly"] @keyword.modifier
@@ -24,6 +24,8 @@
 
 (bank name: (name) @variable)
 (light name: (name) @type)
+(point name: (name) @variable)
+(aim (name) @variable)
 (look name: (name) @function)
 (group name: (name) @variable)
 (target (name) @variable)

@@ -4,6 +4,7 @@
 (look "look" @context name: (name) @name) @item
 (group "group" @context name: (name) @name) @item
 (light "light" @context name: (name) @name) @item
+(point "point" @context name: (name) @name) @item
 (view "view" @context name: (name) @name) @item
 (curve "curve" @context name: (name) @name) @item
 (effect "effect" @context name: (name) @name) @item
