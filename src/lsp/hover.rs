@@ -169,11 +169,17 @@ fn moved_and_tracked(show: &Show, cue: usize) -> (Vec<String>, Vec<String>) {
     let levels = levels.unwrap_or_default();
     let moves = show.cues.get(cue).into_iter().flat_map(|cue| &cue.parts);
     let moves: Vec<_> = moves.flat_map(|part| &part.moves).collect();
+    let heads = show.heads();
     let (mut moved, mut tracked) = (Vec::new(), Vec::new());
     for (i, (parameter, level)) in show.parameters().iter().zip(&levels).enumerate() {
         let own = moves.iter().find(|m| m.parameter == i);
         let name = escaped(&parameter.name);
-        let level = percent(*level).round();
+        let level = match parameter.role {
+            Role::Pose(head, axis) => heads.get(head).map_or(0.0, |(_, head, _)| {
+                (10.0 * head.degrees(axis, *level)).round() / 10.0
+            }),
+            _ => percent(*level).round(),
+        };
         match own.map(|own| &own.motion) {
             Some(Motion::Path(_)) => moved.push(format!("{name} along a path")),
             Some(_) => moved.push(format!("{name} {level}")),
@@ -223,7 +229,8 @@ pub fn of_quantity(word: &str, before: Option<&str>, statement: &str) -> Option<
         "" => match before? {
             "at" if statement != "cue" => "metres",
             "time" | "up" | "down" | "delay" | "follow" | "hang" | "at" => "seconds",
-            "beam" | "field" | "fov" | "turn" => "degrees",
+            "beam" | "field" | "fov" | "turn" | "pan" | "tilt" | "zoom" => "degrees",
+            "speed" => "degrees a second",
             "channel" => "a desk's channel",
             "repeat" => "times",
             before if is_level(before) => "percent",

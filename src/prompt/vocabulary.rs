@@ -13,7 +13,7 @@ use super::usage;
 use super::verb::verbs;
 use footlight_engine::Document;
 use footlight_show::lang::{self, codes};
-use footlight_show::model::{FADES, Show};
+use footlight_show::model::{Axis, FADES, Show};
 
 /// The names of a show.
 #[derive(Clone, Debug, Default)]
@@ -63,6 +63,9 @@ impl Vocabulary {
     }
 
     fn named(show: &Show, values: Vec<String>, materials: Vec<String>) -> Vocabulary {
+        let heads = show.heads().into_iter();
+        let heads = heads.filter_map(|(light, ..)| Some(show.lights.get(light)?.name.clone()));
+        let heads = heads.collect();
         Vocabulary {
             declared: vec![
                 ("bank", show.banks.iter().map(|b| b.name.clone()).collect()),
@@ -75,6 +78,11 @@ impl Vocabulary {
                     "light",
                     show.lights.iter().map(|l| l.name.clone()).collect(),
                 ),
+                (
+                    "point",
+                    show.points.iter().map(|p| p.name.clone()).collect(),
+                ),
+                ("head", heads),
                 (
                     "curve",
                     show.curves.iter().map(|c| c.name.clone()).collect(),
@@ -286,10 +294,13 @@ impl Vocabulary {
         };
         let begun = |offered: &&str| offered.starts_with(word);
         let has_level = self.ends_with_level(before);
+        let still = before.trim_start().starts_with("cue") && self.declared_by("head").is_empty();
+        let is_axis = |word: &str| Axis::ALL.iter().any(|axis| axis.word() == word);
         let keywords = lang::words()
             .into_iter()
             .filter(begun)
             .filter(|k| !(has_level && LEVEL_WORDS.contains(k)))
+            .filter(|k| !(still && is_axis(k)))
             .filter(|k| is_meant(before, k));
         let names = self.names_of(before).into_iter().filter(begun);
         let mut out: Vec<String> = keywords
@@ -334,7 +345,8 @@ impl Vocabulary {
                 let fades = FADES.iter().map(|fade| fade.name);
                 return self.all(&["curve"]).chain(fades).collect();
             }
-            ("cue", _) => return self.movable().collect(),
+            ("cue", "to") => (self.declared_by("point"), &[]),
+            ("cue", _) => return self.movable().chain(self.all(&["head"])).collect(),
             ("look", _) if before.matches('{').count() > before.matches('}').count() => {
                 return self.all(&["bank", "group"]).collect();
             }

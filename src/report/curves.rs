@@ -1,9 +1,10 @@
 //! Curves: the light of banks over time, as a drawing.
 
 use crate::chart::{self, Drawing, Knot, Theme};
+use crate::sheet::heads;
 use footlight_engine::Document;
-use footlight_show::model::{Coordinate, Show};
-use footlight_show::timeline::{KeySequence, Segment, Timeline};
+use footlight_show::model::{Axis, Coordinate, Show};
+use footlight_show::timeline::{CurvePiece, KeySequence, Segment, Timeline};
 use footlight_show::units::Time;
 
 /// Points drawn of each second of a curve, beside its knots.
@@ -13,7 +14,7 @@ const POINTS_A_SECOND: f64 = 8.0;
 const MOST_POINTS: f64 = 2000.0;
 
 /// Light over time of the coordinates that are `wanted`, in their order: cues, moves and knots
-/// marked, and the moment if there is one.
+/// marked, and the moment if there is one. Behind them come the axes that heads of their banks move.
 pub fn curves(
     document: &Document,
     wanted: &[usize],
@@ -33,11 +34,30 @@ pub fn curves(
             ..chart::CurveRow::default()
         })
     };
+    let is_wanted = |bank: usize| {
+        let banks = wanted.iter().filter_map(|i| coordinates.get(*i)?.bank);
+        banks.into_iter().any(|own| own == bank)
+    };
+    let heads = heads(show).into_iter().enumerate();
+    let axes = heads.filter(|(_, moving)| is_wanted(moving.bank));
+    let axes = axes.flat_map(|(index, moving)| {
+        Axis::ALL.map(|axis| {
+            let (pieces, last) = timeline.pose_curve(index, axis);
+            let [low, high] = moving.head.range(axis);
+            let moves = pieces.iter().any(|p| !p.polynomial.is_constant()) || pieces.len() > 1;
+            moves.then(|| chart::CurveRow {
+                points: drawn(timeline, pieces, Some(last)),
+                name: format!("{} {} {low} to {high}", moving.light.name, axis.word()),
+                ..chart::CurveRow::default()
+            })
+        })
+    });
+    let axes: Vec<chart::CurveRow> = axes.flatten().collect();
     let curves = chart::CurveChart {
         title: format!("{}: light of the banks over time, % of full", show.title),
         start: timeline.start().seconds(),
         end: timeline.end().seconds(),
-        rows: wanted.iter().filter_map(row).collect(),
+        rows: wanted.iter().filter_map(row).chain(axes).collect(),
         cues: cues_in_time(show, timeline),
         playhead: playhead.map(Time::seconds),
         knots: knots(document.keys()),
@@ -75,12 +95,17 @@ fn knots(keys: &KeySequence) -> Vec<Knot> {
 
 /// A coordinate's setting over time, dense enough to draw; two points at a jump.
 pub fn points(timeline: &Timeline, coordinate: usize) -> Vec<(f64, f64)> {
+    let last = timeline.last().get(coordinate).copied();
+    drawn(timeline, timeline.curve(coordinate), last)
+}
+
+/// Pieces of a curve, dense enough to draw, and its value at the end.
+fn drawn(timeline: &Timeline, pieces: &[CurvePiece], last: Option<f64>) -> Vec<(f64, f64)> {
     let (start, end) = (timeline.start(), timeline.end());
     let length = (end - start).seconds().max(1e-6);
     let density = POINTS_A_SECOND.min(MOST_POINTS / length);
     let mut out = Vec::new();
-    let pieces = timeline.curve(coordinate).iter();
-    for piece in pieces.filter(|p| p.end >= start && p.start <= end) {
+    for piece in pieces.iter().filter(|p| p.end >= start && p.start <= end) {
         let seconds = (piece.end - piece.start).seconds();
         let steps = match piece.polynomial.degree() {
             0 | 1 => 1,
@@ -91,8 +116,7 @@ pub fn points(timeline: &Timeline, coordinate: usize) -> Vec<(f64, f64)> {
             out.push((time.seconds(), piece.value(time)));
         }
     }
-    let last = timeline.last().get(coordinate);
-    out.extend(last.map(|level| (end.seconds(), *level)));
+    out.extend(last.map(|level| (end.seconds(), level)));
     out
 }
 

@@ -318,7 +318,9 @@ fn a_difference_says_how_far_a_head_is_aimed() {
     // From straight down, 5 m: the tangents of 20 and 25 degrees are 0.364 and 0.466.
     assert_eq!(
         found("pan 30 tilt -20 beam 6", "pan 0 tilt -25 beam 6"),
-        ["cue 3: mh1 pan 30 tilt -20 beam 6 -> pan 0 tilt -25 beam 6 at 0:20, 0.9 m further right, 0.8 m further downstage"]
+        [
+            "cue 3: mh1 pan 30 tilt -20 beam 6 -> pan 0 tilt -25 beam 6 at 0:20, 0.9 m further right, 0.8 m further downstage"
+        ]
     );
     assert_eq!(
         found("mh1 to house  time 3", "mh1 to house  time 4"),

@@ -13,7 +13,7 @@ use super::error::{TimelineError, TimelineWarning};
 use super::lint::{Out, outs};
 use super::stretch::{Stretch, Track};
 use super::track::{level_at, level_before};
-use super::{Levels, Timeline};
+use super::{CurvePiece, Timeline};
 use crate::linalg::Bernstein;
 use crate::model::{Axis, Head, LightKind, NodeId, Show};
 use crate::units::Time;
@@ -25,8 +25,8 @@ impl Timeline {
             return Pose::default();
         };
         let value = |axis| {
-            let levels = self.pose_levels(head, axis);
-            levels.map_or(0.0, |l| self.value(&l.pieces, l.last, time))
+            let (pieces, last) = self.pose_curve(head, axis);
+            self.value(pieces, last, time)
         };
         ranges.pose(Axis::ALL.map(value))
     }
@@ -41,17 +41,20 @@ impl Timeline {
     /// Knots of a head's pose, in order, each once: between two of them pan, tilt, beam and field are
     /// polynomials in time of degree 3 at most.
     pub fn pose_knots(&self, head: usize) -> Vec<Time> {
-        let levels = Axis::ALL.map(|axis| self.pose_levels(head, axis));
-        let pieces = levels.into_iter().flatten().flat_map(|l| &l.pieces);
+        let pieces = Axis::ALL
+            .into_iter()
+            .flat_map(|axis| self.pose_curve(head, axis).0);
         let mut knots: Vec<Time> = pieces.flat_map(|p| [p.start, p.end]).collect();
         knots.sort_unstable();
         knots.dedup();
         knots
     }
 
-    fn pose_levels(&self, head: usize, axis: Axis) -> Option<&Levels> {
+    /// The pieces of one axis of a head, from 0 to 1 over its range, and its value at the end.
+    pub fn pose_curve(&self, head: usize, axis: Axis) -> (&[CurvePiece], f64) {
         let first = self.own.len() - 4 * self.heads.len();
-        self.parameters.get(&(first + 4 * head + axis as usize))
+        let levels = self.parameters.get(&(first + 4 * head + axis as usize));
+        levels.map_or((&[], 0.0), |l| (l.pieces.as_slice(), l.last))
     }
 }
 

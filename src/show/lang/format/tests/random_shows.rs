@@ -9,7 +9,8 @@ use proptest::prelude::*;
 use super::super::format;
 use crate::diagnostic::Sources;
 use crate::lang;
-use crate::model::Show;
+use crate::model::{Axis, Show};
+use crate::timeline::Timeline;
 
 /// Choices, read one after the other; when they are used up the plainest is made, so that a failure
 /// shrinks to a small text.
@@ -240,6 +241,16 @@ impl Choices<'_> {
             "900 cd 3200K",
         ]);
         self.clause(rest);
+        // Any place is within its reach.
+        let ranges = self.one(&[
+            "",
+            " standing",
+            " pan -200deg to 400",
+            " zoom 3 to 90 speed 120",
+        ]);
+        self.say(&format!("moves tilt -180 to 180{ranges}"));
+        self.end();
+        self.say("point p = 30 , 40 , -50");
         self.end();
         self.say("light l2 like l1 at");
         self.position();
@@ -403,7 +414,7 @@ impl Choices<'_> {
         for bank in banks {
             // A move that stands beside timing of the cue is no matter; timing beside a move is.
             self.words(&[bank]);
-            match self.pick(8) {
+            match self.pick(13) {
                 0 => self.words(&["85"]),
                 6 => self.say("( dim )"),
                 7 => self.say("to ( 2 * dim / 2 )"),
@@ -418,6 +429,11 @@ impl Choices<'_> {
                         self.words(&["3"]);
                     }
                 }
+                8 => self.say("to p"),
+                9 => self.say("80 to p beam 21"),
+                10 => self.say("full to -20 , 2m , ( 2 * 3m )"),
+                11 => self.say("pan 30 tilt -20deg beam 21"),
+                12 => self.say("to 1 , 2 , 90 field 38 beam 19"),
                 4 => self.say("hermite 0s 0 slope 0 , 4s 80 slope 10"),
                 _ => self.say("bezier 0s 0 via 10 60 , 4s 80"),
             }
@@ -569,6 +585,19 @@ proptest! {
     ) {
         let text = text([&rig, &cues, &rest]);
         let was = show(&text);
+        if let Ok(timeline) = Timeline::new(&was) {
+            for (index, (_, head, _)) in was.heads().into_iter().enumerate() {
+                for time in timeline.pose_knots(index) {
+                    let pose = timeline.pose(index, time);
+                    for axis in Axis::ALL {
+                        let [low, high] = head.range(axis);
+                        let within = low - 1e-6..=high + 1e-6;
+                        prop_assert!(within.contains(&pose.angle(axis)), "{:?}", pose);
+                    }
+                    prop_assert!(pose.beam < pose.field, "{:?}", pose);
+                }
+            }
+        }
         let once = format(&text).unwrap();
         prop_assert_eq!(&show(&once), &was, "another show:\n{}\n---\n{}", text, once);
         let twice = format(&once).unwrap();
