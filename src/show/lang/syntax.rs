@@ -116,7 +116,7 @@ fn expected(rules: &[Rule]) -> Vec<&'static str> {
         }
         let word = words(*rule);
         // Behind a level a colour may stand, which goes without saying.
-        let second = *rule == Rule::value && !rules.contains(&Rule::kw_to);
+        let second = matches!(rule, Rule::value | Rule::kw_to) && !rules.contains(&Rule::plus);
         let spoken_for = body && (second || BODY.contains(&word));
         if !word.is_empty() && !spoken_for && !out.contains(&word) {
             out.push(word);

@@ -111,7 +111,7 @@ impl<'a> Lower<'a, '_> {
             return Some(ends);
         }
         let message = format!("this range of `{}` ends where it begins", clause.word.text);
-        let help = "the low end stands first: `pan -270 to 270`";
+        let help = "the low end of a range stands first, as -270 to 270";
         let at = (clause.span, "empty");
         self.report.error(codes::RANGE, message, at, help)
     }
@@ -251,7 +251,7 @@ impl<'a> Lower<'a, '_> {
                 .and_then(|(_, i)| self.show.points.get(i).map(|p| p.at)),
             lengths => self.position(lengths),
         };
-        let angles = self.angles(aim);
+        let angles = self.angles(aim, target.name.text);
         let heads = self.heads_of(target, matches!(written.motion, Written::Bare));
         if (at.is_none() && !aim.at.is_empty()) || !self.spend(4 * heads.len(), aim.span) {
             return Vec::new();
@@ -279,7 +279,7 @@ impl<'a> Lower<'a, '_> {
     }
 
     /// Angles by their axes, each once.
-    fn angles(&mut self, aim: &ast::Aim<'a>) -> Vec<(Axis, f64, Span)> {
+    fn angles(&mut self, aim: &ast::Aim<'a>, target: &str) -> Vec<(Axis, f64, Span)> {
         let mut out: Vec<(Axis, f64, Span)> = Vec::new();
         for (word, value) in &aim.angles {
             let Some(axis) = Axis::ALL.into_iter().find(|a| a.word() == word.text) else {
@@ -291,7 +291,9 @@ impl<'a> Lower<'a, '_> {
             }
             if matches!(axis, Axis::Pan | Axis::Tilt) && !aim.at.is_empty() {
                 let message = format!("`{}` stands behind a place to point to", word.text);
-                let help = "a head points to a place, or by its angles: `pan 30 tilt -20`";
+                let help = format!(
+                    "a head points to a place, or by its angles: `{target} pan 30 tilt -20`"
+                );
                 let at = (word.span, "one too many");
                 self.report
                     .error::<()>(codes::DOES_NOT_FIT, message, at, help);
@@ -364,7 +366,21 @@ impl<'a> Lower<'a, '_> {
                 .error::<()>(codes::DOES_NOT_FIT, message, at, help);
             return Vec::new();
         }
-        if found.is_empty() && !self.report.failed() {
+        // A light with an error has no head; what is wrong with it was said.
+        let is_broken = |light: &usize| {
+            let kind = self.show.lights.get(*light).map(|l| &l.kind);
+            matches!(kind, Some(LightKind::Panel { material, .. }) if material.is_empty())
+        };
+        let broken = match kind {
+            Kind::Light => is_broken(&index),
+            _ => self
+                .show
+                .lights
+                .iter()
+                .enumerate()
+                .any(|(i, _)| is_broken(&i)),
+        };
+        if found.is_empty() && !broken {
             let light = self.show.lights.get(index).filter(|_| kind == Kind::Light);
             let (message, help) = match light {
                 Some(light) if light.head.is_some() => (

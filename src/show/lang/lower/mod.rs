@@ -35,7 +35,7 @@ use super::spans::SpanMap;
 use super::syntax::UNIT_WORDS;
 use super::{codes, limits};
 use crate::diagnostic::Diagnostic;
-use crate::model::{NodeId, Show};
+use crate::model::{Axis, NodeId, Show};
 use crate::units::Rgb;
 
 /// Lowers what was read of a show. Returns the show, if there was no error, and the places of its
@@ -168,7 +168,11 @@ impl<'a> Lower<'a, '_> {
                 let diagnostic = Diagnostic::error(codes::WRONG_KIND_OF_NAME, message)
                     .place(name.span, format!("this is {}", entry.kind.phrase()))
                     .place(entry.span, "declared here");
+                let head = entry.index.and_then(|i| self.show.lights.get(i)?.head);
                 self.report.add(match entry.kind {
+                    Kind::Light if head.is_some() && kinds.contains(&Kind::Bank) => {
+                        diagnostic.help("the level of a head is that of the bank it stands in")
+                    }
                     Kind::Value => diagnostic.help(format!(
                         "a value is used in round brackets: `({})`",
                         name.text
@@ -204,6 +208,10 @@ impl<'a> Lower<'a, '_> {
                     name.text
                 )
             }
+            (None, None) if Axis::ALL.iter().any(|axis| axis.word() == name.text) => format!(
+                "the angles of a head stand right behind its name: `mh1 {} 12`",
+                name.text
+            ),
             (None, None) if UNIT_WORDS.contains(&name.text) => {
                 format!("a unit stands right behind its number: `5{}`", name.text)
             }
