@@ -167,9 +167,10 @@ impl Words<'_> {
             } => self.level(id, parameter, time, level),
             TimelineError::Beam { id, head, time } => {
                 let name = self.head(head);
-                let message = format!("the beam of `{name}` is as wide as its field at {time}");
+                let message =
+                    format!("the beam of `{name}` is not narrower than its field at {time}");
                 Diagnostic::error(codes::BEAM, message)
-                    .place_of(id, self.spans, "not narrower")
+                    .place_of(id, self.spans, "too wide")
                     .help(format!(
                         "move both at once, the field wider than the beam: `{name} beam 12 field 18`"
                     ))
