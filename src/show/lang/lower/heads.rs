@@ -441,10 +441,11 @@ impl<'a> Lower<'a, '_> {
             let Some(pose) = one.parameter.checked_sub(self.first_pose) else {
                 continue;
             };
-            let (index, axis) = (pose / 4, Axis::ALL[pose % 4]);
-            if !matches!(axis, Axis::Pan | Axis::Tilt) {
+            let index = pose / 4;
+            let axis = Axis::ALL.get(pose % 4).copied();
+            let Some(axis @ (Axis::Pan | Axis::Tilt)) = axis else {
                 continue;
-            }
+            };
             let (Some(from), Some(InBank { head, light, .. })) =
                 (now.get(index).copied(), self.heads.get(index).cloned())
             else {

@@ -76,7 +76,6 @@ static FORMS: [Form; 7] = [
         own_amount: true,
         luminance: true,
         example: "panel pane_left  40 cd/m2",
-        ..SPOT
     },
     Form {
         word: "sphere",
