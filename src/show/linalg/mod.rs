@@ -6,12 +6,14 @@
 //! order on one thread. This module does not depend on what a light, a cue or an image is.
 
 mod bernstein;
+mod bounded;
 mod orthogonal;
 mod svd;
 mod triangle;
 
 pub use bernstein::{Bernstein, mass, mass_factor};
 pub(crate) use bernstein::{binomial, quadratic_roots};
+pub use bounded::{BoundedSolution, bounded_least_squares};
 pub use orthogonal::{Dependent, Orthonormal, least_squares};
 pub use svd::{Svd, SvdError, svd};
 pub use triangle::Triangle;
