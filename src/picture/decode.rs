@@ -40,20 +40,38 @@ fn format(bytes: &[u8]) -> Option<ImageFormat> {
 /// [`PictureError::Malformed`] for a corrupt or truncated file, [`PictureError::Unsupported`] for
 /// another format, [`PictureError::Memory`].
 pub fn light(bytes: &[u8], limit_bytes: usize) -> Result<Image, PictureError> {
-    let decoded = decoded(bytes, DECODED + 12, limit_bytes)?.into_rgba16();
+    let (mut image, alpha) = light_and_alpha(bytes, limit_bytes)?;
+    let (pixels, _) = image.data.as_chunks_mut::<3>();
+    for (pixel, alpha) in pixels.iter_mut().zip(alpha) {
+        pixel.iter_mut().for_each(|value| *value *= alpha);
+    }
+    Ok(image)
+}
+
+/// Like [`light`], with the colours of what is transparent as the file has them, and the alpha of each
+/// pixel, 0 to 1.
+///
+/// # Errors
+/// As [`light`].
+pub fn light_and_alpha(
+    bytes: &[u8],
+    limit_bytes: usize,
+) -> Result<(Image, Vec<f32>), PictureError> {
+    let decoded = decoded(bytes, DECODED + 16, limit_bytes)?.into_rgba16();
     let table: Vec<f32> = (0..=u16::MAX)
         .map(|code| srgb_decode(f64::from(code) / f64::from(u16::MAX)) as f32)
         .collect();
     let (width, height) = (decoded.width() as usize, decoded.height() as usize);
     let mut data = Vec::with_capacity(width * height * 3);
+    let mut mask = Vec::with_capacity(width * height);
     for pixel in decoded.pixels() {
         let [r, g, b, alpha] = pixel.0;
-        let alpha = f32::from(alpha) / f32::from(u16::MAX);
-        let value = |code: u16| alpha * table.get(usize::from(code)).copied().unwrap_or_default();
-        data.extend([r, g, b].map(value));
+        mask.push(f32::from(alpha) / f32::from(u16::MAX));
+        data.extend([r, g, b].map(|c| table.get(usize::from(c)).copied().unwrap_or_default()));
     }
-    Image::from_data(width, height, data)
-        .ok_or_else(|| PictureError::Size("some of its pixels are missing".to_owned()))
+    let image = Image::from_data(width, height, data)
+        .ok_or_else(|| PictureError::Size("some of its pixels are missing".to_owned()))?;
+    Ok((image, mask))
 }
 
 /// The sRGB codes of a file with alpha, those of 16 bits cut to eight.
@@ -168,8 +186,8 @@ mod tests {
     #[test]
     fn a_header_that_asks_for_more_than_the_limit_is_refused() {
         let bytes = encode(40, 50, &[7; 6000]).unwrap();
-        assert!(light(&bytes, 2000 * 28).is_ok());
-        let refused = light(&bytes, 2000 * 28 - 1);
+        assert!(light(&bytes, 2000 * 32).is_ok());
+        let refused = light(&bytes, 2000 * 32 - 1);
         assert!(matches!(
             refused,
             Err(PictureError::Memory { width: 40, .. })

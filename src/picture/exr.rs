@@ -201,6 +201,9 @@ fn rgb_part(headers: &[Header]) -> Result<(usize, [usize; 3]), PictureError> {
     })
 }
 
+/// The place of a channel that is not read: its colour stays black.
+const NO_CHANNEL: usize = usize::MAX;
+
 /// The picture being read: the display window, and how much of the data window has come.
 struct Canvas {
     image: Image,
@@ -220,6 +223,7 @@ impl Canvas {
             return Err(truncated("an empty display window"));
         }
         let data = header.own_attributes.layer_position;
+        let wanted = channels.iter().filter(|c| **c != NO_CHANNEL).count();
         Ok(Canvas {
             image: Image::new(size.0, size.1),
             channels,
@@ -227,11 +231,12 @@ impl Canvas {
                 i64::from(data.0) - i64::from(position.0),
                 i64::from(data.1) - i64::from(position.1),
             ],
-            expected: header.layer_size.0 * header.layer_size.1 * 3,
+            expected: header.layer_size.0 * header.layer_size.1 * wanted,
             painted: 0,
             primaries: header
                 .shared_attributes
                 .chromaticities
+                .filter(|_| wanted == channels.len())
                 .map_or(Ok(None), primaries::to_rec_709)?,
         })
     }

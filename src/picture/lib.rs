@@ -9,6 +9,7 @@
 //!   to fewer pixels.
 //! - [`exr`] reads and writes linear images exactly, one or many in a file. [`decode`] reads the
 //!   formats that hold 8 bits for each channel.
+//! - [`sketch`] reads a picture that levels are to come near to.
 //! - [`tone`] turns light into display bytes: exposure, tone curve, sRGB code. [`signed`] does so for
 //!   images of either sign.
 //! - [`png`], [`y4m`] and [`terminal`] write display bytes.
@@ -30,6 +31,7 @@ pub mod exr;
 pub mod png;
 pub mod shrink;
 pub mod signed;
+pub mod sketch;
 pub mod terminal;
 pub mod tone;
 pub mod y4m;

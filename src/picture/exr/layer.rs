@@ -7,11 +7,12 @@
 use std::collections::BTreeMap;
 use std::io::Cursor;
 
-use exr::block::reader::ChunksReader;
+use exr::block::reader::{ChunksReader, Reader};
 use exr::math::Vec2;
+use exr::meta::attribute::ChannelDescription;
 use exr::meta::header::Header;
 
-use super::{Canvas, guard_sizes, malformed, rgb_part, text};
+use super::{Canvas, NO_CHANNEL, guard_sizes, malformed, rgb_part, text};
 use crate::{Image, PictureError, require_memory};
 
 /// Where a layer stands: its part, and its R, G and B among the part's channels.
@@ -42,10 +43,46 @@ pub fn decode(
     let headers = reader.headers().to_vec();
     guard_sizes(&headers, bytes.len(), limit_bytes as u64)?;
     let known = places(&headers);
-    let mut slots = Vec::with_capacity(wanted.len());
+    let places = wanted.iter().map(|name| find(&known, *name, &headers));
+    painted(reader, &headers, places.collect(), limit_bytes)
+}
+
+/// The plain R, G and B of a file with the A of the same part, as its red; without A `None`. Where there is
+/// no pixel A is 0.
+///
+/// # Errors
+/// As [`super::decode`].
+pub fn decode_with_alpha(
+    bytes: &[u8],
+    limit_bytes: usize,
+) -> Result<(Image, Option<Image>), PictureError> {
+    let reader = exr::block::read(Cursor::new(bytes), false).map_err(malformed)?;
+    let headers = reader.headers().to_vec();
+    guard_sizes(&headers, bytes.len(), limit_bytes as u64)?;
+    let plain = find(&places(&headers), None, &headers)?;
+    let channels = headers.get(plain.0).map(|header| &header.channels.list);
+    let is_alpha = |c: &ChannelDescription| c.name.eq("A") && c.sampling == Vec2(1, 1);
+    let alpha = channels.and_then(|list| list.iter().position(is_alpha));
+    let mut wanted = vec![Ok(plain)];
+    wanted.extend(alpha.map(|a| Ok((plain.0, [a, NO_CHANNEL, NO_CHANNEL]))));
+    let mut images = painted(reader, &headers, wanted, limit_bytes)?.into_iter();
+    let image = images
+        .next()
+        .unwrap_or_else(|| Err(super::truncated("no picture")))?;
+    Ok((image, images.next().transpose()?))
+}
+
+/// The pictures at some places of a file.
+fn painted(
+    reader: Reader<Cursor<&[u8]>>,
+    headers: &[Header],
+    places: Vec<Result<Place, PictureError>>,
+    limit_bytes: usize,
+) -> Result<Vec<Result<Image, PictureError>>, PictureError> {
+    let mut slots = Vec::with_capacity(places.len());
     let mut held = 0_u64;
-    for name in wanted {
-        slots.push(match find(&known, *name, &headers) {
+    for place in places {
+        slots.push(match place {
             Err(error) => Err(error),
             Ok((part, channels)) => {
                 let header = headers

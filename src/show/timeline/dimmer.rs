@@ -6,6 +6,8 @@
 //! between two knots). Elsewhere it is fitted by cubics: ends exact, values between the ends'
 //! values (so within 0 to 1), within [`TOLERANCE`] of the light at full.
 
+use std::cmp::Ordering;
+
 use super::curve::CurvePiece;
 use super::error::TimelineError;
 use super::spline::{Splined, curve_spans};
@@ -33,6 +35,33 @@ pub(super) enum Law {
 pub fn settings(dimmer: Dimmer, curves: &[NamedCurve], levels: &[f64]) -> Vec<f64> {
     let law = Law::new(dimmer, curves);
     levels.iter().map(|level| law.value(*level)).collect()
+}
+
+/// The level (0 to 1) at which a dimmer gives a setting, of several the nearest to `near`; the level of the
+/// nearest setting where it gives no such one.
+pub fn level(dimmer: Dimmer, curves: &[NamedCurve], setting: f64, near: f64) -> f64 {
+    let law = Law::new(dimmer, curves);
+    let off = |level: f64| match (law.value(level) - setting).abs() {
+        rounding if rounding < 1e-9 => 0.0,
+        off => off,
+    };
+    let away = |level: &f64| (off(*level), (level - near).abs());
+    let levels = law.levels(setting).into_iter().chain([near]);
+    let nearest = levels.min_by(|a, b| away(a).partial_cmp(&away(b)).unwrap_or(Ordering::Equal));
+    nearest.unwrap_or(near)
+}
+
+/// The least and the largest setting that a dimmer gives.
+pub fn range(dimmer: Dimmer, curves: &[NamedCurve]) -> (f64, f64) {
+    let law = Law::new(dimmer, curves);
+    // The levels that no setting asks for are the turns and ends.
+    let values = law
+        .levels(f64::NAN)
+        .into_iter()
+        .map(|level| law.value(level));
+    values.fold((1.0, 0.0), |(least, most), value| {
+        (value.min(least), value.max(most))
+    })
 }
 
 /// The light of each coordinate of a show, relative to full, where its parameters
@@ -161,6 +190,31 @@ impl Law {
                     .unwrap_or(whole(Bernstein::constant(*last)))
             }
         }
+    }
+
+    /// The levels that give a setting, and those at which the law begins, turns and ends.
+    fn levels(&self, setting: f64) -> Vec<f64> {
+        let mut levels = match self {
+            Law::Linear => vec![setting],
+            Law::Square => vec![setting.max(0.0).sqrt()],
+            Law::Curve { curve, .. } => {
+                let mut levels = Vec::new();
+                for local in (0..curve.spans.len()).filter_map(|span| self.local(span)) {
+                    let turns = local.polynomial.turns();
+                    let parts = [vec![0.0], turns, vec![1.0]].concat();
+                    let pairs = parts.windows(2).filter_map(|pair| match pair {
+                        [s, e] => crossing(&local.polynomial, *s, *e, setting),
+                        _ => None,
+                    });
+                    let places = pairs.chain(parts.iter().copied());
+                    levels.extend(places.map(|t| local.from + t * local.length));
+                }
+                levels
+            }
+        };
+        levels.extend([0.0, 1.0]);
+        levels.retain(|level| (0.0..=1.0).contains(level));
+        levels
     }
 
     fn knots(&self) -> &[f64] {

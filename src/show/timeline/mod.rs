@@ -33,7 +33,7 @@ pub use blend::{Blend, blend};
 pub use bounced::Bounced;
 pub use clock::CueTime;
 pub use curve::CurvePiece;
-pub use dimmer::{lights, settings};
+pub use dimmer::{level, lights, range, settings};
 pub use error::{TimelineError, TimelineWarning};
 pub use key::KeySequence;
 pub use motion::{Moved, Timing};
