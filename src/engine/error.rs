@@ -153,6 +153,9 @@ pub enum Error {
     /// A reference image is missing or does not fit.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
+    /// No levels come near to what is asked for.
+    #[error(transparent)]
+    Solve(#[from] crate::solve::SolveError),
     /// A decomposition failed its own verification.
     #[error(transparent)]
     Plan(#[from] PlanError),

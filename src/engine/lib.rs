@@ -18,7 +18,7 @@
 //!
 //! [`Engine`] is a document, its images, the refinement in the background and the [`Host`]; its
 //! methods hand on to these. What can be said without rendering is a function of values:
-//! [`Engine::estimate`], [`plan`], [`pool`], [`measure`].
+//! [`Engine::estimate`], [`plan`], [`pool`], [`measure`]. [`solve`] finds levels from a picture.
 //!
 //! Invariants: a call that fails changes nothing but images that were finished before; the same
 //! show gives the same images on any number of threads; every effect on the outside goes through
@@ -52,6 +52,7 @@ mod refine;
 mod refiner;
 mod rendering;
 mod setup;
+pub mod solve;
 mod speed_accuracy;
 mod stage;
 mod tasks;

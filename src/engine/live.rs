@@ -71,7 +71,7 @@ impl Moves {
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct LiveControl {
     now: Time,
     /// The next cue starts now, and the moment is the one before it.
@@ -267,7 +267,7 @@ impl LiveControl {
         setting.truncate(own.len());
         for ((slot, light), coordinate) in setting.iter_mut().zip(lights).zip(own) {
             if let Some(bank) = coordinate.bank.filter(|bank| moved(*bank)) {
-                *slot = light * document.timeline().factor(bank, self.instant());
+                *slot = light * self.factor(document, bank);
             }
         }
         document
@@ -280,6 +280,11 @@ impl LiveControl {
         let (show, levels) = (document.show(), self.levels(document));
         let heads = 0..show.heads().len();
         heads.map(|head| show.pose_of(&levels, head)).collect()
+    }
+
+    /// The factor of a bank's effects at this moment.
+    pub(super) fn factor(&self, document: &Document, bank: usize) -> f64 {
+        document.timeline().factor(bank, self.instant())
     }
 
     /// Each parameter at this moment, before the dimmers ([`Show::parameters`] names them), as a

@@ -2,8 +2,6 @@
 //!
 //! Every sum runs in a fixed order, so results do not depend on the number of threads.
 
-use nalgebra::DMatrix;
-
 use super::Image;
 
 /// Channels summed at a time: the running sum stays in the first-level cache.
@@ -149,99 +147,9 @@ pub fn dot(a: &Image, b: &Image) -> f64 {
     lanes.iter().sum::<f64>() + rest
 }
 
-/// The sums over all rows of `weight^2 a b` for every pair of columns: as many weights as each column has
-/// rows, or more. Uses up to `threads` threads.
-pub fn products(columns: &[&[f32]], weights: &[f32], threads: usize) -> DMatrix<f64> {
-    let (n, rows) = (
-        columns.len(),
-        columns.iter().map(|c| c.len()).min().unwrap_or(0),
-    );
-    // One sum for each part, whatever the threads, so that their order is one.
-    let share = rows.div_ceil(PARTS).next_multiple_of(ROWS).max(ROWS);
-    let mut sums = vec![DMatrix::zeros(n, n); rows.div_ceil(share)];
-    let own = sums.len().div_ceil(threads.max(1)).max(1);
-    std::thread::scope(|scope| {
-        for (thread, sums) in sums.chunks_mut(own).enumerate() {
-            scope.spawn(move || {
-                for (part, sum) in sums.iter_mut().enumerate() {
-                    let start = (thread * own + part) * share;
-                    add_products(sum, (columns, weights), start..(start + share).min(rows));
-                }
-            });
-        }
-    });
-    sums.iter().fold(DMatrix::zeros(n, n), |all, sum| all + sum)
-}
-
-/// Rows whose columns stay in the cache, and parts that sums are made of.
-const ROWS: usize = 512;
-const PARTS: usize = 64;
-
-fn add_products(
-    sum: &mut DMatrix<f64>,
-    (columns, weights): (&[&[f32]], &[f32]),
-    rows: std::ops::Range<usize>,
-) {
-    let mut block = vec![[0.0_f64; ROWS]; columns.len()];
-    for start in rows.clone().step_by(ROWS) {
-        let own = start..(start + ROWS).min(rows.end);
-        let weights = weights.get(own.clone()).unwrap_or_default();
-        for (to, column) in block.iter_mut().zip(columns) {
-            let values = column
-                .get(own.clone())
-                .unwrap_or_default()
-                .iter()
-                .zip(weights);
-            to.fill(0.0);
-            to.iter_mut()
-                .zip(values)
-                .for_each(|(to, (v, w))| *to = f64::from(*v) * f64::from(*w));
-        }
-        for (i, a) in block.iter().enumerate() {
-            for (j, b) in block.iter().enumerate().take(i + 1) {
-                let mut lanes = [0.0_f64; 8];
-                for (a, b) in a.as_chunks::<8>().0.iter().zip(b.as_chunks::<8>().0) {
-                    lanes
-                        .iter_mut()
-                        .zip(a.iter().zip(b))
-                        .for_each(|(lane, (a, b))| *lane += a * b);
-                }
-                let product: f64 = lanes.iter().sum();
-                for place in [(i, j), (j, i)].iter().take(1 + usize::from(i != j)) {
-                    if let Some(to) = sum.get_mut(*place) {
-                        *to += product;
-                    }
-                }
-            }
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn products_are_the_weighted_sums_of_every_pair() {
-        let images: Vec<Image> = (0..3).map(|i| ramp(0.1 + 0.3 * i as f32)).collect();
-        let columns: Vec<&[f32]> = images.iter().map(Image::data).collect();
-        let weights: Vec<f32> = (0..97 * 61 * 3).map(|i| (i % 5) as f32 * 0.25).collect();
-        let one = products(&columns, &weights, 1);
-        for threads in [2, 3, 64] {
-            assert_eq!(products(&columns, &weights, threads), one);
-        }
-        for ((i, a), (j, b)) in (0..9)
-            .map(|k| (k / 3, k % 3))
-            .map(|(i, j)| ((i, columns[i]), (j, columns[j])))
-        {
-            let terms = a.iter().zip(b).zip(&weights);
-            let sum: f64 = terms
-                .map(|((a, b), w)| f64::from(*a) * f64::from(*b) * f64::from(*w).powi(2))
-                .sum();
-            assert!((one[(i, j)] / sum - 1.0).abs() < 1e-12);
-        }
-        assert_eq!(products(&[], &[], 2).len(), 0);
-    }
 
     fn ramp(scale: f32) -> Image {
         let data = (0..97 * 61 * 3)

@@ -9,6 +9,7 @@ pub(super) mod picture;
 pub(super) mod play;
 pub(super) mod plot;
 pub(super) mod render;
+pub(super) mod solve;
 pub(super) mod text;
 
 use std::path::Path;

@@ -7,7 +7,7 @@ use std::sync::LazyLock;
 use clap::{Command, Subcommand};
 
 use super::Error;
-use super::answer::{edit, export, help, live, measure, picture, play, plot, render, text};
+use super::answer::{edit, export, help, live, measure, picture, play, plot, render, solve, text};
 use super::repl::{Repl, Reply};
 
 // The options of each verb.
@@ -20,6 +20,7 @@ pub use super::answer::picture::{Picture, Shot};
 pub use super::answer::play::{Film, Frames, Play};
 pub use super::answer::plot::Plot;
 pub use super::answer::render::{Plan, Pool, Refine, Run, Stop};
+pub use super::answer::solve::Solve;
 pub use super::answer::text::{Diff, Explain, Fmt, LookFrom, Save, Sheet, Show};
 pub use super::argument::{ByWay, FromView};
 
@@ -99,6 +100,9 @@ pub enum Verb {
     /// Try levels without a cue; a move in time lets go of them
     #[command(after_help = "set lamps 40 sky #203060", hide = true)]
     Set(live::Set),
+    /// Try the levels whose picture comes nearest to a sketch, or lux at points
+    #[command(after_help = "solve sketch.png --cue 5")]
+    Solve(solve::Solve),
     /// Let go of the levels that are tried
     #[command(after_help = "release", hide = true)]
     Release,
@@ -216,6 +220,9 @@ impl Verb {
             Verb::Back => live::back(repl),
             Verb::Goto(asked) => live::goto(repl, asked),
             Verb::Set(asked) => live::set(repl, asked),
+            Verb::Solve(asked) => {
+                repl.seen_from(asked.from.view.as_deref(), |repl| solve::solve(repl, asked))
+            }
             Verb::Release => live::release(repl),
             Verb::Record(asked) => live::record(repl, asked),
             Verb::Update => live::update(repl),

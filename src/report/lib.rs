@@ -48,6 +48,7 @@ pub mod refine;
 pub mod results;
 pub mod run;
 pub mod sheet;
+pub mod solved;
 pub mod stage;
 pub mod table;
 pub mod target;

@@ -34,6 +34,7 @@ mod memory;
 pub mod moving;
 pub mod outside;
 pub mod radiosity;
+pub mod seen;
 mod setup;
 pub mod surfaces;
 mod threads;

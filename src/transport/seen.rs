@@ -1,0 +1,110 @@
+//! The surface that a view shows at a point: what its picture says of the light that falls there.
+
+use crate::direct::projector::pixel as footprint;
+use crate::gather::bvh::Bvh;
+use crate::gather::ray_scene::{DARK, RayScene};
+use crate::surfaces::camera::camera;
+use crate::surfaces::surface::Surfaces;
+use crate::{Setup, TransportError};
+use footlight_host::work::Work;
+use footlight_show::geometry::Vec3;
+use footlight_stage::Light;
+
+/// How near a surface must be to a point to be the one that is meant, metres.
+const NEAR: f64 = 0.05;
+/// Darker surfaces show too little of the light that falls on them.
+const DARKEST: f64 = 0.01;
+/// Reach of the rays' start above surfaces, as a share of the scene.
+const OFFSET: f64 = 1e-6;
+
+/// A matt surface that a pixel shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SeenSurface {
+    /// Index of the pixel, row by row from the top.
+    pub pixel: usize,
+    /// Share of the light that it reflects.
+    pub reflectance: [f64; 3],
+}
+
+/// Why no illuminance can be read from the picture at a point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Hidden {
+    /// It lies outside the picture.
+    #[error("lies outside the view")]
+    Outside,
+    /// No surface is there.
+    #[error(
+        "lies on no surface that the view shows: something stands before it, or it is in the air"
+    )]
+    NoSurface,
+    /// Its pixel shows more than one surface.
+    #[error("lies at an edge: take a point further inside the surface")]
+    Edge,
+    /// It is a lamp, or lets light through.
+    #[error(
+        "lies on a lamp, or on what lets light through: its brightness is not what falls on it"
+    )]
+    OwnLight,
+    /// It reflects next to nothing.
+    #[error("lies on a black surface, which does not show how much light falls on it")]
+    Black,
+}
+
+/// The surfaces that the setup's view shows at some points. A ray from the eye through a point must end
+/// within 5 cm of it, and those through the corners of its pixel on the same plane.
+///
+/// # Errors
+/// [`TransportError`] for a scene or view that cannot be used, and on cancel.
+pub fn seen(
+    setup: &Setup,
+    points: &[Vec3],
+    work: Work<'_>,
+) -> Result<Vec<Result<SeenSurface, Hidden>>, TransportError> {
+    let (surfaces, camera) = (Surfaces::new(&setup.scene)?, camera(&setup.view)?);
+    let bvh = Bvh::new(&surfaces, work)?;
+    let scene = RayScene {
+        surfaces: &surfaces,
+        bvh: &bvh,
+        offset: surfaces.size * OFFSET,
+    };
+    let emits = |material: usize| {
+        let of = |l: &Light| matches!(l, Light::Panel { material: m, .. } if *m == material);
+        setup.rig.lights.iter().any(of)
+    };
+    let [width, height] = [setup.view.width as f64, setup.view.height as f64];
+    let at = |point: &Vec3| {
+        let way = *point - camera.origin;
+        let depth = way.dot(camera.forward);
+        let x = (way.dot(camera.right) / depth - camera.left) / camera.step_x;
+        let y = (camera.top - way.dot(camera.up) / depth) / camera.step_y;
+        if !(depth > 0.0 && (0.0..width).contains(&x) && (0.0..height).contains(&y)) {
+            return Err(Hidden::Outside);
+        }
+        let (place, _) = scene.look(camera.origin, way);
+        let facet = surfaces.facets.get(place.facet as usize);
+        let near = place.facet != DARK && (place.point - *point).length() <= NEAR;
+        let facet = facet.filter(|_| near).ok_or(Hidden::NoSurface)?;
+        let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
+        let on_plane = |(dx, dy): (f64, f64)| {
+            let (other, far) =
+                scene.look(camera.origin, camera.ray(x.floor() + dx, y.floor() + dy));
+            let own = surfaces.facets.get(other.facet as usize);
+            own.is_some_and(|own| own.material == facet.material)
+                && facet.height(other.point).abs() <= 1e-3 * far
+        };
+        if emits(facet.material) || surfaces.is_sheet(place.facet) {
+            return Err(Hidden::OwnLight);
+        }
+        if !corners.into_iter().all(on_plane) {
+            return Err(Hidden::Edge);
+        }
+        let sides = || footprint(&camera, place.point, facet.normal, 1.0);
+        let reflectance = surfaces.reflectance_at(facet, place.point, sides);
+        if reflectance.iter().any(|r| *r < DARKEST) {
+            return Err(Hidden::Black);
+        }
+        let pixel = y as usize * setup.view.width + x as usize;
+        Ok(SeenSurface { pixel, reflectance })
+    };
+    Ok(points.iter().map(at).collect())
+}
