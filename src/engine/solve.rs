@@ -6,6 +6,11 @@
 //! fixed lights, stay as they stand. After Schoeneman, Dorsey, Smits, Arvo and Greenberg 1993, "Painting
 //! with Light".
 
+#![allow(
+    clippy::indexing_slicing,
+    reason = "one setting, column and row of the sums for each coordinate"
+)]
+
 mod lux;
 mod sketch;
 
@@ -103,6 +108,15 @@ struct Unknown {
     stood: f64,
 }
 
+impl Unknown {
+    /// Keeps it as it stands where its light is not seen.
+    fn hold_unless(&mut self, seen: &[bool]) {
+        if !seen[self.coordinate] {
+            self.bounds = (self.stood, self.stood);
+        }
+    }
+}
+
 /// The coordinates of the banks and groups of these names, of all banks without one.
 fn unknowns(
     document: &Document,
@@ -153,88 +167,99 @@ fn unknowns(
     Ok(found)
 }
 
-/// Sums of squares and products over all rows: those of the unknowns, then of the light of everything else,
-/// then of what is to be met.
-struct Squares(Matrix);
+/// Settings of all coordinates.
+struct Solution {
+    settings: Vec<f64>,
+    /// Coordinates of which only a sum is decided.
+    tied: Vec<Vec<usize>>,
+}
+
+/// Sums of squares and products over all rows: of the light of each coordinate at full, and, last, of what is
+/// to be met.
+struct Squares {
+    sums: Matrix,
+    /// The settings that stand.
+    stood: Vec<f64>,
+}
 
 impl Squares {
-    /// The best settings where what is to be met is `gain` times their light, and the sum of squares that
-    /// they leave.
-    fn solve(&self, unknowns: &[Unknown], gain: f64) -> (BoundedSolution, f64) {
-        let n = unknowns.len();
-        let right = |i: usize| self.at(i, n + 1) / gain - self.at(i, n);
-        let right: Vec<f64> = (0..n).map(right).collect();
-        let gram = self.0.view((0, 0), (n, n)).into_owned();
+    /// The best settings of the unknowns where what is to be met is `gain` times the light.
+    fn solve(&self, unknowns: &[Unknown], gain: f64) -> Solution {
+        let own: Vec<usize> = unknowns.iter().map(|unknown| unknown.coordinate).collect();
+        let mut rest = self.stood.clone();
+        own.iter().for_each(|i| rest[*i] = 0.0);
+        let met = |i: &usize| {
+            let others: f64 = rest
+                .iter()
+                .enumerate()
+                .map(|(k, x)| x * self.sums[(*i, k)])
+                .sum();
+            self.sums[(*i, rest.len())] / gain - others
+        };
+        let gram = Matrix::from_fn(own.len(), own.len(), |i, j| self.sums[(own[i], own[j])]);
+        let right: Vec<f64> = own.iter().map(met).collect();
         let bounds: Vec<(f64, f64)> = unknowns.iter().map(|unknown| unknown.bounds).collect();
-        let stood: Vec<f64> = unknowns.iter().map(|unknown| unknown.stood).collect();
-        let solution = bounded_least_squares(&gram, &right, &bounds, &stood);
-        let left = self.left(&solution.x, gain);
-        (solution, left)
+        let near: Vec<f64> = own.iter().map(|i| self.stood[*i]).collect();
+        let BoundedSolution { x, tied } = bounded_least_squares(&gram, &right, &bounds, &near);
+        let mut settings = rest;
+        own.iter().zip(x).for_each(|(i, x)| settings[*i] = x);
+        let of_group = |group: Vec<usize>| group.into_iter().map(|i| own[i]).collect();
+        Solution {
+            settings,
+            tied: tied.into_iter().map(of_group).collect(),
+        }
     }
 
     /// The sum of squares that settings leave.
     fn left(&self, settings: &[f64], gain: f64) -> f64 {
-        let terms = settings.iter().map(|x| gain * x).chain([gain, -1.0]);
-        let terms = Matrix::from_iterator(1, settings.len() + 2, terms);
-        (&terms * &self.0 * terms.transpose()).sum().max(0.0)
+        self.square(settings.iter().map(|x| gain * x).chain([-1.0]))
     }
 
-    fn at(&self, i: usize, j: usize) -> f64 {
-        self.0.get((i, j)).copied().unwrap_or_default()
+    /// The sum of squares of columns with these weights.
+    fn square(&self, weights: impl Iterator<Item = f64>) -> f64 {
+        let weights = Matrix::from_iterator(1, self.sums.ncols(), weights);
+        (&weights * &self.sums * weights.transpose()).sum().max(0.0)
     }
 }
 
-/// The levels of settings, and the moves to them. `left` is what settings leave of what is to be met, as a
-/// share of it, and `seen` whether the unknowns' light is.
+/// The levels of settings of the unknowns, and the moves to them. `left` is what settings leave of what is to
+/// be met, as a share of it, and `seen` tells the coordinates whose light counts.
 fn solved(
     (document, live): (&Document, &LiveControl),
     unknowns: &[Unknown],
-    solution: &BoundedSolution,
+    Solution { settings, tied }: &Solution,
     seen: &[bool],
     left: impl Fn(&[f64]) -> f64,
 ) -> Solved {
     let show = document.show();
     let standing = live.levels(document);
-    let firsts = show.first_parameters();
     let mut solved = Solved {
         banks: Vec::new(),
         tied: Vec::new(),
         moves: String::new(),
     };
-    for (index, (bank, first)) in show.banks.iter().zip(firsts).enumerate() {
-        let own: Vec<usize> = (0..unknowns.len())
-            .filter(|i| {
-                unknowns
-                    .get(*i)
-                    .is_some_and(|unknown| unknown.bank == index)
-            })
+    for (index, (bank, first)) in show.banks.iter().zip(show.first_parameters()).enumerate() {
+        let own: Vec<&Unknown> = unknowns
+            .iter()
+            .filter(|unknown| unknown.bank == index)
             .collect();
         if own.is_empty() {
             continue;
         }
-        let of = |values: &[f64]| own.iter().filter_map(|i| values.get(*i)).copied().collect();
-        let light: Vec<f64> = of(&solution.x);
-        let mut without = solution.x.clone();
-        for (i, x) in without
-            .iter_mut()
-            .enumerate()
-            .filter(|(i, _)| own.contains(i))
-        {
-            *x = unknowns.get(i).map_or(*x, |unknown| unknown.stood);
-        }
-        let stands = |i: usize| standing.get(first + i).copied().unwrap_or_default();
         let factor = live.factor(document, index);
-        let light: Vec<f64> = light
+        let is_seen = factor > 0.0 && own.iter().any(|unknown| seen[unknown.coordinate]);
+        let stood = |i: usize| standing.get(first + i).copied().unwrap_or_default();
+        let before = [1, 2, 3].map(stood);
+        let light: Vec<f64> = own
             .iter()
-            .map(|x| if factor > 0.0 { x / factor } else { 0.0 })
+            .map(|u| settings[u.coordinate] / factor)
             .collect();
-        let before = [1, 2, 3].map(&stands);
-        let (level, colour) = levels(show, bank, &light, (stands(0), before));
-        let is_seen = factor > 0.0 && own.iter().any(|i| seen.get(*i) == Some(&true));
-        let moved = |a: f64, b: f64| is_seen && (a - b).abs() >= 0.5 * STEP;
-        if moved(level, stands(0))
-            || colour.is_some_and(|c| c.iter().zip(before).any(|(c, b)| moved(*c, b)))
-        {
+        let (level, colour) = match is_seen {
+            true => levels(show, bank, &light, (stood(0), before)),
+            false => (stood(0), None),
+        };
+        let moves = |(a, b): (&f64, f64)| (a - b).abs() >= 0.5 * STEP;
+        if moves((&level, stood(0))) || colour.is_some_and(|c| c.iter().zip(before).any(moves)) {
             let _ = write!(solved.moves, "{} {}  ", bank.name, percent(level));
             for (emitter, light) in ["r", "g", "b"].iter().zip(colour.iter().flatten()) {
                 let _ = write!(
@@ -245,25 +270,23 @@ fn solved(
                 );
             }
         }
+        let mut without = settings.clone();
+        own.iter()
+            .for_each(|unknown| without[unknown.coordinate] = unknown.stood);
         solved.banks.push(SolvedBank {
             name: bank.name.clone(),
-            level: [stands(0), if is_seen { level } else { stands(0) }],
-            colour: colour.filter(|_| is_seen),
+            level: [stood(0), level],
+            colour,
             without: left(&without),
             is_seen,
         });
     }
-    let name = |i: &usize| {
-        unknowns
-            .get(*i)
-            .and_then(|unknown| show.banks.get(unknown.bank))
-    };
-    for group in &solution.tied {
-        let mut names: Vec<String> = group
+    let coordinates = show.coordinates();
+    for group in tied {
+        let banks = group
             .iter()
-            .filter_map(name)
-            .map(|b| b.name.clone())
-            .collect();
+            .filter_map(|i| show.banks.get(coordinates.get(*i)?.bank?));
+        let mut names: Vec<String> = banks.map(|bank| bank.name.clone()).collect();
         names.sort();
         names.dedup();
         if !solved.tied.contains(&names) {

@@ -9,7 +9,7 @@ use super::{SolveError, Solved, Squares, solved, unknowns};
 use crate::{Engine, Error, LiveControl};
 use footlight_picture::Image;
 use footlight_show::geometry::Vec3;
-use footlight_show::linalg::Matrix;
+use footlight_show::linalg::{Matrix, Vector};
 use footlight_show::units::Rgb;
 use footlight_transport::seen::{SeenSurface, seen};
 
@@ -51,46 +51,39 @@ pub fn illuminance(
     let surfaces = found.collect::<Result<Vec<SeenSurface>, SolveError>>()?;
     engine.coarse()?;
     let images = engine.bank_images(0)?;
-    let standing = live.setting(engine.document());
-    // A row for each point: the unknowns, everything else, and what is to be met.
-    let n = unknowns.len();
-    let own: Vec<usize> = unknowns.iter().map(|unknown| unknown.coordinate).collect();
-    let mut rows = Matrix::zeros(surfaces.len(), n + 2);
-    for (mut row, surface) in rows.row_iter_mut().zip(&surfaces) {
-        let lit: Vec<f64> = images.iter().map(|image| falling(image, surface)).collect();
-        let at = |i: usize| lit.get(i).copied().unwrap_or_default();
-        let others = standing
-            .iter()
-            .enumerate()
-            .filter(|(i, _)| !own.contains(i));
-        let rest: f64 = others.map(|(i, x)| x * at(i)).sum();
-        let values = own.iter().map(|i| at(*i)).chain([rest, lux]);
-        row.iter_mut()
-            .zip(values)
-            .for_each(|(to, value)| *to = value);
-    }
+    // A row for each point: the light of each coordinate, and what is to be met.
+    let n = images.len();
+    let lit = |i: usize, j: usize| {
+        images
+            .get(j)
+            .map_or(lux, |image| falling(image, &surfaces[i]))
+    };
+    let rows = Matrix::from_fn(surfaces.len(), n + 1, lit);
     let seen: Vec<bool> = rows
         .column_iter()
         .map(|column| column.amax() > 0.0)
         .collect();
-    for (unknown, _) in unknowns.iter_mut().zip(&seen).filter(|(_, seen)| !**seen) {
-        unknown.bounds = (unknown.stood, unknown.stood);
-    }
-    let squares = Squares(rows.transpose() * &rows);
-    let (solution, _) = squares.solve(&unknowns, 1.0);
-    let stood: Vec<f64> = unknowns.iter().map(|unknown| unknown.stood).collect();
-    let at = |settings: &[f64]| {
-        let terms = settings.iter().copied().chain([1.0, 0.0]);
-        &rows * Matrix::from_iterator(n + 2, 1, terms)
+    unknowns
+        .iter_mut()
+        .for_each(|unknown| unknown.hold_unless(&seen));
+    let stood = live.setting(engine.document());
+    let squares = Squares {
+        sums: rows.transpose() * &rows,
+        stood,
     };
-    let pairs = at(&stood)
-        .iter()
-        .zip(&at(&solution.x))
-        .map(|(a, b)| [*a, *b])
-        .collect();
-    let left = |x: &[f64]| squares.left(x, 1.0).sqrt() / (lux * (points.len() as f64).sqrt());
+    let solution = squares.solve(&unknowns, 1.0);
+    let at = |settings: &[f64]| rows.columns(0, n) * Vector::from_column_slice(settings);
+    let (before, after) = (at(&squares.stood), at(&solution.settings));
+    let left = |settings: &[f64]| squares.left(settings, 1.0).sqrt() / rows.column(n).norm();
     let solved = solved((engine.document(), live), &unknowns, &solution, &seen, left);
-    Ok(Illuminance { solved, lux: pairs })
+    let pairs = before
+        .iter()
+        .zip(&after)
+        .map(|(before, after)| [*before, *after]);
+    Ok(Illuminance {
+        solved,
+        lux: pairs.collect(),
+    })
 }
 
 /// The light that falls on a surface, lux where the lights are measured.

@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use super::{SolveError, Solved, Squares, Unknown, solved, unknowns};
+use super::{Solution, SolveError, Solved, Squares, Unknown, solved, unknowns};
 use crate::error::ReferenceError;
 use crate::{Engine, Error, LiveControl};
 use footlight_host::work::{Cancelled, Work, in_order};
@@ -14,7 +14,7 @@ use footlight_picture::Image;
 use footlight_picture::combine::combine;
 use footlight_picture::shrink::shrink;
 use footlight_picture::sketch::{Known, Sketch};
-use footlight_show::linalg::{BoundedSolution, Matrix, bounded_least_squares};
+use footlight_show::linalg::{Matrix, bounded_least_squares};
 use footlight_show::units::Rgb;
 use footlight_transport::contract::check_memory;
 
@@ -94,31 +94,35 @@ pub fn sketched(
         source,
     })?;
     let size = common_size(sketch.light.size(), engine.estimate().rendered()?.size())?;
-    let fitting = Fitting::new(engine, live, &unknowns, sketch.shrunk(size))?;
+    let fitting = Fitting::new(engine, sketch.shrunk(size))?;
     let seen = fitting.seen();
-    for (unknown, seen) in unknowns.iter_mut().zip(&seen) {
-        if !seen {
-            unknown.bounds = (unknown.stood, unknown.stood);
-        }
-    }
+    unknowns
+        .iter_mut()
+        .for_each(|unknown| unknown.hold_unless(&seen));
     let work = engine.work();
-    let (squares, gain, solution) = fitting.solve(&unknowns, any_exposure, work)?;
-    let stood: Vec<f64> = unknowns.iter().map(|unknown| unknown.stood).collect();
-    let picture = |x: &[f64]| fitting.picture(x, work);
-    let difference = [&stood, &solution.x].map(|x| fitting.difference(&picture(x), gain));
-    let ([_, nearest], flat) = (difference, fitting.flat_difference());
-    if nearest > UNLIKE && nearest >= flat {
-        return Err(SolveError::Unlike { nearest, flat }.into());
-    }
-    let left = |x: &[f64]| (squares.left(x, gain) / fitting.light).sqrt();
+    let exact = fitting.squares(None, work)?;
+    fitting.check_likeness(&exact)?;
+    let stood = live.setting(engine.document());
+    let (squares, gain, solution) = fitting.solve((exact, stood), &unknowns, any_exposure, work)?;
+    let picture = |settings: &[f64]| fitting.picture(settings, work);
+    let difference =
+        [&squares.stood, &solution.settings].map(|s| fitting.difference(&picture(s), gain));
+    let left = |settings: &[f64]| (squares.left(settings, gain) / fitting.light).sqrt();
+    let ends = [|u: &Unknown| u.bounds.1, |u: &Unknown| u.bounds.0].map(|end| {
+        let mut settings = squares.stood.clone();
+        unknowns
+            .iter()
+            .for_each(|unknown| settings[unknown.coordinate] = end(unknown));
+        picture(&settings)
+    });
     Ok(Sketched {
         solved: solved((engine.document(), live), &unknowns, &solution, &seen, left),
         difference,
         exposure: any_exposure.then(|| gain.log2()),
-        out_of_reach: fitting.out_of_reach(&unknowns, gain, work),
+        out_of_reach: fitting.out_of_reach(ends, gain),
         images: [
             combine(size, &[(1.0 / gain, &fitting.sketch.light)], work.threads),
-            picture(&solution.x),
+            picture(&solution.settings),
         ],
     })
 }
@@ -141,40 +145,21 @@ struct Fitting {
     sketch: Sketch,
     /// Of each channel.
     weights: Vec<f32>,
-    /// The light of each unknown at full, and that of all else as it stands.
+    /// The light of each coordinate at full.
     columns: Vec<Image>,
-    rest: Image,
     /// The sum of squares of the sketch.
     light: f64,
 }
 
 impl Fitting {
-    fn new(
-        engine: &Engine,
-        live: &LiveControl,
-        unknowns: &[Unknown],
-        sketch: Sketch,
-    ) -> Result<Fitting, Error> {
+    fn new(engine: &Engine, sketch: Sketch) -> Result<Fitting, Error> {
         let size = sketch.light.size();
-        let held = 2 * size_of_val(sketch.light.data());
         let small = |image: Image| match image.size() == size {
             true => image,
             false => shrink(&image, size.0, size.1),
         };
-        let mut images: Vec<Option<Image>> = engine
-            .bank_images(held)?
-            .into_iter()
-            .map(|image| Some(small(image)))
-            .collect();
-        let own = unknowns
-            .iter()
-            .filter_map(|u| images.get_mut(u.coordinate)?.take());
-        let columns: Vec<Image> = own.collect();
-        let standing = live.setting(engine.document());
-        let others = standing.into_iter().zip(&images);
-        let others: Vec<(f64, &Image)> =
-            others.filter_map(|(x, i)| Some((x, i.as_ref()?))).collect();
-        let rest = combine(size, &others, engine.work().threads);
+        let images = engine.bank_images(2 * size_of_val(sketch.light.data()))?;
+        let columns = images.into_iter().map(small).collect();
         let weights = weights(&sketch).ok_or(SolveError::Black)?;
         let squares = sketch
             .light
@@ -187,11 +172,10 @@ impl Fitting {
             sketch,
             weights,
             columns,
-            rest,
         })
     }
 
-    /// Which of the unknowns light anything that counts.
+    /// Which of the coordinates light anything that counts.
     fn seen(&self) -> Vec<bool> {
         let peak = |image: &Image| {
             let weighted = image
@@ -206,11 +190,10 @@ impl Fitting {
         peaks.iter().map(|peak| *peak > UNSEEN * most).collect()
     }
 
-    /// The picture of settings of the unknowns.
+    /// The picture of settings.
     fn picture(&self, settings: &[f64], work: Work<'_>) -> Image {
-        let own = settings.iter().copied().zip(&self.columns);
-        let terms: Vec<(f64, &Image)> = own.chain([(1.0, &self.rest)]).collect();
-        combine(self.rest.size(), &terms, work.threads)
+        let terms: Vec<(f64, &Image)> = settings.iter().copied().zip(&self.columns).collect();
+        combine(self.sketch.light.size(), &terms, work.threads)
     }
 
     /// The channels of a picture, each with what the sketch says of it.
@@ -244,22 +227,39 @@ impl Fitting {
         (self.channels(picture, gain).map(off).sum::<f64>() / self.light).sqrt()
     }
 
-    /// What the best picture of one colour differs by from the sketch.
-    fn flat_difference(&self) -> f64 {
-        let mut left = 0.0;
+    /// Refuses a sketch that one colour comes nearer to than any light of all the lamps, however bright.
+    fn check_likeness(&self, exact: &Matrix) -> Result<(), SolveError> {
+        let n = self.columns.len();
+        let right: Vec<f64> = (0..n).map(|i| exact[(i, n)]).collect();
+        let gram = exact.view((0, 0), (n, n)).into_owned();
+        let bounds = vec![(0.0, f64::INFINITY); n];
+        let settings = bounded_least_squares(&gram, &right, &bounds, &vec![0.0; n]).x;
+        let left = Squares {
+            sums: exact.clone(),
+            stood: Vec::new(),
+        }
+        .left(&settings, 1.0);
+        let mut flat = 0.0;
         for colour in 0..3 {
             let mut sums = [0.0; 3];
-            let channels = self.channels(&self.rest, 1.0).skip(colour).step_by(3);
-            for (_, meant, _, weight) in channels {
+            let channels = self
+                .channels(&self.sketch.light, 1.0)
+                .skip(colour)
+                .step_by(3);
+            for (_, meant, _, weight) in channels.filter(|(.., known, _)| *known == Known::Exact) {
                 let terms = [1.0, meant, meant * meant].map(|term| weight * weight * term);
                 sums.iter_mut()
                     .zip(terms)
                     .for_each(|(sum, term)| *sum += term);
             }
             let [all, mean, square] = sums;
-            left += square - if all > 0.0 { mean * mean / all } else { 0.0 };
+            flat += square - if all > 0.0 { mean * mean / all } else { 0.0 };
         }
-        (left.max(0.0) / self.light).sqrt()
+        let [nearest, flat] = [left, flat].map(|left| (left.max(0.0) / self.light).sqrt());
+        if nearest > UNLIKE && nearest >= flat {
+            return Err(SolveError::Unlike { nearest, flat });
+        }
+        Ok(())
     }
 
     /// The channels that the display cuts and that count with some settings.
@@ -276,7 +276,7 @@ impl Fitting {
         let all = self
             .columns
             .iter()
-            .chain([&self.rest, &self.sketch.light])
+            .chain([&self.sketch.light])
             .map(Image::data);
         let all: Vec<&[f32]> = all.collect();
         let Some(rows) = rows else {
@@ -296,46 +296,41 @@ impl Fitting {
         Ok(products(&some, &of(&self.weights), work)?)
     }
 
-    /// The sums of squares of all channels that count, the gain, and the best settings.
+    /// The sums over all channels that count, the gain, and the best settings.
     fn solve(
         &self,
+        (exact, stood): (Matrix, Vec<f64>),
         unknowns: &[Unknown],
         any_exposure: bool,
         work: Work<'_>,
-    ) -> Result<(Squares, f64, BoundedSolution), Error> {
-        let exact = self.squares(None, work)?;
+    ) -> Result<(Squares, f64, Solution), Error> {
         // At first what is black counts, as if too bright, and what is white does not.
-        let mut cut = self.cut(&Image::new(0, 0), 1.0);
         let known = self.sketch.known.iter().enumerate();
-        cut.extend(
-            known
-                .filter(|(_, known)| **known == Known::AtMost)
-                .map(|(row, _)| row),
-        );
-        for round in 1.. {
-            let squares = Squares(&exact + self.squares(Some(&cut), work)?);
+        let black = known.filter(|(_, known)| **known == Known::AtMost);
+        let mut cut: Vec<usize> = black.map(|(row, _)| row).collect();
+        let mut rounds = 0..ROUNDS;
+        loop {
+            let sums = &exact + self.squares(Some(&cut), work)?;
+            let squares = Squares {
+                sums,
+                stood: stood.clone(),
+            };
             let gain = if any_exposure {
                 squares.gain(unknowns)
             } else {
                 1.0
             };
-            let (solution, _) = squares.solve(unknowns, gain);
-            let now = self.cut(&self.picture(&solution.x, work), gain);
-            if now == cut || round == ROUNDS {
+            let solution = squares.solve(unknowns, gain);
+            let now = self.cut(&self.picture(&solution.settings, work), gain);
+            if now == cut || rounds.next().is_none() {
                 return Ok((squares, gain, solution));
             }
             cut = now;
         }
-        Err(Cancelled.into())
     }
 
     /// Where the sketch is brighter than all banks at full, and darker than everything else alone.
-    fn out_of_reach(&self, unknowns: &[Unknown], gain: f64, work: Work<'_>) -> [Option<Place>; 2] {
-        let ends = |end: fn(&Unknown) -> f64| {
-            let settings: Vec<f64> = unknowns.iter().map(end).collect();
-            self.picture(&settings, work)
-        };
-        let (most, least) = (ends(|u| u.bounds.1), ends(|u| u.bounds.0));
+    fn out_of_reach(&self, [most, least]: [Image; 2], gain: f64) -> [Option<Place>; 2] {
         let mean = mean(&self.sketch);
         let beyond = |a: f64, b: f64| a > (1.0 + OUT_OF_REACH) * b + 0.1 * OUT_OF_REACH * mean;
         let of = |end: &Image, is_out: &dyn Fn(f64, f64) -> bool| {
@@ -408,17 +403,22 @@ fn weights(sketch: &Sketch) -> Option<Vec<f32>> {
 impl Squares {
     /// The gain with which the unknowns come nearest.
     fn gain(&self, unknowns: &[Unknown]) -> f64 {
-        let n = unknowns.len();
-        if self.at(n, n) <= 1e-12 * self.at(n + 1, n + 1) {
+        let met = self.sums[(self.stood.len(), self.stood.len())];
+        let mut rest = self.stood.clone();
+        unknowns
+            .iter()
+            .for_each(|unknown| rest[unknown.coordinate] = 0.0);
+        let others = self.square(rest.into_iter().chain([0.0]));
+        if others <= 1e-12 * met {
             return self.gain_alone(unknowns);
         }
         // What is left rises to both sides of the best gain, as it is convex in gain and settings together.
-        let middle = 0.5 * (self.at(n + 1, n + 1) / self.at(n, n)).log2();
+        let middle = 0.5 * (met / others).log2();
         let (mut low, mut high) = (middle - OCTAVES, middle + OCTAVES);
+        let left = |at: f64| self.left(&self.solve(unknowns, at.exp2()).settings, at.exp2());
         for _ in 0..SEARCH {
             let third = (high - low) / 3.0;
-            let [a, b] = [low + third, high - third].map(|at| self.solve(unknowns, at.exp2()).1);
-            if a <= b {
+            if left(low + third) <= left(high - third) {
                 high -= third;
             } else {
                 low += third;
@@ -430,21 +430,20 @@ impl Squares {
     /// Where nothing else shines, any gain from some value on will do: that of the smallest change, or with
     /// the brightest bank at full where all are out.
     fn gain_alone(&self, unknowns: &[Unknown]) -> f64 {
-        let n = unknowns.len();
-        let gram = self.0.view((0, 0), (n, n)).into_owned();
-        let right: Vec<f64> = (0..n).map(|i| self.at(i, n + 1)).collect();
-        let bounds = vec![(0.0, f64::INFINITY); n];
-        let stood: Vec<f64> = unknowns.iter().map(|unknown| unknown.stood).collect();
-        let light = bounded_least_squares(&gram, &right, &bounds, &stood).x;
+        let free = |unknown: &Unknown| Unknown {
+            bounds: (0.0, f64::INFINITY),
+            ..*unknown
+        };
+        let free: Vec<Unknown> = unknowns.iter().map(free).collect();
+        let light = self.solve(&free, 1.0).settings;
         let products = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
         let rooms = unknowns
             .iter()
-            .zip(&light)
-            .filter(|(_, light)| **light > 0.0);
+            .map(|unknown| unknown.bounds.1 / light[unknown.coordinate]);
         let most = rooms
-            .map(|(unknown, light)| unknown.bounds.1 / light)
+            .filter(|room| *room > 0.0)
             .fold(f64::INFINITY, f64::min);
-        let nearest = products(&light, &stood) / products(&light, &light);
+        let nearest = products(&light, &self.stood) / products(&light, &light);
         let scale = if nearest > 0.0 {
             nearest.min(most)
         } else {

@@ -20,3 +20,6 @@ pub use triangle::Triangle;
 
 /// A dense matrix of doubles, column by column.
 pub type Matrix = nalgebra::DMatrix<f64>;
+
+/// A column of doubles.
+pub type Vector = nalgebra::DVector<f64>;

@@ -41,25 +41,21 @@ pub fn settings(dimmer: Dimmer, curves: &[NamedCurve], levels: &[f64]) -> Vec<f6
 /// nearest setting where it gives no such one.
 pub fn level(dimmer: Dimmer, curves: &[NamedCurve], setting: f64, near: f64) -> f64 {
     let law = Law::new(dimmer, curves);
-    let off = |level: f64| match (law.value(level) - setting).abs() {
-        rounding if rounding < 1e-9 => 0.0,
-        off => off,
-    };
-    let away = |level: &f64| (off(*level), (level - near).abs());
+    let off = |level: f64| Some((law.value(level) - setting).abs()).filter(|off| *off > 1e-9);
+    let away = |level: &f64| (off(*level).unwrap_or(0.0), (level - near).abs());
+    let closer = |a: &f64, b: &f64| away(a).partial_cmp(&away(b)).unwrap_or(Ordering::Equal);
     let levels = law.levels(setting).into_iter().chain([near]);
-    let nearest = levels.min_by(|a, b| away(a).partial_cmp(&away(b)).unwrap_or(Ordering::Equal));
-    nearest.unwrap_or(near)
+    levels.min_by(closer).unwrap_or(near)
 }
 
 /// The least and the largest setting that a dimmer gives.
 pub fn range(dimmer: Dimmer, curves: &[NamedCurve]) -> (f64, f64) {
     let law = Law::new(dimmer, curves);
-    // The levels that no setting asks for are the turns and ends.
-    let values = law
+    let ends = law
         .levels(f64::NAN)
         .into_iter()
         .map(|level| law.value(level));
-    values.fold((1.0, 0.0), |(least, most), value| {
+    ends.fold((1.0, 0.0), |(least, most), value| {
         (value.min(least), value.max(most))
     })
 }
@@ -194,26 +190,17 @@ impl Law {
 
     /// The levels that give a setting, and those at which the law begins, turns and ends.
     fn levels(&self, setting: f64) -> Vec<f64> {
-        let mut levels = match self {
-            Law::Linear => vec![setting],
-            Law::Square => vec![setting.max(0.0).sqrt()],
-            Law::Curve { curve, .. } => {
-                let mut levels = Vec::new();
-                for local in (0..curve.spans.len()).filter_map(|span| self.local(span)) {
-                    let turns = local.polynomial.turns();
-                    let parts = [vec![0.0], turns, vec![1.0]].concat();
-                    let pairs = parts.windows(2).filter_map(|pair| match pair {
-                        [s, e] => crossing(&local.polynomial, *s, *e, setting),
-                        _ => None,
-                    });
-                    let places = pairs.chain(parts.iter().copied());
-                    levels.extend(places.map(|t| local.from + t * local.length));
-                }
-                levels
-            }
-        };
-        levels.extend([0.0, 1.0]);
-        levels.retain(|level| (0.0..=1.0).contains(level));
+        let mut knots = [&[0.0], self.knots(), &[1.0]].concat();
+        knots.dedup();
+        let mut levels = knots.clone();
+        for (from, to) in knots.iter().zip(knots.iter().skip(1)) {
+            let law = self.around(0.5 * (from + to));
+            let parts = [vec![0.0], law.polynomial.turns(), vec![1.0]].concat();
+            let pairs = parts.iter().zip(parts.iter().skip(1));
+            let found = pairs.filter_map(|(s, e)| crossing(&law.polynomial, *s, *e, setting));
+            let inside = found.chain(parts.iter().copied());
+            levels.extend(inside.map(|t| law.from + t * law.length));
+        }
         levels
     }
 

@@ -414,6 +414,69 @@ fn the_square_of_a_linear_fade_is_an_exact_quadratic() {
     }
 }
 
+/// The level that is found gives the setting again, stays where it gives it already, and is the nearest one
+/// of a law that rises and falls.
+#[test]
+fn levels_are_found_from_settings() {
+    let knot = |at: f64, value: f64| CurveKnot {
+        at,
+        value,
+        slope: 0.0,
+        handles: [value; 2],
+    };
+    let curve = |interpolation, knots: &[(f64, f64)]| NamedCurve {
+        id: NodeId(0),
+        name: "law".to_owned(),
+        interpolation,
+        knots: knots.iter().map(|(at, value)| knot(*at, *value)).collect(),
+    };
+    let curves = [
+        curve(
+            Interpolation::Monotone,
+            &[(0.0, 0.1), (0.3, 0.2), (0.8, 0.7), (1.0, 0.9)],
+        ),
+        curve(Interpolation::Linear, &[(0.0, 0.0), (0.5, 1.0), (1.0, 0.2)]),
+        curve(Interpolation::Steps, &[(0.0, 0.0), (0.5, 0.4), (1.0, 1.0)]),
+    ];
+    let laws = [
+        Dimmer::Linear,
+        Dimmer::Square,
+        Dimmer::Curve(0),
+        Dimmer::Curve(1),
+        Dimmer::Curve(2),
+    ];
+    for dimmer in laws {
+        for i in 0..=100 {
+            let level = f64::from(i) / 100.0;
+            let setting = settings(dimmer, &curves, &[level])[0];
+            for near in [level, 0.0, 0.4, 1.0] {
+                let found = super::level(dimmer, &curves, setting, near);
+                let back = settings(dimmer, &curves, &[found])[0];
+                assert!((back - setting).abs() < 1e-9, "{dimmer:?} {level} {near}");
+                // Where a law jumps any of the levels will do.
+                let jumps = dimmer == Dimmer::Curve(2);
+                assert!(
+                    jumps || (found - near).abs() <= (level - near).abs() + 1e-9,
+                    "{dimmer:?} {found}"
+                );
+            }
+        }
+    }
+    let level = |curve, setting, near| super::level(Dimmer::Curve(curve), &curves, setting, near);
+    assert!((level(1, 0.6, 0.9) - 0.75).abs() < 1e-12 && (level(1, 0.6, 0.1) - 0.3).abs() < 1e-12);
+    // No level gives these settings.
+    assert_eq!((level(0, 0.0, 0.7), level(0, 1.0, 0.7)), (0.0, 1.0));
+    assert_eq!(
+        settings(Dimmer::Curve(2), &curves, &[level(2, 0.5, 0.0)]),
+        [0.4]
+    );
+    let ranges = laws.map(|dimmer| range(dimmer, &curves));
+    assert_eq!(
+        ranges,
+        [(0.0, 1.0), (0.0, 1.0), (0.1, 0.9), (0.0, 1.0), (0.0, 1.0)]
+    );
+}
+
 #[test]
 fn nothing_and_fixed_lights_alone() {
     let timeline = Timeline::new(&empty(0)).unwrap();
