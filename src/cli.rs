@@ -34,7 +34,7 @@ use footlight_engine::{Background, Engine, Host, PoolPlace, TEXT_LIMIT};
 use footlight_host::files::{self, Disk, Folder, Monotonic, process};
 #[cfg(feature = "lsp")]
 use footlight_lsp as lsp;
-use footlight_prompt::{Console, Error, Repl, help_of, removed};
+use footlight_prompt::{Console, Error, Repl, help_of, removed, spared};
 use footlight_report::explain::explain;
 use footlight_report::film::{Outlets, Pipe};
 use footlight_show::printable::Printable;
@@ -54,7 +54,7 @@ use self::slurm::Slurm;
 /// has errors, 2 usage, 3 files or devices, 65 tasks of another version, 70 our own fault, 75 try again,
 /// 130 stopped by the user or the limit of time, 143 and 129 by SIGTERM and SIGHUP.
 pub fn main() -> ExitCode {
-    let (settings, task) = match argument::parse(std::env::args_os()) {
+    let (settings, task) = match argument::parse(std::env::args_os().map(spared)) {
         Ok(parsed) => parsed,
         Err(error) if !error.use_stderr() => return help(&error),
         Err(_) if verb_help().is_some() => {

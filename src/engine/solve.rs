@@ -2,7 +2,7 @@
 //!
 //! An image is linear in settings, so that this is least squares within bounds
 //! ([`bounded_least_squares`]); of several levels that come as near the smallest change from what stands is
-//! taken, in settings. Levels follow by the inverse of the dimmers' laws. Banks that are not asked for, and
+//! taken, measured in light. Levels follow by the inverse of the dimmers' laws. Banks that are not asked for, and
 //! fixed lights, stay as they stand. After Schoeneman, Dorsey, Smits, Arvo and Greenberg 1993, "Painting
 //! with Light".
 
@@ -24,7 +24,7 @@ use footlight_transport::seen::Hidden;
 use super::{Document, Error, LiveControl};
 
 pub use self::lux::{Illuminance, illuminance};
-pub use self::sketch::{Place, Sketched, sketched};
+pub use self::sketch::{Sketched, sketched};
 
 /// Levels that differ by less are the same, and so are written: a hundredth of a percent.
 const STEP: f64 = 1e-4;
@@ -46,18 +46,12 @@ pub enum SolveError {
     /// No pixel of it counts, or none is brighter than black.
     #[error("the sketch is black, or transparent all over: there is nothing to come near to")]
     Black,
-    /// No mixture of the banks looks more like it than one colour does.
+    /// No mixture of lamps looks like it.
     #[error(
-        "the sketch is not of this view: the banks come no nearer to it than {:.0} % of its light, and one \
-         flat colour comes to {:.0} %; paint over a picture of the view, such as `picture -o view.png` writes",
-        100.0 * nearest, 100.0 * flat
+        "the sketch is not of this view: whatever the levels, bright and dark are elsewhere (correlation {0:.2}); \
+         paint over a picture of the view, such as `picture -o view.png` writes"
     )]
-    Unlike {
-        /// How near the banks come.
-        nearest: f64,
-        /// How near one colour comes.
-        flat: f64,
-    },
+    Unlike(f64),
     /// A point's illuminance does not show.
     #[error("{point} {hidden}")]
     Hidden {
@@ -78,8 +72,8 @@ pub enum SolveError {
 pub struct Solved {
     /// The banks that were asked for, in the order of the show.
     pub banks: Vec<SolvedBank>,
-    /// Banks whose light differs by nothing that shows, so that only their sum counts.
-    pub tied: Vec<Vec<String>>,
+    /// Banks whose light differs by nothing that shows from that of others here: only sums count.
+    pub tied: Vec<String>,
     /// The levels that change, as `set` reads them; empty where none does.
     pub moves: String,
 }
@@ -121,7 +115,7 @@ impl Unknown {
 fn unknowns(
     document: &Document,
     live: &LiveControl,
-    names: &[String],
+    names: &[&str],
 ) -> Result<Vec<Unknown>, Error> {
     let show = document.show();
     let mut wanted = vec![names.is_empty(); show.banks.len()];
@@ -132,7 +126,7 @@ fn unknowns(
         if banks.is_empty() {
             let known = show.banks.iter().map(|bank| bank.name.clone()).collect();
             return Err(Error::NoSuchBank {
-                name: name.clone(),
+                name: (*name).to_owned(),
                 fixed: false,
                 known,
             });
@@ -170,8 +164,8 @@ fn unknowns(
 /// Settings of all coordinates.
 struct Solution {
     settings: Vec<f64>,
-    /// Coordinates of which only a sum is decided.
-    tied: Vec<Vec<usize>>,
+    /// Coordinates of which only sums are decided.
+    tied: Vec<usize>,
 }
 
 /// Sums of squares and products over all rows: of the light of each coordinate at full, and, last, of what is
@@ -203,11 +197,8 @@ impl Squares {
         let BoundedSolution { x, tied } = bounded_least_squares(&gram, &right, &bounds, &near);
         let mut settings = rest;
         own.iter().zip(x).for_each(|(i, x)| settings[*i] = x);
-        let of_group = |group: Vec<usize>| group.into_iter().map(|i| own[i]).collect();
-        Solution {
-            settings,
-            tied: tied.into_iter().map(of_group).collect(),
-        }
+        let tied = tied.into_iter().map(|i| own[i]).collect();
+        Solution { settings, tied }
     }
 
     /// The sum of squares that settings leave.
@@ -247,6 +238,9 @@ fn solved(
             continue;
         }
         let factor = live.factor(document, index);
+        if own.iter().any(|unknown| tied.contains(&unknown.coordinate)) {
+            solved.tied.push(bank.name.clone());
+        }
         let is_seen = factor > 0.0 && own.iter().any(|unknown| seen[unknown.coordinate]);
         let stood = |i: usize| standing.get(first + i).copied().unwrap_or_default();
         let before = [1, 2, 3].map(stood);
@@ -280,18 +274,6 @@ fn solved(
             without: left(&without),
             is_seen,
         });
-    }
-    let coordinates = show.coordinates();
-    for group in tied {
-        let banks = group
-            .iter()
-            .filter_map(|i| show.banks.get(coordinates.get(*i)?.bank?));
-        let mut names: Vec<String> = banks.map(|bank| bank.name.clone()).collect();
-        names.sort();
-        names.dedup();
-        if !solved.tied.contains(&names) {
-            solved.tied.push(names);
-        }
     }
     solved.moves.truncate(solved.moves.trim_end().len());
     solved

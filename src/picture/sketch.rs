@@ -6,17 +6,6 @@ use super::tone::Tone;
 use super::{Image, PictureError, decode};
 use footlight_show::units::srgb_decode;
 
-/// What a channel of a sketch says of its light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Known {
-    /// It is this.
-    Exact,
-    /// It is at most this: the display shows black.
-    AtMost,
-    /// It is at least this: the display shows its most.
-    AtLeast,
-}
-
 /// A sketch in linear light.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sketch {
@@ -24,8 +13,8 @@ pub struct Sketch {
     pub light: Image,
     /// How much each pixel counts, 0 to 1: the file's alpha.
     pub mask: Vec<f32>,
-    /// Of each channel.
-    pub known: Vec<Known>,
+    /// Channels whose light is at least this: the display shows its most.
+    pub cut: Vec<bool>,
 }
 
 impl Sketch {
@@ -43,8 +32,8 @@ impl Sketch {
             let mut mask: Vec<f32> = red.map(|a| a.clamp(0.0, 1.0)).collect();
             mask.resize(light.width() * light.height(), 1.0);
             divide(&mut light, &mask);
-            let known = vec![Known::Exact; light.data().len()];
-            return Ok(Sketch { light, mask, known });
+            let cut = vec![false; light.data().len()];
+            return Ok(Sketch { light, mask, cut });
         }
         if !decode::is_read(bytes) {
             return Err(PictureError::Malformed {
@@ -53,65 +42,42 @@ impl Sketch {
             });
         }
         let (mut light, mask) = decode::light_and_alpha(bytes, limit_bytes)?;
-        // Half a code of 8 bits from either end.
-        let [black, white] = [0.5, 254.5].map(|code| tone.light(srgb_decode(code / 255.0)) as f32);
-        let of = |value: &mut f32| {
-            let (light, known) = match *value {
-                v if v <= 0.0 => (black, Known::AtMost),
-                v if v >= 1.0 => (white, Known::AtLeast),
-                v => (tone.light(f64::from(v)) as f32, Known::Exact),
-            };
-            *value = light;
-            known
-        };
-        let known = light.data_mut().iter_mut().map(of).collect();
-        Ok(Sketch { light, mask, known })
+        let cut = light.data().iter().map(|v| *v >= 1.0).collect();
+        // What shows as black or white is a code of 8 bits rounded: on the mean a quarter, at least 254.5.
+        let [black, white] = [0.25, 254.5].map(|code| srgb_decode(code / 255.0));
+        for value in light.data_mut() {
+            *value = tone.light(f64::from(*value).clamp(black, white)) as f32;
+        }
+        Ok(Sketch { light, mask, cut })
     }
 
-    /// The sketch averaged down to a size. Where a part of an area is white, its light is at least the mean;
-    /// where most of it is black, at most.
+    /// The sketch averaged down to a size. An area is cut where a part of it is.
     #[must_use]
-    pub fn shrunk(&self, (width, height): (usize, usize)) -> Sketch {
-        if self.light.size() == (width, height) {
+    pub fn shrunk(&self, size: (usize, usize)) -> Sketch {
+        if self.light.size() == size {
             return self.clone();
         }
-        let (wide, high) = self.light.size();
-        let masks = || self.mask.iter().flat_map(|a| [*a; 3]);
-        let small = |data: Vec<f32>| {
-            let image = Image::from_data(wide, high, data);
+        let small = |values: &mut dyn Iterator<Item = f32>| {
+            let (wide, high) = self.light.size();
+            let image = Image::from_data(wide, high, values.collect());
             shrink(
                 &image.unwrap_or_else(|| Image::new(wide, high)),
-                width,
-                height,
+                size.0,
+                size.1,
             )
         };
-        let share = |of: Known| {
-            let pairs = self.known.iter().zip(masks());
-            small(pairs.map(|(k, a)| if *k == of { a } else { 0.0 }).collect())
-        };
-        let mut light = small(
-            self.light
-                .data()
-                .iter()
-                .zip(masks())
-                .map(|(v, a)| v * a)
-                .collect(),
-        );
-        let alphas = small(masks().collect());
-        let mask: Vec<f32> = alphas.data().iter().step_by(3).copied().collect();
+        let masks = || self.mask.iter().flat_map(|a| [*a; 3]);
+        let mut light = small(&mut self.light.data().iter().zip(masks()).map(|(v, a)| v * a));
+        let cuts = small(&mut self.cut.iter().map(|cut| f32::from(u8::from(*cut))));
+        let mask: Vec<f32> = small(&mut masks())
+            .data()
+            .iter()
+            .step_by(3)
+            .copied()
+            .collect();
         divide(&mut light, &mask);
-        let (black, white) = (share(Known::AtMost), share(Known::AtLeast));
-        let shares = black.data().iter().zip(white.data()).zip(alphas.data());
-        let known = shares.map(|((black, white), all)| match () {
-            () if *white > 0.0 => Known::AtLeast,
-            () if *black > 0.5 * all => Known::AtMost,
-            () => Known::Exact,
-        });
-        Sketch {
-            known: known.collect(),
-            light,
-            mask,
-        }
+        let cut = cuts.data().iter().map(|share| *share > 0.0).collect();
+        Sketch { light, mask, cut }
     }
 }
 
@@ -145,11 +111,10 @@ mod tests {
         let sketch = Sketch::read(&png::encode(16, 16, &codes).unwrap(), TONE, 1 << 20).unwrap();
         assert_eq!(TONE.encode(&sketch.light)[3..765], codes[3..765]);
         let [least, .., most] = TONE.thresholds();
-        let near = |a: f32, b: f32| assert!((a / b - 1.0).abs() < 1e-6, "{a} {b}");
-        near(sketch.light.data()[0], least);
-        near(sketch.light.data()[767], most);
-        let ends = [sketch.known[0], sketch.known[3], sketch.known[765]];
-        assert_eq!(ends, [Known::AtMost, Known::Exact, Known::AtLeast]);
+        assert!(sketch.light.data()[0] < least && sketch.light.data()[0] > 0.0);
+        assert!((sketch.light.data()[767] / most - 1.0).abs() < 1e-6);
+        let cut: Vec<usize> = (0..768).filter(|i| sketch.cut[*i]).collect();
+        assert_eq!(cut, [765, 766, 767]);
         assert_eq!(sketch.mask, [1.0; 256]);
     }
 
@@ -157,11 +122,10 @@ mod tests {
     #[test]
     fn transparent_pixels_count_less_or_not_at_all() {
         let image = Image::from_data(2, 1, vec![4.0, 4.0, 4.0, 1.0, 1.0, 1.0]).unwrap();
-        let known = vec![Known::Exact; 6];
         let of = |mask: [f32; 2]| Sketch {
             light: image.clone(),
             mask: mask.to_vec(),
-            known: known.clone(),
+            cut: vec![false; 6],
         };
         let one = of([0.25, 0.75]).shrunk((1, 1));
         assert_eq!(
@@ -181,7 +145,7 @@ mod tests {
         let bytes = encode(&image, Precision::Float, &[]).unwrap();
         let sketch = Sketch::read(&bytes, TONE, 1 << 20).unwrap();
         assert_eq!((sketch.light, sketch.mask), (image, vec![1.0; 2]));
-        assert_eq!(sketch.known, [Known::Exact; 6]);
+        assert_eq!(sketch.cut, [false; 6]);
         for bytes in [&b""[..], b"text", b"\x89PNG\r\n\x1a\n", &bytes[..60]] {
             assert!(Sketch::read(bytes, TONE, 1 << 20).is_err());
         }

@@ -17,6 +17,7 @@ pub mod verb;
 mod vocabulary;
 
 pub use self::answer::help::of_word as help_of_word;
+pub use self::answer::solve::spared;
 pub use self::error::Error;
 pub use self::line::finished;
 pub use self::removed::removed;

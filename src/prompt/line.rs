@@ -4,6 +4,7 @@ use std::ffi::OsString;
 
 use clap::FromArgMatches as _;
 
+use super::answer::solve::spared;
 use super::error::usage;
 use super::refusal::{find, refused};
 use super::repl::Repl;
@@ -28,7 +29,7 @@ impl Verb {
     pub fn of<W: Into<OsString> + Clone>(
         words: impl IntoIterator<Item = W>,
     ) -> Result<Verb, Error> {
-        let words: Vec<OsString> = words.into_iter().map(Into::into).collect();
+        let words: Vec<OsString> = words.into_iter().map(Into::into).map(spared).collect();
         let name = words.first().map(|word| word.to_string_lossy());
         let verb = find(verbs(), &name.unwrap_or_default())?;
         let matches = verbs().clone().try_get_matches_from(&words);

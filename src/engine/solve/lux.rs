@@ -32,8 +32,8 @@ pub fn illuminance(
     engine: &mut Engine,
     live: &LiveControl,
     lux: f64,
-    points: &[(String, Vec3)],
-    banks: &[String],
+    points: &[(&str, Vec3)],
+    banks: &[&str],
 ) -> Result<Illuminance, Error> {
     let mut unknowns = unknowns(engine.document(), live, banks)?;
     let setup = engine.document().setup().ok_or(Error::NoSetup)?;
@@ -44,7 +44,7 @@ pub fn illuminance(
     let found = seen(setup, &places, engine.work())?.into_iter().zip(points);
     let found = found.map(|(surface, (point, _))| {
         surface.map_err(|hidden| SolveError::Hidden {
-            point: point.clone(),
+            point: (*point).to_owned(),
             hidden,
         })
     });
