@@ -2,7 +2,7 @@
 //!
 //! An image is linear in settings, so that this is least squares within bounds
 //! ([`bounded_least_squares`]); of several levels that come as near the smallest change from what stands is
-//! taken, measured in light. Levels follow by the inverse of the dimmers' laws. Banks that are not asked for, and
+//! taken, in settings. Levels follow by the inverse of the dimmers' laws. Banks that are not asked for, and
 //! fixed lights, stay as they stand. After Schoeneman, Dorsey, Smits, Arvo and Greenberg 1993, "Painting
 //! with Light".
 
@@ -16,8 +16,8 @@ mod sketch;
 
 use std::fmt::Write as _;
 
-use footlight_show::linalg::{BoundedSolution, Matrix, bounded_least_squares};
-use footlight_show::model::Bank;
+use footlight_show::linalg::{Matrix, Vector, bounded_least_squares};
+use footlight_show::model::{Bank, Show};
 use footlight_show::timeline;
 use footlight_transport::seen::Hidden;
 
@@ -86,18 +86,19 @@ pub struct SolvedBank {
     /// Its level before and after.
     pub level: [f64; 2],
     /// The light of its emitters at full level after, if it is an rgb bank.
-    pub colour: Option<[f64; 3]>,
-    /// How near the others come while this bank stays as it stood: [`Sketched::nearest`] without it.
+    pub colour: Vec<f64>,
+    /// What differs while this bank alone stays as it stood, as a share of what is to be met.
     pub without: f64,
     /// False where its light is nowhere in the view.
     pub is_seen: bool,
 }
 
-/// A coordinate to be solved for.
+/// A setting to be solved for.
 struct Unknown {
-    coordinate: usize,
     bank: usize,
-    /// The settings that it can have, and the one that stands.
+    /// The coordinates that it moves, and how far.
+    parts: Vec<(usize, f64)>,
+    /// The values that it can have, and the one that stands.
     bounds: (f64, f64),
     stood: f64,
 }
@@ -105,17 +106,18 @@ struct Unknown {
 impl Unknown {
     /// Keeps it as it stands where its light is not seen.
     fn hold_unless(&mut self, seen: &[bool]) {
-        if !seen[self.coordinate] {
+        if !self.parts.iter().any(|(coordinate, _)| seen[*coordinate]) {
             self.bounds = (self.stood, self.stood);
         }
     }
 }
 
-/// The coordinates of the banks and groups of these names, of all banks without one.
+/// The settings of the banks and groups of these names, of all banks without one: of an rgb bank one for each
+/// emitter, or with `keep_colours` one for all.
 fn unknowns(
-    document: &Document,
-    live: &LiveControl,
+    (document, live): (&Document, &LiveControl),
     names: &[&str],
+    keep_colours: bool,
 ) -> Result<Vec<Unknown>, Error> {
     let show = document.show();
     let mut wanted = vec![names.is_empty(); show.banks.len()];
@@ -124,47 +126,70 @@ fn unknowns(
         let bank = show.banks.iter().position(|bank| bank.name == *name);
         let banks = group.map_or_else(|| bank.into_iter().collect(), |group| group.banks.clone());
         if banks.is_empty() {
-            let known = show.banks.iter().map(|bank| bank.name.clone()).collect();
+            let (name, known) = ((*name).to_owned(), show.banks.iter());
+            let known = known.map(|bank| bank.name.clone()).collect();
             return Err(Error::NoSuchBank {
-                name: (*name).to_owned(),
+                name,
                 fixed: false,
                 known,
             });
         }
-        wanted
-            .iter_mut()
-            .enumerate()
-            .for_each(|(i, wanted)| *wanted |= banks.contains(&i));
+        banks.into_iter().for_each(|bank| wanted[bank] = true);
     }
-    let standing = live.setting(document);
-    let unknown = |(coordinate, stood): (usize, f64), bank: usize| {
-        let own = show.banks.get(bank)?;
-        let (least, most) = timeline::range(own.dimmer, &show.curves);
-        let factor = live.factor(document, bank);
-        let least = if own.rgb { 0.0 } else { least * factor };
-        let bounds = (least.min(stood), (most * factor).max(stood));
-        wanted.get(bank)?.then_some(Unknown {
-            coordinate,
-            bank,
-            bounds,
-            stood,
-        })
-    };
-    let all = show
-        .coordinates()
-        .into_iter()
-        .zip(standing.into_iter().enumerate());
-    let found: Vec<Unknown> = all.filter_map(|(c, at)| unknown(at, c.bank?)).collect();
+    let (standing, levels) = (live.setting(document), live.levels(document));
+    let mut found = Vec::new();
+    let banks = show.banks.iter().zip(show.first_parameters()).enumerate();
+    for (index, (bank, first)) in banks.filter(|(index, _)| wanted[*index]) {
+        let factor = live.factor(document, index);
+        let (least, most) = timeline::range(bank.dimmer, &show.curves);
+        let mut add = |parts, least: f64, stood: f64| {
+            let bounds = ((factor * least).min(stood), (factor * most).max(stood));
+            found.push(Unknown {
+                bank: index,
+                parts,
+                bounds,
+                stood,
+            });
+        };
+        let own = coordinates(show, index);
+        if bank.rgb && keep_colours {
+            let parts = own
+                .into_iter()
+                .zip(levels[first + 1..first + 4].iter().copied());
+            add(
+                parts.collect(),
+                least,
+                factor * law(show, bank, levels[first]),
+            );
+        } else {
+            let least = if bank.rgb { 0.0 } else { least };
+            own.into_iter()
+                .for_each(|i| add(vec![(i, 1.0)], least, standing[i]));
+        }
+    }
     if found.is_empty() {
         return Err(Error::NoBanks);
     }
     Ok(found)
 }
 
+/// The coordinates of a bank.
+fn coordinates(show: &Show, bank: usize) -> Vec<usize> {
+    let all = show.coordinates().into_iter().enumerate();
+    all.filter(|(_, c)| c.bank == Some(bank))
+        .map(|(i, _)| i)
+        .collect()
+}
+
+/// The light of a bank at a level.
+fn law(show: &Show, bank: &Bank, level: f64) -> f64 {
+    timeline::settings(bank.dimmer, &show.curves, &[level])[0]
+}
+
 /// Settings of all coordinates.
 struct Solution {
     settings: Vec<f64>,
-    /// Coordinates of which only sums are decided.
+    /// Banks of which only sums are decided.
     tied: Vec<usize>,
 }
 
@@ -179,26 +204,26 @@ struct Squares {
 impl Squares {
     /// The best settings of the unknowns where what is to be met is `gain` times the light.
     fn solve(&self, unknowns: &[Unknown], gain: f64) -> Solution {
-        let own: Vec<usize> = unknowns.iter().map(|unknown| unknown.coordinate).collect();
-        let mut rest = self.stood.clone();
-        own.iter().for_each(|i| rest[*i] = 0.0);
-        let met = |i: &usize| {
-            let others: f64 = rest
-                .iter()
-                .enumerate()
-                .map(|(k, x)| x * self.sums[(*i, k)])
-                .sum();
-            self.sums[(*i, rest.len())] / gain - others
-        };
-        let gram = Matrix::from_fn(own.len(), own.len(), |i, j| self.sums[(own[i], own[j])]);
-        let right: Vec<f64> = own.iter().map(met).collect();
+        let n = self.stood.len();
+        let mut parts = Matrix::zeros(n + 1, unknowns.len());
+        let mut rest =
+            Vector::from_iterator(n + 1, self.stood.iter().copied().chain([-1.0 / gain]));
+        for (column, unknown) in unknowns.iter().enumerate() {
+            for (coordinate, share) in &unknown.parts {
+                parts[(*coordinate, column)] = *share;
+                rest[*coordinate] = 0.0;
+            }
+        }
+        let light = parts.transpose() * &self.sums;
+        let right: Vec<f64> = (&light * -&rest).iter().copied().collect();
         let bounds: Vec<(f64, f64)> = unknowns.iter().map(|unknown| unknown.bounds).collect();
-        let near: Vec<f64> = own.iter().map(|i| self.stood[*i]).collect();
-        let BoundedSolution { x, tied } = bounded_least_squares(&gram, &right, &bounds, &near);
-        let mut settings = rest;
-        own.iter().zip(x).for_each(|(i, x)| settings[*i] = x);
-        let tied = tied.into_iter().map(|i| own[i]).collect();
-        Solution { settings, tied }
+        let near: Vec<f64> = unknowns.iter().map(|unknown| unknown.stood).collect();
+        let found = bounded_least_squares(&(light * &parts), &right, &bounds, &near);
+        let settings = parts * Vector::from_vec(found.x) + rest;
+        Solution {
+            settings: settings.iter().copied().take(n).collect(),
+            tied: found.tied.into_iter().map(|i| unknowns[i].bank).collect(),
+        }
     }
 
     /// The sum of squares that settings leave.
@@ -213,65 +238,52 @@ impl Squares {
     }
 }
 
-/// The levels of settings of the unknowns, and the moves to them. `left` is what settings leave of what is to
-/// be met, as a share of it, and `seen` tells the coordinates whose light counts.
+/// The levels of settings of the unknowns, and the moves to them. `met` is the sum of squares of what is to be
+/// met, and `seen` tells the coordinates whose light counts.
 fn solved(
     (document, live): (&Document, &LiveControl),
     unknowns: &[Unknown],
     Solution { settings, tied }: &Solution,
+    (squares, gain, met): (&Squares, f64, f64),
     seen: &[bool],
-    left: impl Fn(&[f64]) -> f64,
 ) -> Solved {
-    let show = document.show();
-    let standing = live.levels(document);
+    let (show, standing) = (document.show(), live.levels(document));
+    let asked = |index: usize| unknowns.iter().any(|unknown| unknown.bank == index);
     let mut solved = Solved {
         banks: Vec::new(),
         tied: Vec::new(),
         moves: String::new(),
     };
-    for (index, (bank, first)) in show.banks.iter().zip(show.first_parameters()).enumerate() {
-        let own: Vec<&Unknown> = unknowns
-            .iter()
-            .filter(|unknown| unknown.bank == index)
-            .collect();
-        if own.is_empty() {
-            continue;
-        }
-        let factor = live.factor(document, index);
-        if own.iter().any(|unknown| tied.contains(&unknown.coordinate)) {
-            solved.tied.push(bank.name.clone());
-        }
-        let is_seen = factor > 0.0 && own.iter().any(|unknown| seen[unknown.coordinate]);
-        let stood = |i: usize| standing.get(first + i).copied().unwrap_or_default();
-        let before = [1, 2, 3].map(stood);
-        let light: Vec<f64> = own
-            .iter()
-            .map(|u| settings[u.coordinate] / factor)
-            .collect();
-        let (level, colour) = match is_seen {
-            true => levels(show, bank, &light, (stood(0), before)),
-            false => (stood(0), None),
+    let banks = show.banks.iter().zip(show.first_parameters()).enumerate();
+    for (index, (bank, first)) in banks.filter(|(index, _)| asked(*index)) {
+        let (own, factor) = (coordinates(show, index), live.factor(document, index));
+        let is_seen = factor > 0.0 && own.iter().any(|i| seen[*i]);
+        let light: Vec<f64> = own.iter().map(|i| settings[*i] / factor).collect();
+        let stood = &standing[first..first + if bank.rgb { 4 } else { 1 }];
+        let level = match is_seen {
+            true => levels(show, bank, &light, stood),
+            false => stood.to_vec(),
         };
-        let moves = |(a, b): (&f64, f64)| (a - b).abs() >= 0.5 * STEP;
-        if moves((&level, stood(0))) || colour.is_some_and(|c| c.iter().zip(before).any(moves)) {
-            let _ = write!(solved.moves, "{} {}  ", bank.name, percent(level));
-            for (emitter, light) in ["r", "g", "b"].iter().zip(colour.iter().flatten()) {
-                let _ = write!(
-                    solved.moves,
-                    "{}.{emitter} {}  ",
-                    bank.name,
-                    percent(*light)
-                );
+        if level
+            .iter()
+            .zip(stood)
+            .any(|(a, b)| (a - b).abs() >= 0.5 * STEP)
+        {
+            for (suffix, level) in ["", ".r", ".g", ".b"].iter().zip(&level) {
+                let percent = (level / STEP).round() / (0.01 / STEP);
+                let _ = write!(solved.moves, "{}{suffix} {percent}  ", bank.name);
             }
         }
         let mut without = settings.clone();
-        own.iter()
-            .for_each(|unknown| without[unknown.coordinate] = unknown.stood);
+        own.iter().for_each(|i| without[*i] = squares.stood[*i]);
+        if tied.contains(&index) {
+            solved.tied.push(bank.name.clone());
+        }
         solved.banks.push(SolvedBank {
             name: bank.name.clone(),
-            level: [stood(0), level],
-            colour,
-            without: left(&without),
+            level: [stood[0], level[0]],
+            colour: level[1..].to_vec(),
+            without: (squares.left(&without, gain) / met).sqrt(),
             is_seen,
         });
     }
@@ -280,36 +292,25 @@ fn solved(
 }
 
 /// The level, and of an rgb bank its emitters, that give a light; those that stand where they do.
-fn levels(
-    show: &footlight_show::model::Show,
-    bank: &Bank,
-    light: &[f64],
-    (level, colour): (f64, [f64; 3]),
-) -> (f64, Option<[f64; 3]>) {
-    let inverse = |setting: f64| timeline::level(bank.dimmer, &show.curves, setting, level);
-    let &[r, g, b] = light else {
-        return (inverse(light.first().copied().unwrap_or_default()), None);
-    };
-    let law = |level| {
-        timeline::settings(bank.dimmer, &show.curves, &[level])
+fn levels(show: &Show, bank: &Bank, light: &[f64], stood: &[f64]) -> Vec<f64> {
+    let full = light.iter().copied().fold(0.0, f64::max);
+    let colour = if bank.rgb { &stood[1..] } else { &[1.0] };
+    let behind = law(show, bank, stood[0]);
+    let same = |(light, emitter): (&f64, &f64)| (behind * emitter - light).abs() < 0.5 * STEP;
+    if light.iter().zip(colour).all(same) {
+        return stood.to_vec();
+    }
+    let level = timeline::level(bank.dimmer, &show.curves, full, stood[0]);
+    if !bank.rgb {
+        return vec![level];
+    }
+    // A bank that goes out keeps its colour.
+    let colour = match full < 0.5 * STEP {
+        true => colour.to_vec(),
+        false => light
             .iter()
-            .sum::<f64>()
+            .map(|light| light / law(show, bank, level).max(full))
+            .collect(),
     };
-    let behind = law(level);
-    let same = |(light, emitter): (f64, f64)| (behind * emitter - light).abs() < 0.5 * STEP;
-    if [r, g, b].into_iter().zip(colour).all(same) {
-        return (level, Some(colour));
-    }
-    let most = r.max(g).max(b);
-    if most < 0.5 * STEP {
-        return (inverse(0.0), Some(colour));
-    }
-    let level = inverse(most);
-    let full = law(level).max(most);
-    (level, Some([r, g, b].map(|light| light / full)))
-}
-
-/// A level in percent, with two digits behind the point where they say something.
-fn percent(level: f64) -> f64 {
-    (level / STEP).round() / (0.01 / STEP)
+    [vec![level], colour].concat()
 }

@@ -45,7 +45,11 @@ fn banks(solved: &Solved) -> String {
     for bank in seen {
         let [stood, level] = bank.level.map(|level| 100.0 * level);
         let (name, without) = (left(&bank.name, 14), figure(bank.without));
-        let colour = bank.colour.map_or_else(String::new, |colour| hex(&colour));
+        let colour = if bank.colour.is_empty() {
+            String::new()
+        } else {
+            hex(&bank.colour)
+        };
         let line = format!("  {name} {level:>6.1} {stood:>6.1} {without:>8} %  {colour}");
         let _ = writeln!(text, "{}", line.trim_end());
     }
@@ -53,7 +57,7 @@ fn banks(solved: &Solved) -> String {
     let groups = [
         (
             &solved.tied,
-            "told apart by nothing that shows; the smallest change was taken",
+            "only their sum counts here, and changes least",
         ),
         (&unseen, "not seen, and left as they stand"),
     ];

@@ -23,7 +23,8 @@ pub struct Illuminance {
 }
 
 /// The levels of the banks and groups of these names, of all banks without one, that bring the illuminance
-/// nearest to `lux` at points that the view shows, each with its name for messages.
+/// nearest to `lux` at points that the view shows, each with its name for messages. rgb banks keep their
+/// colours.
 ///
 /// # Errors
 /// [`Error::Solve`] for a point that is not seen, [`Error::NoSuchBank`], [`Error::NoBanks`], else what
@@ -35,7 +36,7 @@ pub fn illuminance(
     points: &[(&str, Vec3)],
     banks: &[&str],
 ) -> Result<Illuminance, Error> {
-    let mut unknowns = unknowns(engine.document(), live, banks)?;
+    let mut unknowns = unknowns((engine.document(), live), banks, true)?;
     let setup = engine.document().setup().ok_or(Error::NoSetup)?;
     if setup.scene.haze.is_some() {
         return Err(SolveError::Haze.into());
@@ -74,8 +75,8 @@ pub fn illuminance(
     let solution = squares.solve(&unknowns, 1.0);
     let at = |settings: &[f64]| rows.columns(0, n) * Vector::from_column_slice(settings);
     let (before, after) = (at(&squares.stood), at(&solution.settings));
-    let left = |settings: &[f64]| squares.left(settings, 1.0).sqrt() / rows.column(n).norm();
-    let solved = solved((engine.document(), live), &unknowns, &solution, &seen, left);
+    let sums = (&squares, 1.0, rows.column(n).norm_squared());
+    let solved = solved((engine.document(), live), &unknowns, &solution, sums, &seen);
     let pairs = before
         .iter()
         .zip(&after)

@@ -35,7 +35,7 @@ const SEARCH: usize = 80;
 /// A sketch whose luminance varies by more than this share of itself, and correlates less with that of the
 /// best picture, is of something else.
 const VARIES: f64 = 0.2;
-const LIKE: f64 = 0.3;
+const LIKE: f64 = 0.5;
 
 /// Levels from a picture, and how near they come.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,7 +68,7 @@ pub fn sketched(
     banks: &[&str],
     any_exposure: bool,
 ) -> Result<Sketched, Error> {
-    let mut unknowns = unknowns(engine.document(), live, banks)?;
+    let mut unknowns = unknowns((engine.document(), live), banks, false)?;
     let limit = engine.work().memory as u64;
     let bytes = engine.host.store.read(path, LARGEST.min(limit))?;
     engine.coarse()?;
@@ -94,9 +94,10 @@ pub fn sketched(
     let difference = [&stood, &solution.settings].map(|s| fitting.difference(&picture(s), gain));
     let ends = [|u: &Unknown| u.bounds.0, |u: &Unknown| u.bounds.1].map(|end| {
         let mut settings = stood.clone();
-        unknowns
+        let own = unknowns
             .iter()
-            .for_each(|unknown| settings[unknown.coordinate] = end(unknown));
+            .map(|unknown| (&unknown.parts, end(unknown)));
+        own.for_each(|(parts, end)| parts.iter().for_each(|(i, _)| settings[*i] = end));
         picture(&settings)
     });
     let meant = combine(size, &[(1.0 / gain, &fitting.sketch.light)], work.threads);
@@ -112,9 +113,9 @@ pub fn sketched(
     let beyond =
         Image::from_data(size.0, size.1, beyond.collect()).unwrap_or_else(|| meant.clone());
     let reached = combine(size, &[(1.0, &meant), (-1.0, &beyond)], work.threads);
-    let left = |settings: &[f64]| (squares.left(settings, gain) / fitting.light).sqrt();
+    let sums = (&squares, gain, fitting.light);
     Ok(Sketched {
-        solved: solved((engine.document(), live), &unknowns, &solution, &seen, left),
+        solved: solved((engine.document(), live), &unknowns, &solution, sums, &seen),
         difference,
         exposure: any_exposure.then(|| gain.log2()),
         out_of_reach: fitting.difference(&reached, gain),
@@ -265,9 +266,9 @@ impl Fitting {
     /// Refuses a sketch whose bright and dark parts are elsewhere than those of the picture that comes nearest
     /// with all lamps, however bright.
     fn check_likeness(&self, squares: &Squares, work: Work<'_>) -> Result<(), SolveError> {
-        let any = |coordinate| Unknown {
-            coordinate,
+        let any = |i| Unknown {
             bank: 0,
+            parts: vec![(i, 1.0)],
             bounds: (0.0, f64::INFINITY),
             stood: 0.0,
         };

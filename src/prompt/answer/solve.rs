@@ -91,10 +91,9 @@ pub fn solve(repl: &mut Repl, asked: &Solve) -> Result<Reply, Error> {
     } else {
         let files = repl.engine.host().files.as_ref();
         live.set(document, Moves::read(document, &solved.moves, files)?)?;
-        let said = format!(
-            "trying {}\n`record NUMBER \"LABEL\"` keeps it, `release` lets go\n",
-            solved.moves
-        );
+        let tried = live.tried().join("  ");
+        let said =
+            format!("trying {tried}\n`record NUMBER \"LABEL\"` keeps it, `release` lets go\n");
         reply.text.push(&said);
     }
     repl.live = live;

@@ -13,10 +13,13 @@ use nalgebra::{Cholesky, SymmetricEigen};
 
 use super::{Matrix, Vector};
 
-/// Weight of the distance in a step, where each column has norm 1.
+/// Weight of the distance in a step, where the largest column has norm 1; smaller ones weigh as if they had at
+/// least [`SMALL`].
 const WEIGHT: f64 = 1e-9;
-/// Steps; directions of an eigenvalue above [`WEIGHT`] at least halve their error in each.
-const STEPS: usize = 40;
+const SMALL: f64 = 1e-3;
+/// Steps at most; from the second number on small columns weigh no more than others, where their distance
+/// holds up the rest.
+const STEPS: (usize, usize) = (60, 8);
 /// The relative gradient at which steps end.
 const FLAT: f64 = 1e-12;
 /// Below this eigenvalue the sum of squares does not decide a direction.
@@ -37,8 +40,7 @@ pub struct BoundedSolution {
 
 /// The minimiser of `x' A x / 2 - b' x` within `bounds` that is nearest to `near`: the least squares
 /// solution for the Gram matrix A (symmetric, positive semidefinite) and the products b with what is
-/// fitted. Distance is that of the variables, each times the norm of its column; a variable whose column is
-/// zero keeps its value in `near`.
+/// fitted. A variable whose column is zero keeps its value in `near`.
 ///
 /// The gradient meets the conditions of Karush, Kuhn and Tucker to 1e-9 where columns have norm 1; the
 /// distance is least to about 1e-6.
@@ -58,17 +60,22 @@ pub fn bounded_least_squares(
         .map(|end| Vector::from_iterator(n, bounds.iter().map(end)).component_mul(&norms));
     let near = Vector::from_column_slice(near).component_mul(&norms);
     let mut y = near.zip_zip_map(&low, &high, f64::clamp);
+    // The distance is one of the variables themselves, before their columns were made alike.
+    let mut weights = norms.map(|norm| WEIGHT / (norm / norms.max()).max(SMALL).powi(2));
     let flat = FLAT * right.amax().max(y.amax());
     let violation = |y: &Vector| {
         let gradient = &gram * y - &right;
         let moved = (y - gradient).zip_zip_map(&low, &high, f64::clamp);
         (moved - y).amax()
     };
-    for _ in 0..STEPS {
+    for step in 0..STEPS.0 {
         if violation(&y) <= flat {
             break;
         }
-        y = proximal(&gram, &right, (&low, &high), &y, 0.1 * flat);
+        if step == STEPS.1 {
+            weights.fill(WEIGHT);
+        }
+        y = proximal((&gram, &weights), &right, (&low, &high), &y, 0.1 * flat);
     }
     let gradient = &gram * &y - &right;
     let loose: Vec<usize> = (0..n)
@@ -105,7 +112,7 @@ fn undecided(gram: Matrix) -> Vec<usize> {
 
 /// The least of the function and the distance from `centre` within bounds.
 fn proximal(
-    gram: &Matrix,
+    (gram, weights): (&Matrix, &Vector),
     right: &Vector,
     (low, high): (&Vector, &Vector),
     centre: &Vector,
@@ -118,15 +125,15 @@ fn proximal(
     // In exact arithmetic single pivots never come back to the same set.
     for _ in 0..100 + 20 * n {
         let own: Vec<usize> = (0..n).filter(|i| free[*i]).collect();
-        let down = right - gram * &y - (&y - centre) * WEIGHT;
+        let down = right - gram * &y - (&y - centre).component_mul(weights);
         let mut part = Matrix::from_fn(own.len(), own.len(), |i, j| gram[(own[i], own[j])]);
-        (0..own.len()).for_each(|i| part[(i, i)] += WEIGHT);
+        (0..own.len()).for_each(|i| part[(i, i)] += weights[own[i]]);
         let Some(solver) = Cholesky::new(part) else {
             break;
         };
         let step = solver.solve(&Vector::from_fn(own.len(), |i, _| down[own[i]]));
         own.iter().zip(&step).for_each(|(i, step)| y[*i] += step);
-        let down = right - gram * &y - (&y - centre) * WEIGHT;
+        let down = right - gram * &y - (&y - centre).component_mul(weights);
         let wrong = |i: &usize| match free[*i] {
             true => y[*i] < low[*i] || y[*i] > high[*i],
             false => {

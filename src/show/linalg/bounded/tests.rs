@@ -150,8 +150,8 @@ fn near(found: &[f64], expected: &[f64], tolerance: f64) {
     }
 }
 
-/// Two equal columns and one of twice their light share a sum, least far from where they stand: each gives the
-/// same light. Where a bound stops one, the others go on.
+/// Two equal columns and one of twice their light share a sum, least far from where they stand: by multipliers,
+/// each moves by its own share of light. Where a bound stops one, the others go on.
 #[test]
 fn ties_are_the_smallest_change() {
     let a = Matrix::from_row_slice(2, 4, &[1.0, 1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
@@ -159,13 +159,14 @@ fn ties_are_the_smallest_change() {
         let (gram, right) = normal_equations(&a, &[sum, 0.25]);
         bounded_least_squares(&gram, &right, &[(0.0, 1.0); 4], &stood)
     };
-    // 0.9 stood; of 0.9 more each gives a third.
-    let found = solve(1.8, [0.1, 0.4, 0.2, 0.9]);
+    // 0.9 stood; 0.7 more in shares 1 : 1 : 2, of which each counts its light.
+    let found = solve(1.6, [0.1, 0.4, 0.2, 0.9]);
     assert_eq!(found.tied, [0, 1, 2]);
-    near(&found.x, &[0.4, 0.7, 0.35, 0.25], 1e-6);
-    // The third stops at full after 0.2; 1.0 more is shared by the two others.
-    let found = solve(3.3, [0.1, 0.2, 0.9, 0.0]);
-    near(&found.x, &[0.6, 0.7, 1.0, 0.25], 1e-6);
+    let by = 0.7 / 6.0;
+    near(&found.x, &[0.1 + by, 0.4 + by, 0.2 + 2.0 * by, 0.25], 1e-6);
+    // The third stops at full; 1.0 is shared by the two others.
+    let found = solve(3.0, [0.1, 0.2, 0.9, 0.0]);
+    near(&found.x, &[0.45, 0.55, 1.0, 0.25], 1e-6);
     // What stands already fits.
     let found = solve(0.9, [0.1, 0.4, 0.2, 0.25]);
     near(&found.x, &[0.1, 0.4, 0.2, 0.25], 1e-9);
