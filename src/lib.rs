@@ -73,6 +73,7 @@
 /// - [`editors`](manual::editors): how do I write shows in my editor?
 /// - [`files`](manual::files): which files go in and come out?
 /// - [`accuracy`](manual::accuracy): how exact is it, and how fast?
+/// - [`solve`](manual::solve): which levels look like my sketch?
 /// - [`desk`](manual::desk): how does a show come from a desk, and go back?
 /// - [`plan`](manual::plan): how does the rig of my plan come in?
 /// - [`qlc`](manual::qlc): how does a show get to QLC+?
@@ -93,6 +94,8 @@ pub mod manual {
     pub mod files {}
     #[doc = include_str!("manual/accuracy.md")]
     pub mod accuracy {}
+    #[doc = include_str!("manual/solve.md")]
+    pub mod solve {}
     #[doc = include_str!("manual/desk.md")]
     pub mod desk {}
     #[doc = include_str!("manual/plan.md")]

@@ -101,7 +101,7 @@ pub enum Verb {
     #[command(after_help = "set lamps 40 sky #203060", hide = true)]
     Set(live::Set),
     /// Try the levels whose picture comes nearest to a sketch, or lux at points
-    #[command(after_help = "solve sketch.png --cue 5")]
+    #[command(after_help = "solve sketch.png --cue 2")]
     Solve(solve::Solve),
     /// Let go of the levels that are tried
     #[command(after_help = "release", hide = true)]

@@ -57,7 +57,7 @@ fn banks(solved: &Solved) -> String {
     let groups = [
         (
             &solved.tied,
-            "only their sum counts here, and changes least",
+            "only sums of these count here, and change least",
         ),
         (&unseen, "not seen, and left as they stand"),
     ];

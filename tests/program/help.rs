@@ -59,6 +59,8 @@ impl Place {
                 format!("footlight picture show.lxq --bank {bank} --quality 1 -o refs/{bank}.exr");
             assert_eq!(place.shell(&line).status.code(), Some(0), "{line}");
         }
+        let sketch = place.shell("footlight picture show.lxq --cue 3 -o sketch.png");
+        assert_eq!(sketch.status.code(), Some(0));
         place
     }
 
@@ -181,10 +183,9 @@ fn every_verb_does_its_example_at_the_prompt() {
         let store = MemoryStore::default();
         let bytes = fs::read(place.path().join("show.lxq")).unwrap();
         footlight_host::files::Store::write(&store, Path::new("show.lxq"), &bytes).unwrap();
-        for bank in ["lamps", "sky"] {
-            let name = format!("refs/{bank}.exr");
-            let bytes = fs::read(place.path().join(&name)).unwrap();
-            footlight_host::files::Store::write(&store, Path::new(&name), &bytes).unwrap();
+        for name in ["refs/lamps.exr", "refs/sky.exr", "sketch.png"] {
+            let bytes = fs::read(place.path().join(name)).unwrap();
+            footlight_host::files::Store::write(&store, Path::new(name), &bytes).unwrap();
         }
         let host = Host {
             files: Box::new(Folder::new(place.path(), 1 << 20)),

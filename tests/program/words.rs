@@ -167,6 +167,7 @@ fn no_verb_of_the_prompt_prints_what_commands_the_terminal() {
         "plan",
         "picture -o",
         "compare --reference",
+        "solve",
         "",
     ];
     let mut typed: String = lines.iter().map(|line| format!("{line}\n")).collect();

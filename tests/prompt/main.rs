@@ -20,6 +20,7 @@ mod image_banks;
 mod noise;
 mod operator;
 mod session;
+mod solve;
 mod stains;
 mod store;
 mod study;

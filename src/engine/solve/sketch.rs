@@ -163,8 +163,8 @@ impl Fitting {
         let weights: Vec<f32> = masked().flat_map(of).collect();
         let channels = sketch.light.data().iter().zip(&weights);
         let light: f64 = channels.map(|(v, w)| f64::from(v * w).powi(2)).sum();
-        // Not a number where no pixel counts.
-        if light.is_nan() || light <= 0.0 {
+        // Not finite where no pixel counts, or none has light.
+        if !light.is_finite() || light <= 0.0 {
             return Err(SolveError::Black.into());
         }
         let columns = images.into_iter().map(small).collect();
@@ -310,7 +310,7 @@ impl Squares {
         // What is left falls and then rises, as it is convex in gain and settings together.
         for _ in 0..SEARCH {
             let third = (high - low) / 3.0;
-            if left(low + third) <= left(high - third) + 1e-10 * met {
+            if left(low + third) <= left(high - third) + 1e-14 * met {
                 high -= third;
             } else {
                 low += third;

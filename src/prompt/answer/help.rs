@@ -130,7 +130,7 @@ fn all(verbs: &Command) -> String {
 }
 
 /// Words in lines of at most 76 letters, the first of which has so many already.
-fn wrapped<'w>(words: impl Iterator<Item = &'w str>, mut length: usize) -> String {
+pub(super) fn wrapped<'w>(words: impl Iterator<Item = &'w str>, mut length: usize) -> String {
     let mut out = String::new();
     for word in words {
         let width = word.chars().count() + 1;

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use clap::{Args, ValueHint};
 
+use super::help::wrapped;
 use super::usage;
 use crate::argument::{FromView, Output, check_cue, number};
 use crate::error::Error;
@@ -91,7 +92,7 @@ pub fn solve(repl: &mut Repl, asked: &Solve) -> Result<Reply, Error> {
     } else {
         let files = repl.engine.host().files.as_ref();
         live.set(document, Moves::read(document, &solved.moves, files)?)?;
-        let tried = live.tried().join("  ");
+        let tried = wrapped(live.tried().join("  ").split("  "), 7);
         let said =
             format!("trying {tried}\n`record NUMBER \"LABEL\"` keeps it, `release` lets go\n");
         reply.text.push(&said);
