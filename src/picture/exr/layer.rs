@@ -292,4 +292,18 @@ mod tests {
             Err(PictureError::Memory { .. })
         ));
     }
+
+    /// Alpha comes from the part that the colours come from.
+    #[test]
+    fn alpha_is_read_beside_the_colours() {
+        let colours = [("R", 1.0), ("G", 2.0), ("B", 3.0)];
+        let with = [("A", 0.25), ("R", 1.0), ("G", 2.0), ("B", 3.0)];
+        let (image, alpha) = decode_with_alpha(&file(&[(None, &with)]), LIMIT).unwrap();
+        assert_eq!(image.pixel(2, 1), Some([1.0, 2.0, 3.0]));
+        assert_eq!(alpha.unwrap().pixel(2, 1), Some([0.25, 0.0, 0.0]));
+        let (image, alpha) = decode_with_alpha(&file(&[(None, &colours)]), LIMIT).unwrap();
+        assert_eq!((image.pixel(0, 0), alpha), (Some([1.0, 2.0, 3.0]), None));
+        assert!(decode_with_alpha(&file(&[(Some("a"), &with)]), LIMIT).is_err());
+        assert!(decode_with_alpha(&file(&[(None, &with)]), 50).is_err());
+    }
 }
