@@ -100,7 +100,7 @@ pub enum Verb {
     /// Try levels without a cue; a move in time lets go of them
     #[command(after_help = "set lamps 40 sky #203060", hide = true)]
     Set(live::Set),
-    /// Try the levels whose picture comes nearest to a sketch, or lux at points
+    /// Try the levels that come nearest to a sketch, or to lux at points
     #[command(after_help = "solve sketch.png --cue 2")]
     Solve(solve::Solve),
     /// Let go of the levels that are tried

@@ -262,6 +262,7 @@ impl Vocabulary {
         }
         let known = argument.get_possible_values();
         match word {
+            "FILE" => None,
             _ if !known.is_empty() => offer(known.iter().map(|known| known.get_name())),
             "WORD" => offer(lang::keywords().iter().copied()),
             "CUE" => offer(strings(&self.cues)),
@@ -538,8 +539,11 @@ mod tests {
         offers("set wa", &["warm"]);
         offers("plot la", &["lamps", "late"]);
         offers("plot sp", &["spectrum"]);
+        offers("solve a.png la", &["lamps", "late"]);
+        offers("solve a.png lamps --cu", &["--cue"]);
         assert!(vocabulary().complete("picture -o ", 11).files);
         assert!(vocabulary().complete("save ", 5).files);
+        assert!(vocabulary().complete("solve sk", 8).files);
         assert_eq!(vocabulary().complete("bank é = m", 11).start, 10);
     }
 

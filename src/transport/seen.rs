@@ -108,3 +108,84 @@ pub fn seen(
     };
     Ok(points.iter().map(at).collect())
 }
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use super::*;
+    use footlight_show::geometry::{View, vec3};
+    use footlight_show::units::Rgb;
+    use footlight_stage::{Material, Polygon, Rig, Scene};
+
+    /// Squares beside each other, seen from above: grey, black, and a lamp; a plate half a metre over the grey
+    /// one's corner.
+    #[test]
+    fn a_point_is_seen_on_a_plain_surface_alone() {
+        let square = |x: f64, z: f64, side: f64, material| {
+            let at = |dx: f64, dy: f64| vec3(x + side * dx, side * dy, z);
+            Polygon::new(
+                vec![at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)],
+                material,
+            )
+        };
+        let paint = |name, reflectance| Material::diffuse(name, Rgb([reflectance; 3]));
+        let scene = Scene {
+            materials: vec![paint("grey", 0.5), paint("black", 0.0), paint("lamp", 0.5)],
+            polygons: vec![
+                square(0.0, 0.0, 1.0, 0),
+                square(1.0, 0.0, 1.0, 1),
+                square(2.0, 0.0, 1.0, 2),
+                square(0.0, 0.5, 0.2, 0),
+            ],
+            ..Scene::default()
+        };
+        let light = Light::Panel {
+            material: 2,
+            radiance: Rgb([1.0; 3]),
+        };
+        let rig = Rig {
+            lights: vec![light],
+            ..Rig::default()
+        };
+        let view = View {
+            from: vec3(1.5, 0.49, 6.0),
+            to: vec3(1.5, 0.5, 0.0),
+            fov: 40.0,
+            roll: 0.0,
+            width: 64,
+            height: 48,
+        };
+        let points = [
+            (0.5, 0.5, 0.0),
+            (0.5, 0.5, 0.04),
+            (0.5, 0.5, 0.06),
+            (0.05, 0.1, 0.0),
+            (0.1, 0.1, 0.5),
+            (1.5, 0.5, 0.0),
+            (2.5, 0.5, 0.0),
+            (0.02, 0.7, 0.0),
+            (9.0, 0.5, 0.0),
+            (1.5, 0.5, 7.0),
+        ];
+        let places: Vec<Vec3> = points.iter().map(|(x, y, z)| vec3(*x, *y, *z)).collect();
+        let found = seen(&Setup::new(scene, rig, view), &places, Work::silent()).unwrap();
+        let reflectance = |found: &Result<SeenSurface, Hidden>| found.map(|seen| seen.reflectance);
+        let found: Vec<_> = found.iter().map(reflectance).collect();
+        let grey = Ok([0.5; 3]);
+        use Hidden::{Black, Edge, NoSurface, Outside, OwnLight};
+        let expected = [
+            grey,
+            grey,
+            Err(NoSurface),
+            Err(NoSurface),
+            grey,
+            Err(Black),
+            Err(OwnLight),
+            Err(Edge),
+            Err(Outside),
+            Err(Outside),
+        ];
+        assert_eq!(found, expected);
+    }
+}

@@ -243,10 +243,9 @@ impl Fitting {
             if rounds.start == 0 {
                 self.check_likeness(&squares, work)?;
             }
-            let gain = if any_exposure {
-                squares.gain(unknowns)
-            } else {
-                1.0
+            let gain = match any_exposure {
+                true => squares.gain(unknowns, work)?,
+                false => 1.0,
             };
             let solution = squares.solve(unknowns, gain);
             let picture = combine(
@@ -301,7 +300,7 @@ impl Fitting {
 impl Squares {
     /// The least gain with which the unknowns come nearest: where nothing else shines, the one at which the
     /// brightest of them is at full.
-    fn gain(&self, unknowns: &[Unknown]) -> f64 {
+    fn gain(&self, unknowns: &[Unknown], work: Work<'_>) -> Result<f64, Cancelled> {
         let n = self.stood.len();
         let (all, met) = (self.sums.trace() - self.sums[(n, n)], self.sums[(n, n)]);
         let middle = 0.5 * (met / all.max(f64::MIN_POSITIVE)).log2();
@@ -309,6 +308,7 @@ impl Squares {
         let left = |at: f64| self.left(&self.solve(unknowns, at.exp2()).settings, at.exp2());
         // What is left falls and then rises, as it is convex in gain and settings together.
         for _ in 0..SEARCH {
+            work.check()?;
             let third = (high - low) / 3.0;
             if left(low + third) <= left(high - third) + 1e-14 * met {
                 high -= third;
@@ -316,7 +316,7 @@ impl Squares {
                 low += third;
             }
         }
-        high.exp2()
+        Ok(high.exp2())
     }
 }
 
@@ -371,4 +371,50 @@ fn products(columns: &[&[f32]], weights: &[f32], work: Work<'_>) -> Result<Matri
     let mut all = parts.sum::<Result<Matrix, Cancelled>>()?;
     all.fill_upper_triangle_with_lower_triangle();
     Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use super::*;
+
+    /// More rows than a part has, and no multiple of a block.
+    #[test]
+    fn products_are_the_weighted_sums_of_every_pair() {
+        let rows = PART + 3 * ROWS + 11;
+        let column = |seed: usize| -> Vec<f32> {
+            (0..rows)
+                .map(|i| (i * (seed + 7) % 101) as f32 / 50.0 - 0.7)
+                .collect()
+        };
+        let columns = [column(1), column(2), column(3)];
+        let weights: Vec<f32> = (0..rows).map(|i| (i % 5) as f32 * 0.25).collect();
+        let slices: Vec<&[f32]> = columns.iter().map(Vec::as_slice).collect();
+        let one = products(&slices, &weights, Work::silent()).unwrap();
+        let three = Work {
+            threads: 3,
+            ..Work::silent()
+        };
+        assert_eq!(products(&slices, &weights, three).unwrap(), one);
+        for (i, a) in columns.iter().enumerate() {
+            for (j, b) in columns.iter().enumerate() {
+                let terms = a.iter().zip(b).zip(&weights);
+                let exact =
+                    terms.map(|((a, b), w)| f64::from(*a) * f64::from(*b) * f64::from(*w).powi(2));
+                let exact: f64 = exact.sum();
+                assert!((one[(i, j)] - exact).abs() < 1e-11 * rows as f64, "{i} {j}");
+            }
+        }
+    }
+
+    #[test]
+    fn sizes_that_differ_in_shape_or_are_tiny_have_none_in_common() {
+        assert_eq!(common_size((960, 540), (640, 360)), Ok((640, 360)));
+        assert_eq!(common_size((100, 60), (640, 360)), Ok((100, 60)));
+        assert_eq!(common_size((1920, 1080), (1280, 720)), Ok((640, 360)));
+        for found in [(640, 480), (7, 4), (1, 1), (30_000, 1)] {
+            assert!(common_size(found, (640, 360)).is_err(), "{found:?}");
+        }
+    }
 }
