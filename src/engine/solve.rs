@@ -21,7 +21,9 @@ use footlight_show::model::{Bank, Show};
 use footlight_show::timeline;
 use footlight_transport::seen::Hidden;
 
-use super::{Document, Error, LiveControl};
+use super::{Document, Engine, Error, LiveControl};
+use crate::pool::Pool;
+use footlight_picture::Image;
 
 pub use self::lux::{Illuminance, illuminance};
 pub use self::sketch::{Sketched, sketched};
@@ -171,6 +173,27 @@ fn unknowns(
         return Err(Error::NoBanks);
     }
     Ok(found)
+}
+
+/// The light of each coordinate of the show at full, heads where they stand, and the settings that stand.
+fn lights<T>(
+    engine: &mut Engine,
+    live: &LiveControl,
+    each: impl Fn(Image) -> T,
+) -> Result<(Vec<T>, Vec<f64>), Error> {
+    let (poses, mut stood) = (
+        live.poses(engine.document()),
+        live.setting(engine.document()),
+    );
+    let units = Pool::unit_settings(engine.show().coordinates().len());
+    stood.truncate(units.len());
+    let mut lights = Vec::with_capacity(units.len());
+    for unit in units {
+        engine.work().check()?;
+        let setting = engine.document().timeline().with_bounced(&unit, &poses);
+        lights.push(each(engine.picture_with(&setting, &poses)?));
+    }
+    Ok((lights, stood))
 }
 
 /// The coordinates of a bank.

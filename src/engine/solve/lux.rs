@@ -5,7 +5,7 @@
 
 use std::f64::consts::PI;
 
-use super::{SolveError, Solved, Squares, solved, unknowns};
+use super::{SolveError, Solved, Squares, lights, solved, unknowns};
 use crate::{Engine, Error, LiveControl};
 use footlight_picture::Image;
 use footlight_show::geometry::Vec3;
@@ -50,15 +50,16 @@ pub fn illuminance(
         })
     });
     let surfaces = found.collect::<Result<Vec<SeenSurface>, SolveError>>()?;
-    engine.coarse()?;
-    let images = engine.bank_images(0)?;
-    // A row for each point: the light of each coordinate, and what is to be met.
-    let n = images.len();
-    let lit = |i: usize, j: usize| {
-        images
-            .get(j)
-            .map_or(lux, |image| falling(image, &surfaces[i]))
+    let lit = |image| {
+        surfaces
+            .iter()
+            .map(|surface| falling(&image, surface))
+            .collect()
     };
+    let (lights, stood): (Vec<Vec<f64>>, _) = lights(engine, live, lit)?;
+    // A row for each point: the light of each coordinate, and what is to be met.
+    let n = lights.len();
+    let lit = |i, j| lights.get(j).map_or(lux, |light: &Vec<f64>| light[i]);
     let rows = Matrix::from_fn(surfaces.len(), n + 1, lit);
     let seen: Vec<bool> = rows
         .column_iter()
@@ -67,7 +68,6 @@ pub fn illuminance(
     unknowns
         .iter_mut()
         .for_each(|unknown| unknown.hold_unless(&seen));
-    let stood = live.setting(engine.document());
     let squares = Squares {
         sums: rows.transpose() * &rows,
         stood,

@@ -6,7 +6,7 @@
 
 use std::path::Path;
 
-use super::{Solution, SolveError, Solved, Squares, Unknown, solved, unknowns};
+use super::{Solution, SolveError, Solved, Squares, Unknown, lights, solved, unknowns};
 use crate::error::ReferenceError;
 use crate::{Engine, Error, LiveControl};
 use footlight_host::work::{Cancelled, Work, in_order};
@@ -16,6 +16,7 @@ use footlight_picture::shrink::shrink;
 use footlight_picture::sketch::Sketch;
 use footlight_show::linalg::Matrix;
 use footlight_show::units::Rgb;
+use footlight_transport::contract::check_memory;
 
 /// The largest file that is read, in bytes.
 const LARGEST: u64 = 1 << 30;
@@ -83,12 +84,12 @@ pub fn sketched(
         source,
     })?;
     let size = common_size(sketch.light.size(), engine.estimate().rendered()?.size())?;
-    let fitting = Fitting::new(engine, sketch.shrunk(size))?;
+    let (fitting, stood) = Fitting::new(engine, live, sketch.shrunk(size))?;
     let seen = fitting.seen();
     unknowns
         .iter_mut()
         .for_each(|unknown| unknown.hold_unless(&seen));
-    let (work, stood) = (engine.work(), live.setting(engine.document()));
+    let work = engine.work();
     let (squares, gain, solution) = fitting.solve(&unknowns, &stood, any_exposure, work)?;
     let picture = |settings: &[f64]| combine(size, &fitting.terms(settings), work.threads);
     let difference = [&stood, &solution.settings].map(|s| fitting.difference(&picture(s), gain));
@@ -148,13 +149,17 @@ struct Fitting {
 }
 
 impl Fitting {
-    fn new(engine: &Engine, sketch: Sketch) -> Result<Fitting, Error> {
+    /// With the settings that stand.
+    fn new(
+        engine: &mut Engine,
+        live: &LiveControl,
+        sketch: Sketch,
+    ) -> Result<(Fitting, Vec<f64>), Error> {
         let size = sketch.light.size();
         let small = |image: Image| match image.size() == size {
             true => image,
             false => shrink(&image, size.0, size.1),
         };
-        let images = engine.bank_images(2 * size_of_val(sketch.light.data()))?;
         let masked = || luminances(&sketch.light).zip(&sketch.mask);
         let sum =
             |of: fn(f64, f64) -> f64| masked().map(|(y, m)| of(y, f64::from(*m))).sum::<f64>();
@@ -167,13 +172,16 @@ impl Fitting {
         if !light.is_finite() || light <= 0.0 {
             return Err(SolveError::Black.into());
         }
-        let columns = images.into_iter().map(small).collect();
-        Ok(Fitting {
+        let bytes = engine.show().coordinates().len() * size_of_val(sketch.light.data());
+        check_memory("a picture of each bank", bytes, engine.work().memory)?;
+        let (columns, stood) = lights(engine, live, small)?;
+        let fitting = Fitting {
             sketch,
             weights,
             columns,
             light,
-        })
+        };
+        Ok((fitting, stood))
     }
 
     /// Which of the coordinates light anything that counts.
