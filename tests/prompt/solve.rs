@@ -164,6 +164,34 @@ fn some_banks_at_a_cue_and_what_follows() {
     assert!(off(&show, &known) < 1e-4, "{}", off(&show, &known));
 }
 
+/// A moving head shines from where it points at the moment, which `solve` leaves as it is.
+#[test]
+fn a_head_is_found_where_it_points() {
+    let spot = "light d  spot at 0,2,4   aim 0,1,0  beam 30 field 60 900 cd";
+    let head = "light d  spot at 0,-1,4  aim 0,1,0  beam 20 field 30 9000 cd  moves";
+    let (mut show, _) = open(&SHOW.replace(spot, head));
+    for line in [
+        "goto 1",
+        "set d to 2, 2, 0",
+        &format!("set {KNOWN}"),
+        "picture -o known.exr --float",
+    ] {
+        show.execute(line).unwrap();
+    }
+    let known = levels(&show);
+    show.execute("release").unwrap();
+    show.execute("set d to 2, 2, 0").unwrap();
+    let said = told(&mut show, "solve known.exr");
+    assert!(off(&show, &known) < 1e-4, "{}\n{said}", off(&show, &known));
+    // Where it points elsewhere its light is another.
+    show.execute("release").unwrap();
+    let said = told(&mut show, "solve known.exr");
+    assert!(
+        off(&show, &known) > 1e-2 && !said.starts_with("known.exr: 0.00"),
+        "{said}"
+    );
+}
+
 /// Alpha says what counts: the right half of a sketch, white there, is transparent.
 #[test]
 fn what_is_transparent_does_not_count() {
