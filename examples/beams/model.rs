@@ -46,8 +46,9 @@ const MATERIALS: &[Material] = &[
     paint("grille", [0.12, 0.11, 0.10]),
 ];
 
-/// Lamps that hang, by X, Y and Z of their lens: the back truss, the front truss, the projectors.
-const HUNG: [[f64; 3]; 10] = [
+/// Lamps that hang, by X, Y and Z of their lens: the back truss, the front truss, the projectors, the
+/// moving heads.
+const HUNG: [[f64; 3]; 14] = [
     [-5.5, 4.4, 5.3],
     [-3.3, 4.4, 5.3],
     [-1.1, 4.4, 5.3],
@@ -58,6 +59,10 @@ const HUNG: [[f64; 3]; 10] = [
     [2.5, -3.5, 5.7],
     [-4.0, 1.0, 5.9],
     [4.0, 1.0, 5.9],
+    [-5.6, 1.0, 5.7],
+    [-1.8, 1.0, 5.7],
+    [1.8, 1.0, 5.7],
+    [5.6, 1.0, 5.7],
 ];
 /// X of the lamps that stand on the deck.
 const STANDING: [f64; 4] = [-6.0, -2.2, 2.2, 6.0];

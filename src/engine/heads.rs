@@ -4,19 +4,24 @@
 //! reflect ([`Timeline::bounced`](footlight_show::timeline::Timeline::bounced)); a frame is the image of
 //! its setting, blended as always, plus what [`Heads::add`] adds.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
-use super::Error;
 use super::compile::Compiled;
 use super::document::Document;
 use super::images::Images;
+use super::{Engine, Error};
+use crate::playback::Playback;
+use crate::pool::Pool;
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
 use footlight_show::geometry::Vec3;
 use footlight_show::model::{LightKind, Pose};
+use footlight_show::timeline::Segment;
 use footlight_show::units::Time;
 use footlight_stage::rig;
 use footlight_transport::Setup;
+use footlight_transport::contract::check_memory;
 use footlight_transport::moving::{HeadLight, Hung, MovingLights};
 
 /// What the heads of a show light from one view, found once.
@@ -136,5 +141,121 @@ impl Images {
             });
         }
         Ok(())
+    }
+}
+
+/// Frames of a show with heads as key images that are blended, for players that know no heads.
+struct Stepped<'a> {
+    document: &'a Document,
+    heads: Heads,
+    /// Coordinates of the show's own.
+    own: usize,
+    keys: Vec<Vec<f64>>,
+    images: Vec<Image>,
+    /// The number of the key of a setting and poses, by their bits.
+    known: HashMap<Vec<u64>, usize>,
+}
+
+impl Stepped<'_> {
+    fn key(
+        &mut self,
+        pool: &Pool,
+        setting: &[f64],
+        poses: &[Pose],
+        work: Work<'_>,
+    ) -> Result<usize, Error> {
+        let poses_of = poses.iter().flat_map(|p| [p.pan, p.tilt, p.beam, p.field]);
+        let bits = setting.iter().copied().chain(poses_of).map(f64::to_bits);
+        let bits: Vec<u64> = bits.collect();
+        if let Some(key) = self.known.get(&bits) {
+            return Ok(*key);
+        }
+        work.check()?;
+        let held = self.images.iter().map(|image| size_of_val(image.data()));
+        let (held, (width, height)) = (held.sum::<usize>(), pool.size());
+        let needed = held + width * height * size_of::<[f32; 3]>();
+        check_memory("frames with moving lights", needed, work.memory)?;
+        let mut image = pool.preview(setting, work)?;
+        self.heads.add(setting, poses, &mut image, work)?;
+        self.keys
+            .push(setting.iter().copied().take(self.own).collect());
+        self.images.push(image);
+        self.known.insert(bits, self.images.len() - 1);
+        Ok(self.images.len() - 1)
+    }
+
+    /// True where a lit head moves within a segment.
+    fn moves(&self, segment: &Segment, poses: [&[Pose]; 2]) -> bool {
+        let bounced = self.document.timeline().bounced();
+        let keys = self.document.keys().keys();
+        let is_lit = |head: usize| {
+            let own = bounced.iter().filter(|one| one.head == head);
+            let mut settings = segment.keys.iter().filter_map(|key| keys.get(*key));
+            let own: Vec<usize> = own.map(|one| one.coordinate).collect();
+            settings.any(|s| {
+                own.iter()
+                    .any(|c| s.get(*c).is_some_and(|light| *light != 0.0))
+            })
+        };
+        let [from, to] = poses;
+        let mut pairs = from.iter().zip(to).enumerate();
+        pairs.any(|(head, (from, to))| from != to && is_lit(head))
+    }
+}
+
+impl Engine {
+    /// The sequence with its heads as key images alone: while a lit head moves, `rate` frames a second,
+    /// blended; else its own keys. `None` without heads.
+    ///
+    /// # Errors
+    /// [`Error::NotRendered`], else as [`Engine::playback`].
+    pub fn stepped(&self, rate: f64, work: Work<'_>) -> Result<Option<Playback>, Error> {
+        let Some(heads) = self.heads() else {
+            return Ok(None);
+        };
+        let (document, estimate) = (&self.document, self.estimate());
+        let (pool, timeline) = (estimate.rendered()?, document.timeline());
+        let mut stepped = Stepped {
+            document,
+            heads,
+            own: document.show().coordinates().len(),
+            keys: Vec::new(),
+            images: Vec::new(),
+            known: HashMap::new(),
+        };
+        let mut segments = Vec::new();
+        for segment in document.keys().segments() {
+            let (start, end) = (segment.start(), segment.end());
+            let before = Time::nearest(end) - Time::from_micros(1);
+            let [from, to] = [Time::nearest(start), before].map(|time| timeline.poses(time));
+            if !stepped.moves(segment, [&from, &to]) {
+                let settings = segment.keys.iter();
+                let settings = settings.filter_map(|key| document.keys().keys().get(*key));
+                let keys = settings.map(|setting| stepped.key(pool, setting, &from, work));
+                let keys: Vec<usize> = keys.collect::<Result<_, _>>()?;
+                segments.push((start, end, keys));
+                continue;
+            }
+            let steps = ((end - start) * rate).ceil().max(1.0) as usize;
+            let at = |k: usize| start + (end - start) * k as f64 / steps as f64;
+            let mut key = |k: usize| {
+                let time = if k == steps {
+                    before
+                } else {
+                    Time::nearest(at(k))
+                };
+                let setting = document.keys().evaluate(time);
+                stepped.key(pool, &setting, &timeline.poses(time), work)
+            };
+            let mut last = key(0)?;
+            for k in 0..steps {
+                let next = key(k + 1)?;
+                segments.push((at(k), at(k + 1), vec![last, next]));
+                last = next;
+            }
+        }
+        let Stepped { keys, images, .. } = stepped;
+        let keys = document.keys().replaced(keys, segments.into_iter());
+        Ok(Playback::of(&keys, images))
     }
 }

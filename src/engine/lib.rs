@@ -462,21 +462,27 @@ impl Engine {
         self.with_heads(image, setting, poses)
     }
 
-    /// The image of each coordinate alone at full, as previews have it. The caller already
-    /// holds `held` bytes.
+    /// The image of each coordinate alone at full, as previews have it, with heads at home. The caller
+    /// already holds `held` bytes.
     ///
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered; on cancel.
     pub fn bank_images(&self, held: usize) -> Result<Vec<Image>, Error> {
         let pool = self.estimate().rendered()?;
-        let units = Pool::unit_settings(self.document.keys().coordinates());
+        let units = Pool::unit_settings(self.show().coordinates().len());
+        let (heads, home) = (self.heads(), self.document.home());
         let mut images = Vec::with_capacity(units.len());
         let work = self.work().holding(held);
         let bytes = units.len() * pool.size().0 * pool.size().1 * size_of::<[f32; 3]>();
         check_memory("a picture of each bank", bytes, work.memory)?;
         for (i, unit) in units.iter().enumerate() {
             work.check()?;
-            images.push(pool.preview(unit, work)?);
+            let setting = self.document.timeline().with_bounced(unit, &home);
+            let mut image = pool.preview(&setting, work)?;
+            if let Some(heads) = &heads {
+                heads.add(unit, &home, &mut image, work)?;
+            }
+            images.push(image);
             self.host.progress.report("banks", i + 1, units.len());
         }
         Ok(images)

@@ -22,12 +22,21 @@ const LEVELS: usize = 257;
 /// How densely the page gets a move of level and colour.
 const STEPS_A_SECOND: f64 = 8.0;
 const MOST_STEPS: usize = 400;
+/// Frames a second that the page has while heads move.
+const HEAD_FRAMES: f64 = 12.5;
 
 /// The page, and its description.
 pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String, String), Error> {
     let banks = engine.bank_images(playback.image_bytes())?;
+    let work = engine.work().holding(playback.image_bytes());
+    let stepped = engine.stepped(HEAD_FRAMES, work)?;
+    let playback = stepped.as_ref().unwrap_or(playback);
     let keys = playback.images();
-    let contents = contents(engine, (keys, &banks), tone);
+    let contents = Contents {
+        keys: playback.keys(),
+        has_heads: stepped.is_some(),
+        ..contents(engine, (keys, &banks), tone)
+    };
     let bank_bytes: usize = banks.iter().map(|image| size_of_val(image.data())).sum();
     let held = playback.image_bytes() + bank_bytes;
     let work = engine.work().holding(held);
@@ -68,6 +77,7 @@ pub fn contents<'a>(
         mixers: mixers(document),
         cues: cues(document, coordinates.len()),
         keys: document.keys(),
+        has_heads: false,
         pictures: keys.iter().collect(),
         banks: banks.iter().collect(),
         tone,

@@ -111,6 +111,8 @@ pub struct Contents<'a> {
     pub cues: Vec<Cue>,
     /// Its key settings and segments.
     pub keys: &'a KeySequence,
+    /// True where key images have what those of banks have not: they are never left out.
+    pub has_heads: bool,
     /// Pictures of the keys in their order.
     pub pictures: Vec<&'a Image>,
     /// Pictures that faders name, of the same size.
@@ -218,7 +220,7 @@ pub fn write(contents: &Contents<'_>, budget: usize, work: Work<'_>) -> Result<P
             }
             Err(estimate) => estimate,
         };
-        if !keys.is_empty() {
+        if !keys.is_empty() && !contents.has_heads {
             keys = &[];
             continue;
         }
@@ -415,6 +417,7 @@ mod tests {
             mixers: Vec::new(),
             cues: Vec::new(),
             keys: &keys,
+            has_heads: false,
             pictures: vec![image; 2],
             banks: vec![image],
             tone: tone(),

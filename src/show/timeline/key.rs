@@ -48,6 +48,31 @@ impl KeySequence {
         })
     }
 
+    /// Other keys and segments of the same show: each segment has its start and end in seconds and the
+    /// numbers of its keys, one more than its degree. Without gaps, in time.
+    #[must_use]
+    pub fn replaced(
+        &self,
+        keys: Vec<Vec<f64>>,
+        segments: impl Iterator<Item = (f64, f64, Vec<usize>)>,
+    ) -> KeySequence {
+        let segments = segments.map(|(start, end, keys)| Segment {
+            start: 1e6 * start,
+            end: 1e6 * end,
+            inserted: false,
+            degree: keys.len().saturating_sub(1),
+            keys,
+        });
+        KeySequence {
+            coordinates: keys.first().map_or(0, Vec::len),
+            control_points: keys.len(),
+            keys,
+            segments: segments.collect(),
+            inserted: 0,
+            joined: self.joined,
+        }
+    }
+
     /// How many coordinates a key has.
     pub fn coordinates(&self) -> usize {
         self.coordinates
