@@ -138,7 +138,9 @@ pub fn strength(show: &Show, bank: usize, setting: &[f64]) -> [f64; 3] {
     for (coordinate, light) in show.coordinates().iter().zip(setting) {
         if coordinate.bank == Some(bank) {
             let filter = filter(coordinate).filtered(white).0;
-            (0..3).for_each(|c| out[c] += light * filter[c]);
+            for (out, filter) in out.iter_mut().zip(filter) {
+                *out += light * filter;
+            }
         }
     }
     out

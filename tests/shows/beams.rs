@@ -56,7 +56,7 @@ fn the_set_can_be_drawn_and_shows_its_fronts() {
 }
 
 #[test]
-fn it_has_haze_twelve_spots_and_two_gobos_and_no_warning() {
+fn it_has_haze_twelve_spots_four_heads_and_two_gobos_and_no_warning() {
     let show = show();
     assert!(show.document().diagnostics().list.is_empty());
     let text = String::from_utf8(file("beams.lxq")).unwrap();
@@ -65,15 +65,16 @@ fn it_has_haze_twelve_spots_and_two_gobos_and_no_warning() {
     assert!(setup.scene.haze.is_some() && !setup.scene.is_cut());
     assert_eq!(setup.scene.haze, show.show().haze);
     let lights = show.show().lights.iter();
-    let [mut spots, mut projections] = [0; 2];
+    let [mut spots, mut heads, mut projections] = [0; 3];
     for light in lights {
         match &light.kind {
+            LightKind::Spot(_) if light.head.is_some() => heads += 1,
             LightKind::Spot(_) => spots += 1,
             LightKind::Projection { .. } => projections += 1,
             other => unreachable!("{other:?}"),
         }
     }
-    assert_eq!((spots, projections), (12, 2));
+    assert_eq!((spots, heads, projections), (12, 4, 2));
     let hung = show.show().banks.iter().flat_map(|b| &b.lights).count();
     assert_eq!(hung, show.show().lights.len());
 }

@@ -38,9 +38,12 @@ pub struct Shot {
     pub(crate) from: FromView,
 }
 
+/// The light of a picture: a setting, and the poses of heads.
+pub type Look = (Vec<f64>, Vec<Pose>);
+
 impl Shot {
-    /// The picture, its setting, and which one it is.
-    pub fn image(&self, repl: &mut Repl) -> Result<(Image, (Vec<f64>, Vec<Pose>), String), Error> {
+    /// The picture, its light, and which one it is.
+    pub fn image(&self, repl: &mut Repl) -> Result<(Image, Look, String), Error> {
         let now = repl.live.time();
         let complete = self.cue.map(|cue| Moment::Cue(cue, None));
         let said = self.at.map(Moment::Time).or(complete);
