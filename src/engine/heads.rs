@@ -12,7 +12,6 @@ use super::document::Document;
 use super::images::Images;
 use super::{Engine, Error};
 use crate::playback::Playback;
-use crate::pool::Pool;
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
 use footlight_show::geometry::Vec3;
@@ -157,9 +156,10 @@ struct Stepped<'a> {
 }
 
 impl Stepped<'_> {
+    /// The number of the key of a setting and poses; `image` is what it has without heads.
     fn key(
         &mut self,
-        pool: &Pool,
+        image: impl FnOnce() -> Image,
         setting: &[f64],
         poses: &[Pose],
         work: Work<'_>,
@@ -171,11 +171,9 @@ impl Stepped<'_> {
             return Ok(*key);
         }
         work.check()?;
-        let held = self.images.iter().map(|image| size_of_val(image.data()));
-        let (held, (width, height)) = (held.sum::<usize>(), pool.size());
-        let needed = held + width * height * size_of::<[f32; 3]>();
+        let mut image = image();
+        let needed = (self.images.len() + 1) * size_of_val(image.data());
         check_memory("frames with moving lights", needed, work.memory)?;
-        let mut image = pool.preview(setting, work)?;
         self.heads.add(setting, poses, &mut image, work)?;
         self.keys
             .push(setting.iter().copied().take(self.own).collect());
@@ -208,13 +206,18 @@ impl Engine {
     /// blended; else its own keys. `None` without heads.
     ///
     /// # Errors
-    /// [`Error::NotRendered`], else as [`Engine::playback`].
-    pub fn stepped(&self, rate: f64, work: Work<'_>) -> Result<Option<Playback>, Error> {
-        let Some(heads) = self.heads() else {
+    /// Where memory does not hold them; on cancel.
+    pub fn stepped(
+        &self,
+        playback: &Playback,
+        rate: f64,
+        work: Work<'_>,
+    ) -> Result<Option<Playback>, Error> {
+        let Some(heads) = playback.heads().cloned() else {
             return Ok(None);
         };
-        let (document, estimate) = (&self.document, self.estimate());
-        let (pool, timeline) = (estimate.rendered()?, document.timeline());
+        let document = &self.document;
+        let timeline = document.timeline();
         let mut stepped = Stepped {
             document,
             heads,
@@ -229,9 +232,11 @@ impl Engine {
             let before = Time::nearest(end) - Time::from_micros(1);
             let [from, to] = [Time::nearest(start), before].map(|time| timeline.poses(time));
             if !stepped.moves(segment, [&from, &to]) {
-                let settings = segment.keys.iter();
-                let settings = settings.filter_map(|key| document.keys().keys().get(*key));
-                let keys = settings.map(|setting| stepped.key(pool, setting, &from, work));
+                let settings = document.keys().keys();
+                let own = segment.keys.iter();
+                let own = own.filter_map(|key| settings.get(*key).zip(playback.images().get(*key)));
+                let keys =
+                    own.map(|(setting, image)| stepped.key(|| image.clone(), setting, &from, work));
                 let keys: Vec<usize> = keys.collect::<Result<_, _>>()?;
                 segments.push((start, end, keys));
                 continue;
@@ -245,7 +250,12 @@ impl Engine {
                     Time::nearest(at(k))
                 };
                 let setting = document.keys().evaluate(time);
-                stepped.key(pool, &setting, &timeline.poses(time), work)
+                stepped.key(
+                    || playback.blended(time),
+                    &setting,
+                    &timeline.poses(time),
+                    work,
+                )
             };
             let mut last = key(0)?;
             for k in 0..steps {

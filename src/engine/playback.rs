@@ -132,6 +132,13 @@ impl Playback {
 
     /// The light of a frame; times outside the sequence show its first and last look.
     pub fn frame(&self, time: Time) -> Image {
+        let mut out = self.blended(time);
+        self.add_heads(time, &mut out);
+        out
+    }
+
+    /// A frame without the light of heads that no key image has.
+    pub(crate) fn blended(&self, time: Time) -> Image {
         let mut out = Image::new(self.size.0, self.size.1);
         let (index, t) = self.keys.segment_at(time);
         if let Some(segment) = self.keys.segments().get(index) {
@@ -139,7 +146,6 @@ impl Playback {
             self.floats(segment)
                 .blend(factors, Target::Light(out.data_mut()), 1);
         }
-        self.add_heads(time, &mut out);
         out
     }
 

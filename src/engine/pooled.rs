@@ -72,6 +72,12 @@ impl UnlitBank {
         let show = document.show();
         let coordinates = show.coordinates();
         let mut lit = vec![peaks.is_empty(); show.banks.len()];
+        // The direct light of heads is in no image.
+        for (_, _, bank) in show.heads() {
+            if let Some(lit) = lit.get_mut(bank) {
+                *lit = true;
+            }
+        }
         for (coordinate, peak) in coordinates.iter().zip(&peaks) {
             if let Some(lit) = coordinate.bank.and_then(|bank| lit.get_mut(bank)) {
                 *lit |= *peak > UNSEEN * brightest;

@@ -23,13 +23,13 @@ const LEVELS: usize = 257;
 const STEPS_A_SECOND: f64 = 8.0;
 const MOST_STEPS: usize = 400;
 /// Frames a second that the page has while heads move.
-const HEAD_FRAMES: f64 = 12.5;
+const HEAD_FRAMES: f64 = 10.0;
 
 /// The page, and its description.
 pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String, String), Error> {
     let banks = engine.bank_images(playback.image_bytes())?;
     let work = engine.work().holding(playback.image_bytes());
-    let stepped = engine.stepped(HEAD_FRAMES, work)?;
+    let stepped = engine.stepped(playback, HEAD_FRAMES, work)?;
     let playback = stepped.as_ref().unwrap_or(playback);
     let keys = playback.images();
     let contents = Contents {

@@ -42,8 +42,8 @@ const EVEN: f64 = 0.12;
 const MOST_PARTS: usize = 8;
 /// Side of the squares of pixels that are left out together.
 const TILE: usize = 8;
-/// Nodes along a ray of sight in haze, as at step 2.
-const NODES: usize = 16;
+/// Nodes along a ray of sight in haze, as at step 1: a frame must be fast.
+const NODES: usize = 8;
 const SEED: u32 = 0x4ead;
 
 /// A head at a moment: its number among the positions, its light in its pose, and the strength of each

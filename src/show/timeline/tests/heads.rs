@@ -65,9 +65,9 @@ fn heads_aim_each_by_itself_and_turn_linearly() {
     assert!(knots.windows(2).all(|pair| pair[0] < pair[1]));
     let known = [11.0, 15.0, 20.0].map(seconds);
     assert!(known.iter().all(|knot| knots.contains(knot)), "{knots:?}");
-    // Settings are those of banks and the fixed light alone.
-    assert_eq!(timeline.coordinates(), 3);
-    assert_eq!(timeline.evaluate(seconds(5.0)), [0.0, 0.8, 1.0]);
+    // Behind the settings of banks and the fixed light is the light of heads that surfaces reflect.
+    assert_eq!(timeline.coordinates(), 3 + timeline.bounced().len());
+    assert_eq!(timeline.evaluate(seconds(5.0))[..3], [0.0, 0.8, 1.0]);
     let levels = timeline.levels(seconds(30.0));
     assert_eq!(levels.len(), 11);
     assert_eq!(show.pose_of(&levels, 0), pose);
