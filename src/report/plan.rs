@@ -129,6 +129,13 @@ pub fn describe(plan: &PlanReport) -> String {
         count(plan.keys.len(), "key"),
         plan.rank
     );
+    if plan.head_poses > 0 {
+        let _ = writeln!(
+            text,
+            "moving heads: {} of the light that surfaces reflect, in poses that all others are mixed of",
+            count(plan.head_poses, "picture")
+        );
+    }
     let pictures = count(plan.used, "refined picture");
     let mut predicted = plan.predicted.iter();
     let is_reached = predicted.any(|step| {

@@ -18,6 +18,9 @@ pub struct PlanReport {
     pub banks: Vec<BankReport>,
     /// Names of a setting's numbers, in order.
     pub coordinates: Vec<String>,
+    /// Coordinates behind them: poses of heads whose reflected light is rendered.
+    #[serde(skip_serializing_if = "is_none")]
+    pub head_poses: usize,
     /// The segments in time.
     pub segments: Vec<SegmentReport>,
     /// The key settings.
@@ -132,6 +135,10 @@ pub enum LeftOut {
     OneQuality,
 }
 
+fn is_none(count: &usize) -> bool {
+    *count == 0
+}
+
 impl Plan {
     /// The plan of `keys`, which were made from `show`, as data to be written.
     ///
@@ -155,6 +162,7 @@ impl Plan {
         };
         let predicted = self.predicted.iter().enumerate();
         Ok(PlanReport {
+            head_poses: keys.coordinates().saturating_sub(coordinates.len()),
             show: show.title.clone(),
             banks,
             segments: keys.segments().iter().map(segment).collect(),
