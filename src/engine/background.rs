@@ -244,6 +244,7 @@ impl Engine {
             return Err(Error::NoBackground);
         }
         let wanted = self.seen(wanted.into())?;
+        self.images.find_heads(&self.document, self.host.work())?;
         self.estimate_of(&wanted).rendering()?;
         self.background = Some(BackgroundRefinement {
             refiner: Refiner::new(wanted, Extent::Goal, self.now()),

@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use super::compile::Compiled;
 use super::document::Document;
+use super::estimate::Estimate;
 use super::images::Images;
 use super::{Engine, Error};
 use crate::playback::Playback;
@@ -109,6 +110,27 @@ fn hung(document: &Document) -> Vec<Hung> {
             }
         })
         .collect()
+}
+
+/// The heads of a show are not known from a view.
+pub(super) struct Unseen;
+
+impl Estimate<'_> {
+    /// The heads as the view of these images sees them; `None` in a show without heads.
+    pub(super) fn heads_seen(&self) -> Result<Option<Heads>, Unseen> {
+        if self.document.show().heads().is_empty() {
+            return Ok(None);
+        }
+        let view = |setup: &Setup| setup.view.clone();
+        let own = self
+            .rendering()
+            .ok()
+            .map(|rendering| view(&rendering.setup));
+        if own != self.document.setup().map(view) {
+            return Err(Unseen);
+        }
+        self.images.heads(self.document).map(Some).ok_or(Unseen)
+    }
 }
 
 impl Images {

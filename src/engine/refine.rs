@@ -14,7 +14,6 @@ impl Engine {
     /// # Errors
     /// [`Error::NoSetup`], else what rendering says.
     pub fn coarse(&mut self) -> Result<(), Error> {
-        self.images.find_heads(&self.document, self.host.work())?;
         self.coarse_for(Goal::count(0)).map(|_| ())
     }
 
@@ -48,6 +47,7 @@ impl Engine {
     /// A refiner whose choice of a way knows how fast this machine is; the first images of a goal that is
     /// measured are no choice.
     fn refiner(&mut self, wanted: Refinement, extent: Extent) -> Result<Refiner, Error> {
+        self.images.find_heads(&self.document, self.host.work())?;
         let estimate = self.estimate_of(&wanted);
         estimate.rendering()?;
         let has_choice = !(extent == Extent::Coarse

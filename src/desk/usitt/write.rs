@@ -23,7 +23,15 @@ const KINDS: [u32; 2] = [90_002, 90_001];
 /// # Errors
 /// Where the cues make no timeline, or on cancel.
 pub fn write(show: &Show, timeline: &Timeline, work: Work<'_>) -> Result<Carried, ExportError> {
-    let moves = cue_moves(show)?;
+    let mut moves = cue_moves(show)?;
+    let first_pose = show.first_pose();
+    let turning = moves
+        .iter()
+        .filter(|all| all.iter().any(|one| one.parameter >= first_pose));
+    let turning = turning.count();
+    for all in &mut moves {
+        all.retain(|one| one.parameter < first_pose);
+    }
     let mut writer = Writer {
         show,
         timeline,
@@ -34,6 +42,11 @@ pub fn write(show: &Show, timeline: &Timeline, work: Work<'_>) -> Result<Carried
         losses: Vec::new(),
     };
     writer.channels();
+    if turning > 0 {
+        let cues = if turning == 1 { "cue" } else { "cues" };
+        let what = format!("pan, tilt and zoom of moving heads, in {turning} {cues}");
+        writer.losses.push(Loss::new(what));
+    }
     writer.head();
     writer.selections();
     for (index, (cue, moves)) in show.cues.iter().zip(&moves).enumerate() {

@@ -11,6 +11,7 @@ use serde::Serialize;
 
 use super::difference::away_from;
 use crate::estimate::Estimate;
+use crate::heads::Unseen;
 use crate::rendering::SetupImages;
 use crate::{Document, Engine, Error};
 use footlight_host::work::Work;
@@ -129,7 +130,10 @@ pub fn measure_worst(engine: &Engine) -> Result<Option<MeasuredMoment>, Error> {
     let setting = engine.document.setting(worst.time);
     let mut image = estimate.rendered()?.preview(&setting, engine.work())?;
     let poses = engine.document.timeline().poses(worst.time);
-    if let Some(heads) = engine.images.heads(&engine.document) {
+    let Ok(heads) = estimate.heads_seen() else {
+        return Ok(None);
+    };
+    if let Some(heads) = heads {
         heads.add(&setting, &poses, &mut image, engine.work())?;
     }
     let found = match measure(engine, &image, (&setting, &poses), EFFORT) {
@@ -182,7 +186,11 @@ impl MeasureJob {
         let pool = estimate.rendered()?;
         let (rendering, quality) = (estimate.rendering()?, estimate.coarse_steps()[1]);
         let document = estimate.document;
-        let heads = estimate.images.heads(document);
+        let heads = match estimate.heads_seen() {
+            Ok(heads) => heads,
+            // Their light from this view is not known.
+            Err(Unseen) => return Ok(MeasureJob::of_nothing(rendering, quality)),
+        };
         let with_picture = |(cue, time)| {
             let setting = document.setting(time);
             let mut image = pool.preview(&setting, work)?;
@@ -205,6 +213,15 @@ impl MeasureJob {
             effort,
             moments: moments.collect::<Result<_, _>>()?,
         })
+    }
+
+    fn of_nothing(rendering: &SetupImages, quality: Quality) -> MeasureJob {
+        MeasureJob {
+            setup: rendering.setup.clone(),
+            quality,
+            effort: 1,
+            moments: Vec::new(),
+        }
     }
 
     /// Measures. Empty where nothing can be measured.

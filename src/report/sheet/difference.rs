@@ -267,7 +267,7 @@ fn parts((old, was): (&Show, &Cue), (new, now): (&Show, &Cue), go: Time) -> Vec<
     let mut out = Vec::new();
     let (before, after) = (moves(old, was), moves(new, now));
     for (
-        name,
+        key @ (name, _),
         Moved {
             part,
             words,
@@ -276,7 +276,7 @@ fn parts((old, was): (&Show, &Cue), (new, now): (&Show, &Cue), go: Time) -> Vec<
     ) in &after
     {
         let at = clock(go + part.delay);
-        match before.get(name) {
+        match before.get(key) {
             None => out.push(format!("{words} added at {at}")),
             Some(was) if was.words != *words => {
                 let now = words.strip_prefix(&format!("{name} ")).unwrap_or(words);
@@ -297,7 +297,7 @@ fn parts((old, was): (&Show, &Cue), (new, now): (&Show, &Cue), go: Time) -> Vec<
             Some(_) => {}
         }
     }
-    for (_, was) in before.iter().filter(|(name, _)| !after.contains_key(*name)) {
+    for (_, was) in before.iter().filter(|(key, _)| !after.contains_key(*key)) {
         out.push(format!("{} removed", was.words));
     }
     let (before, after) = (effects(old, was), effects(new, now));
@@ -347,8 +347,9 @@ struct Moved<'s> {
     place: Option<Vec3>,
 }
 
-/// What each bank and each head does in a cue.
-fn moves<'s>(show: &'s Show, cue: &'s Cue) -> BTreeMap<&'s str, Moved<'s>> {
+/// What each bank and each head does in a cue, by name; of a head that does several things, each by its
+/// first axis.
+fn moves<'s>(show: &'s Show, cue: &'s Cue) -> BTreeMap<(&'s str, Option<Axis>), Moved<'s>> {
     let (first, heads) = (show.first_parameters(), pose::heads(show));
     let mut out = BTreeMap::new();
     for part in &cue.parts {
@@ -356,7 +357,7 @@ fn moves<'s>(show: &'s Show, cue: &'s Cue) -> BTreeMap<&'s str, Moved<'s>> {
             if let (Some(of), Some(start)) = (show.banks.get(bank), first.get(bank)) {
                 let words = motion(of, *start, &moves);
                 let place = None;
-                out.insert(of.name.as_str(), Moved { part, words, place });
+                out.insert((of.name.as_str(), None), Moved { part, words, place });
             }
         }
         for (index, axes, pose) in pose::turned(show, &part.moves) {
@@ -365,7 +366,8 @@ fn moves<'s>(show: &'s Show, cue: &'s Cue) -> BTreeMap<&'s str, Moved<'s>> {
                 let words = format!("{name} {}", moving.words(show, pose, &axes));
                 let both = axes.contains(&Axis::Pan) && axes.contains(&Axis::Tilt);
                 let place = moving.place(show, pose).filter(|_| both);
-                out.insert(name, Moved { part, words, place });
+                let first = axes.first().copied();
+                out.insert((name, first), Moved { part, words, place });
             }
         }
     }

@@ -322,6 +322,21 @@ fn a_difference_says_how_far_a_head_is_aimed() {
             "cue 3: mh1 pan 30 tilt -20 beam 6 -> pan 0 tilt -25 beam 6 at 0:20, 0.9 m further right, 0.8 m further downstage"
         ]
     );
+    // Two lines for one head, each with times of its own.
+    let two = |aim: &str| {
+        let lines = format!("mh1 to {aim}  time 2\n mh1 beam 5 field 8  time 1");
+        HEADS.replace("mh1 to house  time 3", &lines)
+    };
+    let found_of_two = difference(&version(&two("house")), &version(&two("band")));
+    let lines: Vec<String> = found_of_two
+        .changes
+        .iter()
+        .map(ToString::to_string)
+        .collect();
+    assert!(
+        lines.len() == 1 && lines[0].contains("-> to band"),
+        "{lines:?}"
+    );
     assert_eq!(
         found("mh1 to house  time 3", "mh1 to house  time 4"),
         ["cue 2: mh1 time 3 -> 4"]

@@ -217,7 +217,7 @@ impl<'a> Lower<'a, '_> {
         for (name, own, id, first) in found {
             let (message, there, label) = match first {
                 Some(first) => (
-                    format!("the head `{name}` is in two places"),
+                    format!("the head `{name}` is in two banks"),
                     first,
                     "and here",
                 ),
