@@ -268,7 +268,7 @@ impl MovingLights {
                 let facet = &self.surfaces.facets[place.facet as usize];
                 let receiver = Receiver::new(facet, place.point, self.offset);
                 let lit = heads.iter();
-                let lit = lit.map(|head| share * self.from_point(receiver, head.position));
+                let lit = lit.map(|head| share * self.irradiance(receiver, head.position));
                 let lit: Vec<f64> = lit.collect();
                 let lights = lit.iter().take(64).enumerate();
                 let by = lights.fold(0, |by, (i, lit)| by | u64::from(*lit > 0.0) << i);
@@ -334,7 +334,7 @@ impl MovingLights {
     }
 
     /// Irradiance of one candela from a point.
-    fn from_point(&self, at: Receiver, position: Vec3) -> f64 {
+    fn irradiance(&self, at: Receiver, position: Vec3) -> f64 {
         let d = position - at.point;
         let square = d.dot(d);
         let cosine = at.normal.dot(d);
