@@ -9,7 +9,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{Engine, Error};
+use super::{Engine, Error, frame};
 use crate::pool::Pool;
 use footlight_host::work::Work;
 use footlight_picture::Image;
@@ -85,6 +85,17 @@ impl Engine {
     /// The exposure, in stops, of the whole sequence as the pool shows it.
     fn auto_exposure(&mut self) -> Result<f64, Error> {
         self.coarse()?;
+        if let Some(heads) = self.heads() {
+            let (document, work) = (&self.document, self.work());
+            let pool = self.estimate().rendered()?;
+            let mut brightest = 0.0_f64;
+            for time in document.exposed() {
+                let (setting, poses) = (document.setting(time), document.timeline().poses(time));
+                let image = frame((pool, Some(&heads)), &setting, &poses, work)?;
+                brightest = brightest.max(tone::bright_light(&image));
+            }
+            return Ok(tone::exposure(brightest));
+        }
         let old = self.exposure.brightness.take();
         let pool = self.estimate().rendered()?;
         let kept = old.filter(|b| b.is_of(pool));
@@ -100,20 +111,8 @@ impl Engine {
             };
             known.insert(bits, light);
         }
-        let mut brightest = known.values().copied().fold(0.0, f64::max);
+        let brightest = known.values().copied().fold(0.0, f64::max);
         brightness.known = known;
-        let heads = self.images.heads(&self.document);
-        if let Some(heads) = heads {
-            brightest = 0.0;
-            for time in self.document.exposed() {
-                let mut image = self
-                    .estimate()
-                    .rendered()?
-                    .preview(&self.document.setting(time), work)?;
-                heads.add_at(time, &mut image, work)?;
-                brightest = brightest.max(tone::bright_light(&image));
-            }
-        }
         self.exposure.brightness = Some(brightness);
         Ok(tone::exposure(brightest))
     }

@@ -13,6 +13,7 @@ use super::estimate::Estimate;
 use super::images::Images;
 use super::{Engine, Error};
 use crate::playback::Playback;
+use crate::pool::Pool;
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
 use footlight_show::geometry::Vec3;
@@ -24,12 +25,19 @@ use footlight_transport::Setup;
 use footlight_transport::contract::check_memory;
 use footlight_transport::moving::{HeadLight, Hung, MovingLights};
 
-/// What the heads of a show light from one view, found once.
+/// The light that heads can throw on what one view shows, found once.
 #[derive(Clone, Debug)]
 pub(super) struct Lit {
     setup: Setup,
     hung: Vec<Hung>,
     lights: Arc<MovingLights>,
+}
+
+impl Lit {
+    /// Bytes, about.
+    pub(super) fn bytes(&self) -> usize {
+        self.lights.bytes()
+    }
 }
 
 /// The heads of a show as seen from one view.
@@ -64,24 +72,19 @@ impl Heads {
         self.lights.add(&self.shining(setting, poses), image, work)
     }
 
-    /// Bytes, about.
-    pub fn bytes(&self) -> usize {
-        self.lights.bytes()
-    }
-
     fn shining(&self, setting: &[f64], poses: &[Pose]) -> Vec<HeadLight> {
         let Some(loaded) = &self.compiled.loaded else {
             return Vec::new();
         };
         let show = &self.compiled.version.show;
         let mut out = Vec::new();
-        for (head, ((.., bank), pose)) in show.heads().into_iter().zip(poses).enumerate() {
+        for (head, ((light, _, bank), pose)) in show.heads().into_iter().zip(poses).enumerate() {
             let strength = rig::strength(show, bank, setting);
-            if strength == [0.0; 3] {
+            let Some(light) = show.lights.get(light).filter(|_| strength != [0.0; 3]) else {
                 continue;
-            }
-            let lights = loaded.head_lights(show, head, *pose);
-            out.extend(lights.into_iter().map(|light| HeadLight {
+            };
+            let lights = loaded.posed(light, *pose).into_iter();
+            out.extend(lights.map(|light| HeadLight {
                 head,
                 light,
                 strength,
@@ -89,6 +92,23 @@ impl Heads {
         }
         out
     }
+}
+
+/// The image of a setting from a pool as it stands, with the light of heads in these poses.
+///
+/// # Errors
+/// [`Error::Plan`] for another number of coordinates; on cancel.
+pub fn frame(
+    (pool, heads): (&Pool, Option<&Heads>),
+    setting: &[f64],
+    poses: &[Pose],
+    work: Work<'_>,
+) -> Result<Image, Error> {
+    let mut image = pool.preview(setting, work)?;
+    if let Some(heads) = heads {
+        heads.add(setting, poses, &mut image, work)?;
+    }
+    Ok(image)
 }
 
 /// Where the heads of a show hang, and how narrow they get in it.

@@ -33,7 +33,7 @@ pub struct Images {
     views: BTreeMap<ViewName, ViewImages>,
     /// How long things take here against what the operator predicts.
     pub(super) pace: Pace,
-    /// What heads light.
+    /// The light that heads can throw.
     pub(super) lit: Option<Lit>,
 }
 
@@ -135,8 +135,9 @@ impl Images {
     /// are made of others for a while.
     pub(super) fn work<'h>(&self, host: &'h Host) -> Work<'h> {
         let renderings = self.views.values().map(|v| &v.rendering);
+        let lit = self.lit.as_ref().map_or(0, Lit::bytes);
         let held = renderings.map(|r| r.operator_bytes() + r.image_bytes() + r.working_bytes());
         host.work()
-            .holding(held.sum::<usize>() + self.cache.bytes())
+            .holding(held.sum::<usize>() + self.cache.bytes() + lit)
     }
 }

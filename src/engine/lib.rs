@@ -84,7 +84,7 @@ pub use self::forecast::{Forecast, NextImage};
 pub use self::goal::{
     Ended, Goal, Refinement, RefinementSummary, Step, TooLarge, Warning, Way, WorstMoment,
 };
-pub use self::heads::Heads;
+pub use self::heads::{Heads, frame};
 pub use self::host::{Background, Host, POOL_LIMIT, PoolPlace};
 pub use self::images::Images;
 pub use self::limit::TimedCall;
@@ -469,23 +469,34 @@ impl Engine {
     /// [`Error::NotRendered`] before the coarse images are rendered; on cancel.
     pub fn bank_images(&self, held: usize) -> Result<Vec<Image>, Error> {
         let pool = self.estimate().rendered()?;
-        let units = Pool::unit_settings(self.show().coordinates().len());
-        let (heads, home) = (self.heads(), self.document.home());
-        let mut images = Vec::with_capacity(units.len());
+        let count = self.show().coordinates().len();
         let work = self.work().holding(held);
-        let bytes = units.len() * pool.size().0 * pool.size().1 * size_of::<[f32; 3]>();
+        let bytes = count * pool.size().0 * pool.size().1 * size_of::<[f32; 3]>();
         check_memory("a picture of each bank", bytes, work.memory)?;
+        let mut images = Vec::with_capacity(count);
+        self.each_bank(&self.document.home(), work, |image| images.push(image))?;
+        Ok(images)
+    }
+
+    /// Makes the image of each coordinate alone at full, with heads in these poses, one after the other.
+    ///
+    /// # Errors
+    /// As [`Engine::bank_images`].
+    fn each_bank(
+        &self,
+        poses: &[Pose],
+        work: Work<'_>,
+        mut each: impl FnMut(Image),
+    ) -> Result<(), Error> {
+        let (pool, heads) = (self.estimate().rendered()?, self.heads());
+        let units = Pool::unit_settings(self.show().coordinates().len());
         for (i, unit) in units.iter().enumerate() {
             work.check()?;
-            let setting = self.document.timeline().with_bounced(unit, &home);
-            let mut image = pool.preview(&setting, work)?;
-            if let Some(heads) = &heads {
-                heads.add(unit, &home, &mut image, work)?;
-            }
-            images.push(image);
+            let setting = self.document.timeline().with_bounced(unit, poses);
+            each(frame((pool, heads.as_ref()), &setting, poses, work)?);
             self.host.progress.report("banks", i + 1, units.len());
         }
-        Ok(images)
+        Ok(())
     }
 
     /// All that is rendered.

@@ -15,7 +15,7 @@ use footlight_show::geometry::solid::Solid;
 use footlight_show::geometry::{Vec3, bounds, vec3};
 use footlight_show::lang::SpanMap;
 use footlight_show::model::{self as show, Show};
-use footlight_show::model::{ImageFile, Pose};
+use footlight_show::model::{ImageFile, Luminaire, Pose};
 use footlight_show::timeline::Bounced;
 use footlight_show::units::Rgb;
 use footlight_stage::import;
@@ -115,29 +115,18 @@ impl Loaded {
         if bounced.is_empty() {
             return Ok(());
         }
-        let mut rig = Rig::clone(&self.setup.rig);
-        let Loaded {
-            images,
-            luminaires,
-            setup,
-            ..
-        } = &*self;
-        let scene = &setup.scene;
+        let (mut rig, scene) = (Rig::clone(&self.setup.rig), &self.setup.scene);
+        let (images, luminaires) = (&self.images, &self.luminaires);
         rig::add_bounced(&mut rig, (show, bounced), scene, images, luminaires)
             .map_err(|error| diagnostics::of_rig(&error, scene, spans))?;
         self.setup.rig = Arc::new(rig);
         Ok(())
     }
 
-    /// A head in a pose.
-    pub fn head_lights(&self, show: &Show, head: usize, pose: Pose) -> Vec<Light> {
-        let Loaded {
-            images,
-            luminaires,
-            setup,
-            ..
-        } = self;
-        let lights = rig::head_lights(show, (head, pose), &setup.scene, images, luminaires);
+    /// A light with a head in a pose.
+    pub fn posed(&self, light: &Luminaire, pose: Pose) -> Vec<Light> {
+        let scene = &self.setup.scene;
+        let lights = rig::posed(light, pose, scene, &self.images, &self.luminaires);
         // The light has been read in one pose already.
         lights.unwrap_or_default()
     }
@@ -148,17 +137,11 @@ impl Loaded {
     /// # Errors
     /// A light that does not fit.
     pub fn standing(&self, show: &Show, poses: &[Pose]) -> Result<Setup, Vec<RigError>> {
-        let Loaded {
-            images,
-            luminaires,
-            setup,
-            ..
-        } = self;
         let show = rig::standing(show, poses);
-        let rig = rig::rig_with(&show, &setup.scene, images, luminaires)?;
+        let rig = rig::rig_with(&show, &self.setup.scene, &self.images, &self.luminaires)?;
         Ok(Setup {
             rig: Arc::new(rig),
-            ..setup.clone()
+            ..self.setup.clone()
         })
     }
 

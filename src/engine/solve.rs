@@ -22,7 +22,6 @@ use footlight_show::timeline;
 use footlight_transport::seen::Hidden;
 
 use super::{Document, Engine, Error, LiveControl};
-use crate::pool::Pool;
 use footlight_picture::Image;
 
 pub use self::lux::{Illuminance, illuminance};
@@ -89,7 +88,7 @@ pub struct SolvedBank {
     pub level: [f64; 2],
     /// The light of its emitters at full level after, if it is an rgb bank.
     pub colour: Vec<f64>,
-    /// What differs while this bank alone stays as it stood, as a share of what is to be met.
+    /// The difference that is left while this bank alone stays as it stood, as a share of what is to be met.
     pub without: f64,
     /// False where its light is nowhere in the view.
     pub is_seen: bool,
@@ -153,7 +152,7 @@ fn unknowns(
                 stood,
             });
         };
-        let own = coordinates(show, index);
+        let own = show.coordinates_of(index);
         if bank.rgb && keep_colours {
             let parts = own
                 .into_iter()
@@ -181,27 +180,14 @@ fn lights<T>(
     live: &LiveControl,
     each: impl Fn(Image) -> T,
 ) -> Result<(Vec<T>, Vec<f64>), Error> {
-    let (poses, mut stood) = (
-        live.poses(engine.document()),
-        live.setting(engine.document()),
-    );
-    let units = Pool::unit_settings(engine.show().coordinates().len());
-    stood.truncate(units.len());
-    let mut lights = Vec::with_capacity(units.len());
-    for unit in units {
-        engine.work().check()?;
-        let setting = engine.document().timeline().with_bounced(&unit, &poses);
-        lights.push(each(engine.picture_with(&setting, &poses)?));
-    }
+    engine.coarse()?;
+    let document = engine.document();
+    let mut stood = live.setting(document);
+    stood.truncate(document.show().coordinates().len());
+    let mut lights = Vec::with_capacity(stood.len());
+    let poses = live.poses(document);
+    engine.each_bank(&poses, engine.work(), |image| lights.push(each(image)))?;
     Ok((lights, stood))
-}
-
-/// The coordinates of a bank.
-fn coordinates(show: &Show, bank: usize) -> Vec<usize> {
-    let all = show.coordinates().into_iter().enumerate();
-    all.filter(|(_, c)| c.bank == Some(bank))
-        .map(|(i, _)| i)
-        .collect()
 }
 
 /// The light of a bank at a level.
@@ -279,9 +265,9 @@ fn solved(
     };
     let banks = show.banks.iter().zip(show.first_parameters()).enumerate();
     for (index, (bank, first)) in banks.filter(|(index, _)| asked(*index)) {
-        let (own, factor) = (coordinates(show, index), live.factor(document, index));
-        let is_seen = factor > 0.0 && own.iter().any(|i| seen[*i]);
-        let light: Vec<f64> = own.iter().map(|i| settings[*i] / factor).collect();
+        let (own, factor) = (show.coordinates_of(index), live.factor(document, index));
+        let is_seen = factor > 0.0 && own.clone().any(|i| seen[i]);
+        let light: Vec<f64> = own.clone().map(|i| settings[i] / factor).collect();
         let stood = &standing[first..first + if bank.rgb { 4 } else { 1 }];
         let level = match is_seen {
             true => levels(show, bank, &light, stood),
@@ -298,7 +284,7 @@ fn solved(
             }
         }
         let mut without = settings.clone();
-        own.iter().for_each(|i| without[*i] = squares.stood[*i]);
+        own.for_each(|i| without[i] = squares.stood[i]);
         if tied.contains(&index) {
             solved.tied.push(bank.name.clone());
         }

@@ -153,11 +153,8 @@ fn write_cues(
     let heads = engine.heads();
     let light_at = |time: Time| -> Result<Image, engine::Error> {
         let Some(player) = &player else {
-            let mut light = pool.preview(&timeline.evaluate(time), Work::silent())?;
-            if let Some(heads) = &heads {
-                heads.add_at(time, &mut light, Work::silent())?;
-            }
-            return Ok(light);
+            let (setting, poses) = (timeline.evaluate(time), timeline.poses(time));
+            return engine::frame((pool, heads.as_ref()), &setting, &poses, Work::silent());
         };
         let mut light = Image::new(width, height);
         player.light(time, &mut light);

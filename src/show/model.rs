@@ -20,6 +20,8 @@ pub use self::haze::Haze;
 pub use self::head::{Axis, Head, Pose};
 pub use self::light::{ImageFile, ImportedLuminaire, LightKind, Luminaire, Output, Spot, Strength};
 
+use std::ops::Range;
+
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::Solid;
 use crate::geometry::{self, Place, Vec3};
@@ -536,9 +538,14 @@ impl Show {
         banks + usize::from(!self.fixed.is_empty())
     }
 
+    /// The first of the parameters of one head of [`Show::heads`].
+    pub fn first_pose_of(&self, head: usize) -> usize {
+        self.first_pose() + Axis::ALL.len() * head
+    }
+
     /// The pose of a head of [`Show::heads`] by the show's parameters.
     pub fn pose_of(&self, parameters: &[f64], head: usize) -> Pose {
-        let first = self.first_pose() + 4 * head;
+        let first = self.first_pose_of(head);
         let own = parameters.get(first..first + 4);
         match (
             own.and_then(|own| own.try_into().ok()),
@@ -547,6 +554,13 @@ impl Show {
             (Some(own), Some((_, head, _))) => head.pose(own),
             _ => Pose::default(),
         }
+    }
+
+    /// The coordinates of a bank, which lie together.
+    pub fn coordinates_of(&self, bank: usize) -> Range<usize> {
+        let width = |bank: &Bank| if bank.rgb { 3 } else { 1 };
+        let first = self.banks.iter().take(bank).map(width).sum();
+        first..first + self.banks.get(bank).map_or(0, width)
     }
 
     /// Where each bank's parameters begin, and after the last bank where those of banks end.

@@ -77,7 +77,7 @@ pub fn add_bounced(
     luminaires: &LuminaireAssets,
 ) -> Result<(), RigError> {
     let white = white(show);
-    let coordinates = show.coordinates();
+    let (coordinates, heads) = (show.coordinates(), show.heads());
     // Coordinates of one head and pose are next to each other.
     let mut last: Option<(usize, usize, std::ops::Range<usize>)> = None;
     for one in bounced {
@@ -87,7 +87,11 @@ pub fn add_bounced(
         let lights = match known {
             Some((.., lights)) => lights,
             None => {
-                let lights = head_lights(show, (one.head, one.pose), scene, images, luminaires)?;
+                let head = heads.get(one.head);
+                let Some(light) = head.and_then(|(light, ..)| show.lights.get(*light)) else {
+                    continue;
+                };
+                let lights = posed(light, one.pose, scene, images, luminaires)?;
                 let start = rig.lights.len();
                 let lights = lights
                     .into_iter()
@@ -110,36 +114,33 @@ pub fn add_bounced(
     Ok(())
 }
 
-/// A head of [`Show::heads`] in a pose as G takes it.
+/// A light with a head as G takes it in a pose.
 ///
 /// # Errors
 /// A light that does not fit.
-pub fn head_lights(
-    show: &Show,
-    (head, pose): (usize, Pose),
+pub fn posed(
+    light: &Luminaire,
+    pose: Pose,
     scene: &Scene,
     images: &Images,
     luminaires: &LuminaireAssets,
 ) -> Result<Vec<Light>, RigError> {
-    let heads = show.heads();
-    let found = heads
-        .get(head)
-        .and_then(|(light, head, _)| Some((show.lights.get(*light)?, head)));
-    match found {
-        Some((light, head)) => resolved(&head.aimed(light, pose), scene, images, luminaires),
+    match &light.head {
+        Some(head) => resolved(&head.aimed(light, pose), scene, images, luminaires),
         None => Ok(Vec::new()),
     }
 }
 
-/// What a bank's lights are multiplied by in each channel under a setting.
+/// Factor of a bank's lights in each channel under a setting.
 pub fn strength(show: &Show, bank: usize, setting: &[f64]) -> [f64; 3] {
-    let white = white(show);
+    let white = white(show).0;
+    let is_rgb = show.banks.get(bank).is_some_and(|bank| bank.rgb);
     let mut out = [0.0; 3];
-    for (coordinate, light) in show.coordinates().iter().zip(setting) {
-        if coordinate.bank == Some(bank) {
-            let filter = filter(coordinate).filtered(white).0;
-            for (out, filter) in out.iter_mut().zip(filter) {
-                *out += light * filter;
+    for (emitter, coordinate) in show.coordinates_of(bank).enumerate() {
+        let light = setting.get(coordinate).copied().unwrap_or(0.0);
+        for (channel, (out, white)) in out.iter_mut().zip(white).enumerate() {
+            if !is_rgb || channel == emitter {
+                *out += light * white;
             }
         }
     }

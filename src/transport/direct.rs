@@ -200,26 +200,16 @@ pub fn luminaires(surfaces: &Surfaces, rig: &Rig) -> Result<Vec<PreparedLight>, 
             Light::Image(_) => Err(TransportError::Scene(format!(
                 "light {i} is an image: it cannot shine on the stage"
             ))),
-            Light::Spot(_) => prepared(light).ok_or_else(|| {
-                TransportError::Scene(format!(
-                    "light {i}: a spot needs 0 < beam < field <= 360 degrees and an aim"
-                ))
-            }),
-            _ => prepared(light).ok_or_else(|| bad_mount(i)),
+            _ => Beam::of(light)
+                .map(PreparedLight::Spot)
+                .ok_or_else(|| match light {
+                    Light::Spot(_) => TransportError::Scene(format!(
+                        "light {i}: a spot needs 0 < beam < field <= 360 degrees and an aim"
+                    )),
+                    _ => bad_mount(i),
+                }),
         })
         .collect()
-}
-
-/// A point source; `None` for other lights and for a mount without axes.
-pub fn prepared(light: &Light) -> Option<PreparedLight> {
-    let beam = match light {
-        Light::Spot(spot) => Beam::new(spot),
-        Light::Measured(measured) => Beam::measured(measured),
-        Light::Projection(projection) => Beam::even(projection),
-        Light::Bounced(light) => return prepared(light),
-        Light::Panel { .. } | Light::Image(_) => None,
-    };
-    beam.map(PreparedLight::Spot)
 }
 
 fn bad_mount(light: usize) -> TransportError {

@@ -4,7 +4,7 @@
 //! Each pixel is split by facet into places; each place keeps, for each head, the irradiance of one
 //! candela from there, shadows included. A frame multiplies that by the intensity that the head throws
 //! towards the place. Squares of pixels that a beam misses are left out as a whole. Light in the haze
-//! is integrated anew for each frame. The distance between a real head's axes and its lens is left out.
+//! is integrated for each frame. The distance between a real head's axes and its lens is left out.
 
 #![allow(
     clippy::indexing_slicing,
@@ -13,7 +13,6 @@
 
 use crate::direct::beam::Beam;
 use crate::direct::projector::{Projector, pixel as footprint, projector};
-use crate::direct::{PreparedLight, prepared};
 use crate::gather::airlight::Airlight;
 use crate::gather::bvh::Bvh;
 use crate::gather::emitter::{Emitter, Receiver};
@@ -37,8 +36,9 @@ use std::f64::consts::PI;
 const FEW: usize = 4;
 const MANY: usize = 64;
 /// Width of a place seen from a head, as a share of the head's narrowest field: light changes little
-/// within it. Where a pixel is wider, it is split into parts, up to so many.
+/// within it. Where a pixel is wider, it is split.
 const EVEN: f64 = 0.12;
+/// Parts of a pixel on one facet, at most.
 const MOST_PARTS: usize = 8;
 /// Side of the squares of pixels that are left out together.
 const TILE: usize = 8;
@@ -137,7 +137,7 @@ struct Tile {
     radius: f64,
 }
 
-/// What some points of a view's scene light and see of it.
+/// The places of a view, with the light that each head can throw on them.
 pub struct MovingLights {
     camera: Camera,
     size: [usize; 2],
@@ -363,10 +363,7 @@ impl MovingLights {
             .filter_map(|light| {
                 let strength = light.light.strength().0;
                 let strength = [0, 1, 2].map(|c| strength[c] * light.strength[c]);
-                let beam = match prepared(&light.light)? {
-                    PreparedLight::Spot(beam) => beam,
-                    PreparedLight::Panel(_) => return None,
-                };
+                let beam = Beam::of(&light.light)?;
                 Some((light.head, beam, projector(&light.light), strength))
             })
             .collect();

@@ -118,7 +118,7 @@ mod tests {
     use footlight_show::units::Rgb;
     use footlight_stage::{Material, Polygon, Rig, Scene};
 
-    /// Squares beside each other, seen from above: grey, black, and a lamp; a plate half a metre over the grey
+    /// Squares next to each other, seen from above: grey, black, and a lamp; a plate half a metre over the grey
     /// one's corner.
     #[test]
     fn a_point_is_seen_on_a_plain_surface_alone() {

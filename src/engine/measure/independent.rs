@@ -11,7 +11,7 @@ use serde::Serialize;
 
 use super::difference::away_from;
 use crate::estimate::Estimate;
-use crate::heads::Unseen;
+use crate::heads::{Unseen, frame};
 use crate::rendering::SetupImages;
 use crate::{Document, Engine, Error};
 use footlight_host::work::Work;
@@ -127,15 +127,13 @@ pub fn measure_worst(engine: &Engine) -> Result<Option<MeasuredMoment>, Error> {
     let Some(worst) = estimate.worst_moment(ErrorUnit::Light)? else {
         return Ok(None);
     };
-    let setting = engine.document.setting(worst.time);
-    let mut image = estimate.rendered()?.preview(&setting, engine.work())?;
-    let poses = engine.document.timeline().poses(worst.time);
     let Ok(heads) = estimate.heads_seen() else {
         return Ok(None);
     };
-    if let Some(heads) = heads {
-        heads.add(&setting, &poses, &mut image, engine.work())?;
-    }
+    let setting = engine.document.setting(worst.time);
+    let poses = engine.document.timeline().poses(worst.time);
+    let pool = (estimate.rendered()?, heads.as_ref());
+    let image = frame(pool, &setting, &poses, engine.work())?;
     let found = match measure(engine, &image, (&setting, &poses), EFFORT) {
         // The images serve without it.
         Err(Error::Render(TransportError::Memory { .. })) => None,
@@ -192,12 +190,8 @@ impl MeasureJob {
             Err(Unseen) => return Ok(MeasureJob::of_nothing(rendering, quality)),
         };
         let with_picture = |(cue, time)| {
-            let setting = document.setting(time);
-            let mut image = pool.preview(&setting, work)?;
-            let poses = document.timeline().poses(time);
-            if let Some(heads) = &heads {
-                heads.add(&setting, &poses, &mut image, work)?;
-            }
+            let (setting, poses) = (document.setting(time), document.timeline().poses(time));
+            let image = frame((pool, heads.as_ref()), &setting, &poses, work)?;
             let moment = StandingMoment::new(document, rendering, &setting, &poses)?;
             Ok::<_, Error>((cue, time, moment, image))
         };

@@ -26,7 +26,7 @@ const PIXELS: usize = 640 * 360;
 const SHAPE: f64 = 0.1;
 /// Fewer pixels a row or a column tell nothing.
 const LEAST: usize = 8;
-/// Of the light of the bank that is seen best, what no display shows.
+/// Share of the light of the bank that is seen best that no display shows.
 const UNSEEN: f32 = 1e-6;
 /// Rounds in which it is found which channels that are cut count.
 const ROUNDS: usize = 20;
@@ -137,10 +137,10 @@ fn common_size(found: (usize, usize), view: (usize, usize)) -> Result<(usize, us
         .into())
 }
 
-/// What is fitted, channel by channel.
+/// A sketch and the light that is to come near to it, channel by channel.
 struct Fitting {
     sketch: Sketch,
-    /// Of each channel.
+    /// Weight of each channel.
     weights: Vec<f32>,
     /// The light of each coordinate at full.
     columns: Vec<Image>,

@@ -82,14 +82,9 @@ fn chosen(repl: &Repl, names: &[&str]) -> Result<(Vec<usize>, String), Error> {
             }
         }
     }
-    let coordinates = show.coordinates();
-    let of = |bank: &usize| {
-        let all = coordinates.iter().enumerate();
-        let own = all.filter(|(_, c)| c.bank == Some(*bank));
-        own.map(|(i, _)| i).collect::<Vec<usize>>()
-    };
     let text = format!("{} {of_show}", count(banks.len(), "bank"));
-    Ok((banks.iter().flat_map(of).collect(), text))
+    let own = banks.iter().flat_map(|bank| show.coordinates_of(*bank));
+    Ok((own.collect(), text))
 }
 
 /// The banks that a name stands for, as indices.

@@ -322,7 +322,7 @@ fn a_difference_says_how_far_a_head_is_aimed() {
             "cue 3: mh1 pan 30 tilt -20 beam 6 -> pan 0 tilt -25 beam 6 at 0:20, 0.9 m further right, 0.8 m further downstage"
         ]
     );
-    // Two lines for one head, each with times of its own.
+    // Two lines for one head, each with its times.
     let two = |aim: &str| {
         let lines = format!("mh1 to {aim}  time 2\n mh1 beam 5 field 8  time 1");
         HEADS.replace("mh1 to house  time 3", &lines)

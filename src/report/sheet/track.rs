@@ -111,7 +111,7 @@ impl TrackSheet<'_> {
             .filter(|(index, _)| turns(show, *index));
         for (index, moving) in turned {
             columns.push(moving.light.name.clone());
-            tracks.push(Track::of_head(show.first_pose() + 4 * index, *moving));
+            tracks.push(Track::of_head(show.first_pose_of(index), *moving));
         }
         let legend = if columns.len() > show.banks.len() + 2 {
             legend.replace("another colour", "another colour or place")
@@ -141,7 +141,7 @@ pub fn track_sheet<'s>(show: &'s Show, work: Work<'s>) -> TrackSheet<'s> {
 
 /// Whether a cue turns the head at an index.
 fn turns(show: &Show, index: usize) -> bool {
-    let first = show.first_pose() + 4 * index;
+    let first = show.first_pose_of(index);
     let turns = |one: &Move| (first..first + 4).contains(&one.parameter);
     let mut parts = show.cues.iter().flat_map(|cue| &cue.parts);
     parts.any(|part| part.moves.iter().any(turns))

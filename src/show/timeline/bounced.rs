@@ -17,6 +17,8 @@
     reason = "tables are made to the shape of the heads and of the basis"
 )]
 
+use std::ops::Range;
+
 use super::curve::{CurvePiece, joined};
 use super::product::product;
 use super::{Timeline, dimmer};
@@ -66,7 +68,7 @@ impl Lobe {
         }
     }
 
-    /// Inner product of two Gaussians of one flux in space, but for a factor.
+    /// Inner product of two Gaussians of one flux in space, without its constant factor.
     fn times(&self, other: &Lobe) -> f64 {
         let width = self.width + other.width;
         let off = self.direction - other.direction;
@@ -175,16 +177,10 @@ impl Timeline {
 
     /// Chooses the basis of each head and adds its coordinates.
     pub(super) fn add_bounced(&mut self, show: &Show) {
-        let coordinates = show.coordinates();
-        let of_bank = |bank: usize| {
-            let own = coordinates.iter().enumerate();
-            let own = own.filter(move |(_, c)| c.bank == Some(bank));
-            own.map(|(i, _)| i).collect::<Vec<_>>()
-        };
-        let heads: Vec<Vec<usize>> = show
+        let heads: Vec<Range<usize>> = show
             .heads()
             .into_iter()
-            .map(|(_, _, bank)| of_bank(bank))
+            .map(|(_, _, bank)| show.coordinates_of(bank))
             .collect();
         let spans = self.spans(&heads);
         for (number, own) in heads.iter().enumerate() {
@@ -193,8 +189,8 @@ impl Timeline {
             let mut poses: Vec<Pose> = lit
                 .flat_map(|span| [self.pose(number, span.0), self.pose_before(number, span.1)])
                 .collect();
-            let shines = |coordinate: &usize| self.last[*coordinate] != 0.0;
-            if own.iter().any(shines) {
+            let shines = |coordinate: usize| self.last[coordinate] != 0.0;
+            if own.clone().any(shines) {
                 poses.push(self.pose(number, self.end));
             }
             let basis = Basis::of(&head, &poses);
@@ -219,7 +215,7 @@ impl Timeline {
                     }
                 });
                 let pieces = joined(&pieces.collect::<Vec<_>>());
-                for &coordinate in own {
+                for coordinate in own.clone() {
                     let light = product(&self.curves[coordinate], &pieces, dimmer::TOLERANCE);
                     let moves = self.moves[coordinate].clone();
                     self.add_coordinate(&light, self.last[coordinate] * last[i], moves);
@@ -236,9 +232,9 @@ impl Timeline {
     }
 
     /// True where one of a head's coordinates is lit within a span.
-    fn is_lit(&self, coordinates: &[usize], &(start, end): &(Time, Time)) -> bool {
-        coordinates.iter().any(|coordinate| {
-            let pieces = self.curves[*coordinate].iter();
+    fn is_lit(&self, coordinates: &Range<usize>, &(start, end): &(Time, Time)) -> bool {
+        coordinates.clone().any(|coordinate| {
+            let pieces = self.curves[coordinate].iter();
             let mut within = pieces.filter(|p| p.start < end && p.end > start);
             within.any(|p| p.polynomial.coefficients().iter().any(|c| *c != 0.0))
         })
@@ -257,7 +253,7 @@ impl Timeline {
 
     /// Spans of the show within each of which no lit head turns far; the same for all heads, so that
     /// they share key settings.
-    fn spans(&self, heads: &[Vec<usize>]) -> Vec<(Time, Time)> {
+    fn spans(&self, heads: &[Range<usize>]) -> Vec<(Time, Time)> {
         let knots = (0..heads.len()).flat_map(|head| self.pose_knots(head));
         let mut knots: Vec<Time> = knots.chain([self.start, self.end]).collect();
         knots.retain(|time| (self.start..=self.end).contains(time));
@@ -267,7 +263,7 @@ impl Timeline {
         for pair in knots.windows(2) {
             let &[from, to] = pair else { continue };
             let place = |k: usize, of: usize| from + (to - from).scaled(k as f64 / of as f64);
-            let turned = |(number, own): (usize, &Vec<usize>)| {
+            let turned = |(number, own): (usize, &Range<usize>)| {
                 const LOOKS: usize = 16;
                 if !self.is_lit(own, &(from, to)) {
                     return 0.0;

@@ -62,7 +62,7 @@ impl Timeline {
 pub(super) fn beams(show: &Show, tracks: &[Track], start: Time, end: Time) -> Vec<TimelineError> {
     let mut errors = Vec::new();
     for (head, (light, ..)) in show.heads().into_iter().enumerate() {
-        let first = show.first_pose() + 4 * head;
+        let first = show.first_pose_of(head);
         let (beam, field) = (&tracks[first + 2], &tracks[first + 3]);
         let spot = matches!(show.lights[light].kind, LightKind::Spot(_));
         if let Some((id, time)) = meeting(beam, field, start, end).filter(|_| spot) {
@@ -117,7 +117,7 @@ pub(super) fn turns(show: &Show, tracks: &[Track], start: Time, end: Time) -> Ve
     let levels = show.first_parameters();
     for (index, (_, head, bank)) in show.heads().into_iter().enumerate() {
         let level = &tracks[levels[bank]];
-        let first = show.first_pose() + 4 * index;
+        let first = show.first_pose_of(index);
         let moves = turned(head, &tracks[first..first + 2]);
         let moves = moves
             .into_iter()

@@ -11,7 +11,7 @@ use footlight_show::geometry::mount::Axes;
 use footlight_show::geometry::profile::Profile;
 use footlight_show::model::Spot;
 use footlight_stage::photometric::Distribution;
-use footlight_stage::{MeasuredLight, Projection};
+use footlight_stage::{Light, MeasuredLight, Projection};
 
 /// A point source.
 #[derive(Clone, Debug)]
@@ -36,6 +36,17 @@ enum Law {
 }
 
 impl Beam {
+    /// `None` for a light that is no point source, and where the constructor of its kind has none.
+    pub fn of(light: &Light) -> Option<Beam> {
+        match light {
+            Light::Spot(spot) => Beam::new(spot),
+            Light::Measured(measured) => Beam::measured(measured),
+            Light::Projection(projection) => Beam::even(projection),
+            Light::Bounced(light) => Beam::of(light),
+            Light::Panel { .. } | Light::Image(_) => None,
+        }
+    }
+
     /// `None` unless 0 < beam < field <= 360 degrees and the aim differs from the position.
     pub fn new(spot: &Spot) -> Option<Beam> {
         let law = Law::Round(Profile::new(spot.beam, spot.field)?);

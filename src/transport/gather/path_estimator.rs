@@ -183,21 +183,16 @@ impl PathEstimator {
             return [f64::NAN; 3];
         }
         let length = distance * way.length();
-        let sight = Sight {
-            eye: self.camera.origin,
-            way: way.normalized(),
-            length,
-            spread: self.camera.step_x,
-        };
         if let Some(haze) = self.surfaces.haze {
             let airlight = Airlight {
                 scene,
                 haze,
                 nodes: 1,
             };
+            let own = (way, distance);
             for source in sources {
                 let scattered =
-                    self.scattered(&airlight, &source.emitter, (x, y), &sight, &mut random);
+                    self.scattered(&airlight, &source.emitter, ((x, y), own), &mut random);
                 (0..3).for_each(|c| radiance[c] += scattered * source.strength[c]);
             }
         }
@@ -260,29 +255,34 @@ impl PathEstimator {
         radiance
     }
 
-    /// Radiance that haze scatters to the eye at places of a pixel: one place, but more near a lamp, where
-    /// light changes within the pixel.
+    /// Radiance that haze scatters to the eye along the path's own ray through a pixel, `own` with its
+    /// distance; near a lamp, where light changes within the pixel, a mean with further rays. How many is
+    /// the same for all paths of a pixel, so that the mean has no bias.
     fn scattered(
         &self,
         airlight: &Airlight<'_>,
         emitter: &Emitter<'_>,
-        (x, y): (f64, f64),
-        sight: &Sight,
+        ((x, y), own): ((f64, f64), (Vec3, f64)),
         mut random: impl FnMut() -> [f64; 2],
     ) -> f64 {
-        let count = airlight.rays_along_side(emitter, sight);
+        let sight = |(way, distance): (Vec3, f64), spread: f64| Sight {
+            eye: self.camera.origin,
+            way: way.normalized(),
+            length: distance * way.length(),
+            spread: spread * self.camera.step_x,
+        };
+        let middle = sight((self.camera.ray(x + 0.5, y + 0.5), f64::INFINITY), 1.0);
+        let count = airlight.rays_along_side(emitter, &middle);
         let mut sum = 0.0;
-        for _ in 0..count {
-            let [u, v] = random();
-            let way = self.camera.ray(x + u, y + v);
-            let (_, distance) = self.scene().look(self.camera.origin, way);
-            let sight = Sight {
-                way: way.normalized(),
-                length: distance * way.length(),
-                spread: POINT * sight.spread,
-                ..*sight
+        for k in 0..count {
+            let ray = if k == 0 {
+                own
+            } else {
+                let [u, v] = random();
+                let way = self.camera.ray(x + u, y + v);
+                (way, self.scene().look(self.camera.origin, way).1)
             };
-            sum += airlight.sample(emitter, &sight, [random(), random()]);
+            sum += airlight.sample(emitter, &sight(ray, POINT), [random(), random()]);
         }
         sum / count as f64
     }

@@ -38,7 +38,11 @@ impl HemicubeRadiosity {
         let together = (work.memory / 4 / each.max(1)).max(1);
         let begun = (work.memory / 8 / self.bytes_of_begun(&missing).max(1)).max(1);
         let done = AtomicUsize::new(0);
-        for group in missing.chunks(together) {
+        // Direct light of bounced ones is made elsewhere, and so is their light in the haze.
+        let (whole, bounced): (Vec<usize>, Vec<usize>) = missing
+            .iter()
+            .partition(|&&l| !self.rig.lights[l].is_bounced());
+        for group in whole.chunks(together).chain(bounced.chunks(together)) {
             let sharing: Vec<&[usize]> = group
                 .chunk_by(|a, b| self.shares_projection(*a, *b))
                 .collect();
@@ -58,14 +62,15 @@ impl HemicubeRadiosity {
             let (direct, on_elements): (Vec<_>, Vec<_>) = lit.into_iter().unzip();
             let indirect = self.reflected(&on_elements, work)?;
             work.check()?;
-            let scattered = self.airlight(group, work)?;
+            let has_airlight = !self.rig.lights[group[0]].is_bounced();
+            let scattered = match has_airlight {
+                true => self.airlight(group, work)?,
+                false => Vec::new(),
+            };
             let solved = group.iter().zip(direct).zip(indirect).enumerate();
             for (at, ((&l, direct), indirect)) in solved {
                 let own = scattered.iter().skip(at).step_by(group.len());
-                let airlight: Vec<f32> = match self.rig.lights[l].is_bounced() {
-                    true => Vec::new(),
-                    false => own.copied().collect(),
-                };
+                let airlight: Vec<f32> = own.copied().collect();
                 self.held += size_of_val(airlight.as_slice());
                 self.solutions[l] = Some(Solution {
                     direct,

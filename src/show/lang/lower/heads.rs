@@ -18,7 +18,7 @@ use crate::model::{Axis, Cue, Head, LightKind, Motion, NodeId, Point, Pose};
 /// The clauses of a head, in a light's declaration.
 pub const CLAUSES: [&str; 6] = ["moves", "pan", "tilt", "zoom", "speed", "standing"];
 
-/// Angles of pan and tilt are within so many degrees.
+/// Largest angle of pan and tilt, degrees.
 const MOST: f64 = 1080.0;
 
 /// What a light's clauses say of its head.
