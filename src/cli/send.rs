@@ -14,7 +14,7 @@ use clap::{Args, value_parser};
 use super::remote::{OscOptions, Remote, refused};
 use super::screen::Screen;
 use super::{complain, print};
-use footlight_desk::patch::{Frames, Patch};
+use footlight_desk::patch::{self, Frames, Patch};
 use footlight_desk::performance::Performance;
 use footlight_desk::wire::{self, Sender};
 use footlight_engine::{self as engine, Document};
@@ -51,7 +51,7 @@ pub struct Sent {
     /// The interface to send from and listen at (default: 127.0.0.1)
     #[arg(long, value_name = "ADDRESS", value_parser = value_parser!(Ipv4Addr))]
     bind: Option<Ipv4Addr>,
-    /// The addresses of banks (default: their channels)
+    /// The addresses of banks (default: their channels) and of heads
     #[arg(long, value_name = "FILE")]
     patch: Option<PathBuf>,
     #[command(flatten)]
@@ -79,9 +79,9 @@ pub fn send(repl: &Repl, asked: &Sent, screen: &Screen) -> Result<u8, Error> {
         thread::sleep(due.saturating_duration_since(Instant::now()));
         late.push(due.elapsed());
         let now = Time::nearest(began.elapsed().as_secs_f64());
-        let settings = run.settings(now, document)?;
+        let values = run.values(now, document)?;
         // A cable that is pulled is put back: the show goes on meanwhile.
-        match network.send(&settings) {
+        match network.send(&values) {
             Ok(()) => {
                 sent += 1;
                 if away.take().is_some() {
@@ -140,12 +140,15 @@ enum Run<'d> {
 }
 
 impl Run<'_> {
-    fn settings(&mut self, now: Time, document: &Document) -> Result<Vec<f64>, Error> {
+    fn values(&mut self, now: Time, document: &Document) -> Result<Vec<f64>, Error> {
         match self {
-            Run::Clock(timeline) => Ok(timeline.evaluate(timeline.start() + now)),
+            Run::Clock(timeline) => {
+                let time = timeline.start() + now;
+                Ok(patch::values(document.show(), timeline, time))
+            }
             Run::Hand(performance, remote) => {
                 remote.serve(performance, now, document)?;
-                Ok(performance.settings(now))
+                Ok(performance.values(now))
             }
         }
     }
@@ -193,7 +196,7 @@ impl Network {
                  `--bind 192.168.1.20`, or try it with `--artnet 127.0.0.1`",
             );
         }
-        let (patch, mut notes) = patch(asked.patch.as_deref(), document)?;
+        let (patch, mut notes) = addresses(asked.patch.as_deref(), document)?;
         if bind.is_some_and(|own| own.is_unspecified()) {
             notes.push(
                 "0.0.0.0 is no interface: the system chooses by which one it goes out".to_owned(),
@@ -257,8 +260,8 @@ impl Network {
         out
     }
 
-    fn send(&mut self, settings: &[f64]) -> io::Result<()> {
-        self.patch.fill(settings, &mut self.frames);
+    fn send(&mut self, values: &[f64]) -> io::Result<()> {
+        self.patch.fill(values, &mut self.frames);
         self.sequence = self.sequence.wrapping_add(1);
         for (universe, values) in &self.frames {
             self.packet(*universe, values, false)?;
@@ -294,20 +297,22 @@ impl Network {
     }
 }
 
-/// The patch of a file, or that of the channels with what was moved.
-fn patch(path: Option<&Path>, document: &Document) -> Result<(Patch, Vec<String>), Error> {
+/// The patch of a file, or that of the channels with what was moved; and the heads that it leaves out.
+fn addresses(path: Option<&Path>, document: &Document) -> Result<(Patch, Vec<String>), Error> {
     let show = document.show();
-    let Some(path) = path else {
-        let (patch, losses) = Patch::of_channels(show);
-        return Ok((patch, losses.iter().map(ToString::to_string).collect()));
+    let (patch, mut losses) = match path {
+        None => Patch::of_channels(show),
+        Some(path) => {
+            let bytes = Disk.read(path, PATCH_LIMIT)?;
+            let name = path.display().to_string();
+            let text = engine::decode(&name, &bytes)?;
+            let patch = Patch::parse(show, &text);
+            let patch = patch.or_else(|error| usage(format!("{name}: {error}")))?;
+            (patch, Vec::new())
+        }
     };
-    let bytes = Disk.read(path, PATCH_LIMIT)?;
-    let name = path.display().to_string();
-    let text = engine::decode(&name, &bytes)?;
-    match Patch::parse(show, &text) {
-        Ok(patch) => Ok((patch, Vec::new())),
-        Err(error) => usage(format!("{name}: {error}")),
-    }
+    losses.extend(patch.heads_without_address(show));
+    Ok((patch, losses.iter().map(ToString::to_string).collect()))
 }
 
 /// A random number by which receivers know this sender.

@@ -1,9 +1,12 @@
-//! Which bank is on which address of the lighting network.
+//! Which bank, and which axis of a head, is on which address of the lighting network.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 
 use super::Loss;
-use footlight_show::model::Show;
+use footlight_show::model::{Axis, Show};
+use footlight_show::timeline::Timeline;
+use footlight_show::units::Time;
 
 /// Values of a universe (DMX512).
 pub const UNIVERSE: usize = 512;
@@ -13,10 +16,10 @@ pub const MOST_UNIVERSES: u16 = 63_999;
 /// Bytes of a universe, by its number from 1.
 pub type Frames = BTreeMap<u16, Vec<u8>>;
 
-/// One coordinate of the show on an address.
+/// One value of the show on an address.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Slot {
-    /// Index into [`Show::coordinates`].
+    /// Index into [`values`].
     pub coordinate: usize,
     /// From 1.
     pub universe: u16,
@@ -24,6 +27,27 @@ pub struct Slot {
     pub offset: usize,
     /// Two bytes, the higher first.
     pub fine: bool,
+    /// It falls from full to 0 where the value rises.
+    pub inverted: bool,
+}
+
+/// The values that are sent at a time, each 0 to 1: the light of each of [`Show::coordinates`], then
+/// pan, tilt, beam and field of each of [`Show::heads`] over their ranges.
+pub fn values(show: &Show, timeline: &Timeline, time: Time) -> Vec<f64> {
+    let mut out = timeline.evaluate(time);
+    out.truncate(show.coordinates().len());
+    for ((_, head, _), pose) in show.heads().into_iter().zip(timeline.poses(time)) {
+        out.extend(Axis::ALL.map(|axis| head.parameter(axis, pose.angle(axis))));
+    }
+    out
+}
+
+/// Values that a line of a patch puts on addresses in a row.
+struct Placed<'t> {
+    values: Range<usize>,
+    address: &'t str,
+    fine: bool,
+    inverted: bool,
 }
 
 /// Every coordinate's addresses.
@@ -67,15 +91,16 @@ impl Patch {
                 at
             });
             for emitter in 0..width {
-                patch.add(coordinate, at + emitter, false);
+                patch.add(coordinate, at + emitter, (false, false));
                 coordinate += 1;
             }
         }
         (patch, losses)
     }
 
-    /// A patch from text: lines of a bank's name, an address as universe and number (`2/101`), and
-    /// `16bit` where a value has two bytes. A bank may be at several addresses.
+    /// A patch from text. A line has a bank's name, an address as universe and number (`2/101`), and
+    /// `16bit` where a value has two bytes; or the name of a head and the addresses of its axes, each
+    /// of two bytes unless it is `8bit`. A bank or an axis may be at several addresses.
     ///
     /// # Errors
     /// The first line that cannot be used, with what to write.
@@ -86,62 +111,83 @@ impl Patch {
             let line = line.split("//").next().unwrap_or_default();
             let words: Vec<&str> = line.split_whitespace().collect();
             let refuse = |what: String| format!("line {}: {what}", index + 1);
-            let (name, address, fine) = match words.as_slice() {
-                [] => continue,
-                [name, address] => (*name, *address, false),
-                [name, address, "16bit"] => (*name, *address, true),
-                _ => {
-                    let what = "write a bank, its address, and `16bit` where it has two bytes: \
-                                `lamps 1/101 16bit`";
-                    return Err(refuse(what.to_owned()));
-                }
+            let Some((name, rest)) = words.split_first() else {
+                continue;
             };
-            let named = |coordinate: &(usize, _)| {
-                show.banks.get(coordinate.0).map(|b| b.name.as_str()) == Some(name)
-            };
-            let coordinates = show.coordinates();
-            let mine = coordinates.iter().enumerate();
-            let mine = mine
-                .filter_map(|(index, c)| Some((c.bank?, index)))
-                .filter(named);
-            let mine: Vec<usize> = mine.map(|(_, index)| index).collect();
-            if mine.is_empty() {
-                return Err(refuse(format!("there is no bank called `{name}`")));
-            }
-            let Some(start) = start_of(address) else {
-                let what =
-                    format!("`{address}` is no address: universe and number, such as `2/101`");
-                return Err(refuse(what));
-            };
-            let width = mine.len() * if fine { 2 } else { 1 };
-            if !fits(start, width) {
-                let what = format!("`{name}` takes {width} addresses and goes beyond 512");
-                return Err(refuse(what));
-            }
-            for at in start..start + width {
-                if let Some(earlier) = taken.insert(at, index + 1) {
-                    let what = format!(
-                        "`{name}` takes address {}, which line {earlier} has",
-                        at % UNIVERSE + 1
-                    );
+            for placed in placed(show, name, rest).map_err(refuse)? {
+                let address = placed.address;
+                let Some(start) = start_of(address) else {
+                    let what =
+                        format!("`{address}` is no address: universe and number, such as `2/101`");
+                    return Err(refuse(what));
+                };
+                let step = if placed.fine { 2 } else { 1 };
+                let width = placed.values.len() * step;
+                if !fits(start, width) {
+                    let what = format!("`{name}` takes {width} addresses and goes beyond 512");
                     return Err(refuse(what));
                 }
-            }
-            for (position, coordinate) in mine.into_iter().enumerate() {
-                let at = start + position * if fine { 2 } else { 1 };
-                patch.add(coordinate, at, fine);
+                for at in start..start + width {
+                    if let Some(earlier) = taken.insert(at, index + 1) {
+                        let at = at % UNIVERSE + 1;
+                        let what = format!("`{name}` takes address {at}, which line {earlier} has");
+                        return Err(refuse(what));
+                    }
+                }
+                for (position, value) in placed.values.enumerate() {
+                    let bytes = (placed.fine, placed.inverted);
+                    patch.add(value, start + position * step, bytes);
+                }
             }
         }
         Ok(patch)
     }
 
-    fn add(&mut self, coordinate: usize, at: usize, fine: bool) {
+    fn add(&mut self, coordinate: usize, at: usize, (fine, inverted): (bool, bool)) {
         self.slots.push(Slot {
             coordinate,
             universe: (at / UNIVERSE + 1) as u16,
             offset: at % UNIVERSE,
             fine,
+            inverted,
         });
+    }
+
+    /// The heads that do not move for a receiver as they do in the show, with a line for the patch.
+    pub fn heads_without_address(&self, show: &Show) -> Vec<Loss> {
+        let parts = show.cues.iter().flat_map(|cue| &cue.parts);
+        let moves = parts.flat_map(|part| &part.moves);
+        let moved: BTreeSet<usize> = moves.map(|one| one.parameter).collect();
+        let (first, first_pose) = (show.coordinates().len(), show.first_pose());
+        let is_sent = |pose: usize| self.slots.iter().any(|s| s.coordinate == first + pose);
+        let is_moved = |pose: usize| moved.contains(&(first_pose + pose));
+        // Beam and field are one channel of most heads.
+        let turns = |pan: usize| !is_sent(pan) || !is_sent(pan + 1);
+        let zooms = |pan: usize| {
+            let mut both = pan + 2..pan + 4;
+            both.clone().any(is_moved) && !both.any(is_sent)
+        };
+        let mut out = Vec::new();
+        for (is_lost, what, line) in [
+            (
+                &turns as &dyn Fn(usize) -> bool,
+                "pan and tilt",
+                "pan 1/101 tilt 1/103",
+            ),
+            (&zooms, "zoom", "field 1/105"),
+        ] {
+            let heads = show.heads().into_iter().enumerate();
+            let lost = heads.filter(|(head, _)| is_lost(Axis::ALL.len() * head));
+            let lost = lost.filter_map(|(_, (light, ..))| show.lights.get(light));
+            let lost: Vec<&str> = lost.map(|light| light.name.as_str()).collect();
+            if let Some(one) = lost.first() {
+                let all = lost.join(" ");
+                out.push(Loss::new(format!(
+                    "no address for {what} of {all}: write it into the patch, `{one} {line}`"
+                )));
+            }
+        }
+        out
     }
 
     /// The addresses.
@@ -157,10 +203,11 @@ impl Patch {
             .collect()
     }
 
-    /// Writes settings, 0 to 1, into the universes: to the nearest of 256 steps, or of 65,536.
-    pub fn fill(&self, settings: &[f64], frames: &mut Frames) {
+    /// Writes [`values`] into the universes: to the nearest of 256 steps, or of 65,536.
+    pub fn fill(&self, values: &[f64], frames: &mut Frames) {
         for slot in &self.slots {
-            let value = settings.get(slot.coordinate).copied().unwrap_or(0.0);
+            let value = values.get(slot.coordinate).copied().unwrap_or(0.0);
+            let value = if slot.inverted { 1.0 - value } else { value };
             let Some(frame) = frames.get_mut(&slot.universe) else {
                 continue;
             };
@@ -173,6 +220,60 @@ impl Patch {
                 *place = byte;
             }
         }
+    }
+}
+
+/// What a line about `name` places, and where.
+///
+/// # Errors
+/// What is wrong with the line, and what to write.
+fn placed<'t>(show: &Show, name: &str, rest: &[&'t str]) -> Result<Vec<Placed<'t>>, String> {
+    let axis = |word: &str| Axis::ALL.into_iter().find(|axis| axis.word() == word);
+    let heads = show.heads();
+    let is_named = |light: usize| show.lights.get(light).is_some_and(|l| l.name == name);
+    if let Some(head) = heads.iter().position(|(light, ..)| is_named(*light)) {
+        let first = show.coordinates().len() + Axis::ALL.len() * head;
+        let mut out = Vec::new();
+        let mut words = rest.iter().copied().peekable();
+        while let Some(word) = words.next() {
+            let Some((axis, address)) = axis(word).zip(words.next()) else {
+                out.clear();
+                break;
+            };
+            let value = first + axis as usize;
+            out.push(Placed {
+                values: value..value + 1,
+                address,
+                fine: words.next_if_eq(&"8bit").is_none(),
+                inverted: words.next_if_eq(&"invert").is_some(),
+            });
+        }
+        if out.is_empty() {
+            return Err(format!(
+                "`{name}` is a head: write its axes with their addresses, `{name} pan 1/101 tilt \
+                 1/103`; `8bit` and `invert` stand behind an address"
+            ));
+        }
+        return Ok(out);
+    }
+    let bank = show.banks.iter().position(|bank| bank.name == name);
+    match (bank, rest) {
+        (_, [word, ..]) if axis(word).is_some() => Err(format!(
+            "there is no head called `{name}`: a head is a light that moves"
+        )),
+        (Some(bank), [address, width @ ..]) if matches!(width, [] | ["16bit"]) => {
+            Ok(vec![Placed {
+                values: show.coordinates_of(bank),
+                address,
+                fine: !width.is_empty(),
+                inverted: false,
+            }])
+        }
+        (None, [_] | [_, "16bit"]) => Err(format!("there is no bank called `{name}`")),
+        _ => Err(
+            "write a bank, its address, and `16bit` where it has two bytes: `lamps 1/101 16bit`"
+                .to_owned(),
+        ),
     }
 }
 

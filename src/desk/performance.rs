@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 
+use super::patch::values;
 use footlight_show::model::{Cue, Fade, Motion, Move, NodeId, Part, Show, Trigger};
 use footlight_show::timeline::{Timeline, TimelineError, lights, tracked};
 use footlight_show::units::{CueNumber, Time};
@@ -52,7 +53,16 @@ impl<'s> Performance<'s> {
         if next >= self.show.cues.len() {
             return Ok(false);
         }
-        self.start(next, None, now).map(|()| true)
+        self.follow(next, now)
+    }
+
+    /// Starts a cue that comes next. From where the show stands its curves may leave their ranges, or
+    /// a head's beam become as wide as its field; it is then a straight fade to where the cue ends.
+    fn follow(&mut self, cue: usize, now: Time) -> Result<bool, Vec<TimelineError>> {
+        match self.start(cue, None, now) {
+            Ok(()) => Ok(true),
+            Err(_) => self.jump(cue, now),
+        }
     }
 
     /// Goes back to what stood when the cue before was complete, in that cue's time.
@@ -75,7 +85,7 @@ impl<'s> Performance<'s> {
         let next = self.cue(now).map_or(0, |cue| cue + 1);
         match found {
             None => Ok(false),
-            Some(cue) if cue == next => self.start(cue, None, now).map(|()| true),
+            Some(cue) if cue == next => self.follow(cue, now),
             Some(cue) => self.jump(cue, now),
         }
     }
@@ -184,9 +194,9 @@ impl<'s> Performance<'s> {
         self.held.clear();
     }
 
-    /// The light of each coordinate, relative to full.
-    pub fn settings(&self, now: Time) -> Vec<f64> {
-        let mut settings = self.timeline.evaluate(now);
+    /// The values of a time, as [`values`] has them.
+    pub fn values(&self, now: Time) -> Vec<f64> {
+        let mut settings = values(self.show, &self.timeline, now);
         if self.held.is_empty() {
             return settings;
         }

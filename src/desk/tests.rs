@@ -151,11 +151,117 @@ fn a_patch_file_says_where_banks_are() {
     }
 }
 
+/// A head that hangs at the origin, 5 m up, and points straight down at home.
+const HEADS: &str = "show \"H\"\n\
+    light mh spot at 0, 0, 5  aim 0, 0, 0  beam 10  field 16  9000 cd  moves pan -180 to 360  tilt -90 to 90\n\
+    light m2 like mh  at 2, 0, 5  aim 2, 0, 0\nbank a = mh m2  channel 1\n\
+    cue 1 { snap  mh pan 90 tilt 45  a full }\n\
+    cue 2 { mh beam 30 field 40 time 4 }\ncue 3 { mh beam 20 time 1 }\ncue 4 { mh pan 0 time 2 }\n";
+
+#[test]
+fn heads_are_sent_over_their_ranges() {
+    let show = parsed(HEADS);
+    let text = "a 1/1\na 1/11\nmh pan 1/2 tilt 1/4 8bit field 1/5 invert\nm2 tilt 2/1 8bit invert";
+    let patch = Patch::parse(&show, text).unwrap();
+    let timeline = Timeline::new(&show).unwrap();
+    let at = |time: f64| {
+        let mut frames = patch.dark();
+        patch.fill(
+            &super::patch::values(&show, &timeline, seconds(time)),
+            &mut frames,
+        );
+        let word = |at: usize| u16::from_be_bytes([frames[&1][at], frames[&1][at + 1]]);
+        (
+            frames[&1][0],
+            word(1),
+            frames[&1][3],
+            word(4),
+            frames[&2][0],
+        )
+    };
+    // Pan 90 of -180 to 360, tilt 45 of -90 to 90, and a field of 16 from 60 down to 4.
+    let field = (65535.0 * 44.0 / 56.0_f64).round() as u16;
+    assert_eq!(at(0.0), (255, 32768, 191, field, 128));
+    let last = timeline.end().seconds();
+    assert_eq!(at(last).1, (65535.0_f64 / 3.0) as u16);
+    // Halfway through the last cue.
+    assert_eq!(
+        at(last - 1.0).1,
+        (65535.0 * 225.0 / 540.0_f64).round() as u16
+    );
+    let losses = |patch: &Patch| {
+        let losses = patch.heads_without_address(&show);
+        losses.iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    assert_eq!(
+        losses(&patch),
+        ["no address for pan and tilt of m2: write it into the patch, `m2 pan 1/101 tilt 1/103`"]
+    );
+    assert_eq!(
+        losses(&Patch::of_channels(&show).0),
+        [
+            "no address for pan and tilt of mh m2: write it into the patch, `mh pan 1/101 tilt 1/103`",
+            "no address for zoom of mh: write it into the patch, `mh field 1/105`"
+        ]
+    );
+    let usage = "`mh` is a head: write its axes with their addresses, `mh pan 1/101 tilt 1/103`; `8bit` \
+                 and `invert` stand behind an address";
+    for (text, said) in [
+        ("mh 1/1", usage),
+        ("mh pan", usage),
+        ("mh pan 1/1 16bit", usage),
+        (
+            "a pan 1/1",
+            "there is no head called `a`: a head is a light that moves",
+        ),
+        ("mh pan 1/512", "`mh` takes 2 addresses and goes beyond 512"),
+        (
+            "mh pan 1/1 tilt 1/2",
+            "`mh` takes address 2, which line 1 has",
+        ),
+    ] {
+        assert_eq!(
+            Patch::parse(&show, text).unwrap_err(),
+            format!("line 1: {said}")
+        );
+    }
+}
+
+#[test]
+fn a_head_goes_where_the_operator_is() {
+    let show = parsed(HEADS);
+    let mut run = Performance::new(&show).unwrap();
+    // Pan is the first value behind that of the bank.
+    assert!(
+        (run.values(seconds(1.0))[1] - 1.0 / 3.0).abs() < 1e-12,
+        "at home"
+    );
+    for time in [10.0, 20.0, 20.5] {
+        assert!(run.go(seconds(time)).unwrap());
+    }
+    // Cue 3 comes while the field is still narrow: beam and field go straight to where it ends.
+    let zoom = |time: f64| [3, 4].map(|i| 4.0 + 56.0 * run.values(seconds(time))[i]);
+    let [beam, field] = zoom(21.5);
+    assert!(
+        (beam - 20.0).abs() < 1e-9 && (field - 40.0).abs() < 1e-9,
+        "{beam} {field}"
+    );
+    let [beam, field] = zoom(21.0);
+    assert!(beam < field, "{beam} {field}");
+    assert!(
+        run.goto(CueNumber::parse("1").unwrap(), seconds(30.0))
+            .unwrap()
+    );
+    let home = show.heads()[0].1.home;
+    assert!((run.values(seconds(30.0))[1] - 0.5).abs() < 1e-12);
+    assert!((4.0 + 56.0 * run.values(seconds(30.0))[3] - home.beam).abs() < 1e-9);
+}
+
 #[test]
 fn cues_start_when_somebody_says_so() {
     let show = parsed(SHOW);
     let mut run = Performance::new(&show).unwrap();
-    let at = |run: &Performance<'_>, time: f64| run.settings(seconds(time));
+    let at = |run: &Performance<'_>, time: f64| run.values(seconds(time));
     assert_eq!((run.cue(seconds(5.0)), at(&run, 5.0)), (None, vec![0.0; 5]));
     assert!(run.go(seconds(10.0)).unwrap());
     assert_eq!(at(&run, 10.0), [0.3, 0.0, 1.0, 0.0, 0.0]);
