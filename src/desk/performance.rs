@@ -36,7 +36,7 @@ impl<'s> Performance<'s> {
         let mut run = show.clone();
         run.cues = vec![stand(show, &show.dark_levels(), Time::ZERO)];
         Ok(Performance {
-            timeline: Timeline::new(&run)?,
+            timeline: Timeline::of_desk(&run)?,
             show,
             run,
             order: vec![None],
@@ -47,7 +47,7 @@ impl<'s> Performance<'s> {
     /// Starts the next cue at `now`, with those that it starts in turn; false behind the last.
     ///
     /// # Errors
-    /// As [`Timeline::new`]; nothing has changed then.
+    /// As [`Timeline::of_desk`]; nothing has changed then.
     pub fn go(&mut self, now: Time) -> Result<bool, Vec<TimelineError>> {
         let next = self.cue(now).map_or(0, |cue| cue + 1);
         if next >= self.show.cues.len() {
@@ -125,7 +125,7 @@ impl<'s> Performance<'s> {
         if let Some(last) = self.run.cues.last_mut() {
             last.link = None;
         }
-        match Timeline::new(&self.run) {
+        match Timeline::of_desk(&self.run) {
             Ok(new) => {
                 self.timeline = new;
                 Ok(())

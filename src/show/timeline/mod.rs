@@ -115,6 +115,19 @@ impl Timeline {
     /// # Errors
     /// Every error that only the times and the curves show.
     pub fn new(show: &Show) -> Result<Timeline, Vec<TimelineError>> {
+        let mut out = Timeline::of_desk(show)?;
+        if !out.heads.is_empty() {
+            out.add_bounced(show);
+        }
+        Ok(out)
+    }
+
+    /// The timeline as [`Timeline::new`] compiles it, without [`Bounced`] light, which takes longest
+    /// and which only images need.
+    ///
+    /// # Errors
+    /// As [`Timeline::new`].
+    pub fn of_desk(show: &Show) -> Result<Timeline, Vec<TimelineError>> {
         let motions = motion::motions(show)?;
         let cues = clock::cue_times(show, &motions)?;
         let start = cues.first().map_or(Time::ZERO, |c| c.go);
@@ -165,9 +178,6 @@ impl Timeline {
             out.own.push(None);
             let pieces = track::trimmed(track, start, end);
             out.keep(parameter, track, curve::joined(&pieces));
-        }
-        if !out.heads.is_empty() {
-            out.add_bounced(show);
         }
         Ok(out)
     }
