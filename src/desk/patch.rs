@@ -17,7 +17,7 @@ pub const MOST_UNIVERSES: u16 = 63_999;
 pub type Frames = BTreeMap<u16, Vec<u8>>;
 
 /// One value of the show on an address.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slot {
     /// Index into [`values`].
     pub coordinate: usize,
@@ -27,8 +27,8 @@ pub struct Slot {
     pub offset: usize,
     /// Two bytes, the higher first.
     pub fine: bool,
-    /// It falls from full to 0 where the value rises.
-    pub inverted: bool,
+    /// What is sent, from 0 to 1, where the value is 0 and where it is 1.
+    pub ends: [f64; 2],
 }
 
 /// The values that are sent at a time, each 0 to 1: the light of each of [`Show::coordinates`], then
@@ -47,11 +47,14 @@ struct Placed<'t> {
     values: Range<usize>,
     address: &'t str,
     fine: bool,
-    inverted: bool,
+    ends: [f64; 2],
 }
 
+/// The ends of a value that is sent as it is.
+const AS_IT_IS: [f64; 2] = [0.0, 1.0];
+
 /// Every coordinate's addresses.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Patch {
     slots: Vec<Slot>,
 }
@@ -91,7 +94,7 @@ impl Patch {
                 at
             });
             for emitter in 0..width {
-                patch.add(coordinate, at + emitter, (false, false));
+                patch.add(coordinate, at + emitter, (false, AS_IT_IS));
                 coordinate += 1;
             }
         }
@@ -135,7 +138,7 @@ impl Patch {
                     }
                 }
                 for (position, value) in placed.values.enumerate() {
-                    let bytes = (placed.fine, placed.inverted);
+                    let bytes = (placed.fine, placed.ends);
                     patch.add(value, start + position * step, bytes);
                 }
             }
@@ -143,13 +146,13 @@ impl Patch {
         Ok(patch)
     }
 
-    fn add(&mut self, coordinate: usize, at: usize, (fine, inverted): (bool, bool)) {
+    fn add(&mut self, coordinate: usize, at: usize, (fine, ends): (bool, [f64; 2])) {
         self.slots.push(Slot {
             coordinate,
             universe: (at / UNIVERSE + 1) as u16,
             offset: at % UNIVERSE,
             fine,
-            inverted,
+            ends,
         });
     }
 
@@ -207,7 +210,8 @@ impl Patch {
     pub fn fill(&self, values: &[f64], frames: &mut Frames) {
         for slot in &self.slots {
             let value = values.get(slot.coordinate).copied().unwrap_or(0.0);
-            let value = if slot.inverted { 1.0 - value } else { value };
+            let [low, high] = slot.ends;
+            let value = low + (high - low) * value;
             let Some(frame) = frames.get_mut(&slot.universe) else {
                 continue;
             };
@@ -231,30 +235,44 @@ fn placed<'t>(show: &Show, name: &str, rest: &[&'t str]) -> Result<Vec<Placed<'t
     let axis = |word: &str| Axis::ALL.into_iter().find(|axis| axis.word() == word);
     let heads = show.heads();
     let is_named = |light: usize| show.lights.get(light).is_some_and(|l| l.name == name);
-    if let Some(head) = heads.iter().position(|(light, ..)| is_named(*light)) {
-        let first = show.coordinates().len() + Axis::ALL.len() * head;
-        let mut out = Vec::new();
+    if let Some(index) = heads.iter().position(|(light, ..)| is_named(*light)) {
+        let first = show.coordinates().len() + Axis::ALL.len() * index;
+        let number = |word: &str| word.parse().ok().filter(|n: &f64| n.is_finite());
         let mut words = rest.iter().copied().peekable();
-        while let Some(word) = words.next() {
-            let Some((axis, address)) = axis(word).zip(words.next()) else {
-                out.clear();
-                break;
+        let mut axis_of_head = || {
+            let (axis, address) = (axis(words.next()?)?, words.next()?);
+            let fine = words.next_if_eq(&"8bit").is_none();
+            let ends = match words.peek().copied().and_then(number) {
+                None => AS_IT_IS,
+                Some(from) => {
+                    words.next();
+                    words.next_if_eq(&"to")?;
+                    let to = words.next().and_then(number).filter(|to| *to != from)?;
+                    let (_, head, _) = heads.get(index)?;
+                    head.range(axis)
+                        .map(|degrees| (degrees - from) / (to - from))
+                }
             };
             let value = first + axis as usize;
-            out.push(Placed {
+            let placed = Placed {
                 values: value..value + 1,
                 address,
-                fine: words.next_if_eq(&"8bit").is_none(),
-                inverted: words.next_if_eq(&"invert").is_some(),
-            });
+                fine,
+                ends,
+            };
+            Some((placed, words.peek().is_none()))
+        };
+        let mut out = Vec::new();
+        while let Some((placed, is_last)) = axis_of_head() {
+            out.push(placed);
+            if is_last {
+                return Ok(out);
+            }
         }
-        if out.is_empty() {
-            return Err(format!(
-                "`{name}` is a head: write its axes with their addresses, `{name} pan 1/101 tilt \
-                 1/103`; `8bit` and `invert` stand behind an address"
-            ));
-        }
-        return Ok(out);
+        return Err(format!(
+            "`{name}` is a head: write its axes with their addresses, `{name} pan 1/101 tilt 1/103`; \
+             behind an address may stand `8bit`, and the angles of 0 and full, `-270 to 270`"
+        ));
     }
     let bank = show.banks.iter().position(|bank| bank.name == name);
     match (bank, rest) {
@@ -266,7 +284,7 @@ fn placed<'t>(show: &Show, name: &str, rest: &[&'t str]) -> Result<Vec<Placed<'t
                 values: show.coordinates_of(bank),
                 address,
                 fine: !width.is_empty(),
-                inverted: false,
+                ends: AS_IT_IS,
             }])
         }
         (None, [_] | [_, "16bit"]) => Err(format!("there is no bank called `{name}`")),

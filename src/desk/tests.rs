@@ -161,7 +161,8 @@ const HEADS: &str = "show \"H\"\n\
 #[test]
 fn heads_are_sent_over_their_ranges() {
     let show = parsed(HEADS);
-    let text = "a 1/1\na 1/11\nmh pan 1/2 tilt 1/4 8bit field 1/5 invert\nm2 tilt 2/1 8bit invert";
+    let text =
+        "a 1/1\na 1/11\nmh pan 1/2 tilt 1/4 8bit field 1/5 60 to 4\nm2 tilt 2/1 8bit 90 to -90";
     let patch = Patch::parse(&show, text).unwrap();
     let timeline = Timeline::new(&show).unwrap();
     let at = |time: f64| {
@@ -189,6 +190,14 @@ fn heads_are_sent_over_their_ranges() {
         at(last - 1.0).1,
         (65535.0 * 225.0 / 540.0_f64).round() as u16
     );
+    // What the head is given to is beyond what the fixture has.
+    let wide = Patch::parse(&show, "mh pan 1/1 0 to 80 tilt 1/3 -45 to 135").unwrap();
+    let mut frames = wide.dark();
+    wide.fill(
+        &super::patch::values(&show, &timeline, seconds(0.0)),
+        &mut frames,
+    );
+    assert_eq!(frames[&1][..4], [255, 255, 128, 0]);
     let losses = |patch: &Patch| {
         let losses = patch.heads_without_address(&show);
         losses.iter().map(ToString::to_string).collect::<Vec<_>>()
@@ -204,12 +213,14 @@ fn heads_are_sent_over_their_ranges() {
             "no address for zoom of mh: write it into the patch, `mh field 1/105`"
         ]
     );
-    let usage = "`mh` is a head: write its axes with their addresses, `mh pan 1/101 tilt 1/103`; `8bit` \
-                 and `invert` stand behind an address";
+    let usage = "`mh` is a head: write its axes with their addresses, `mh pan 1/101 tilt 1/103`; behind an \
+                 address may stand `8bit`, and the angles of 0 and full, `-270 to 270`";
     for (text, said) in [
         ("mh 1/1", usage),
         ("mh pan", usage),
         ("mh pan 1/1 16bit", usage),
+        ("mh pan 1/1 90", usage),
+        ("mh pan 1/1 90 to 90", usage),
         (
             "a pan 1/1",
             "there is no head called `a`: a head is a light that moves",
