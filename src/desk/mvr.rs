@@ -3,6 +3,7 @@
 
 mod frame;
 mod gdtf;
+mod head;
 mod rig;
 mod zip;
 
@@ -59,8 +60,19 @@ struct Hung {
     address: Option<String>,
     /// CIE x, y, Y of the gel.
     colour: Option<[f64; 3]>,
-    /// The zoom that it is set to, degrees.
+    /// What it is set to, degrees.
     zoom: Option<f64>,
+    pan: Option<f64>,
+    tilt: Option<f64>,
+}
+
+impl Hung {
+    /// Where its head points, in its own frame.
+    fn direction(&self) -> [f64; 3] {
+        let [pan, tilt] = [self.pan, self.tilt].map(|angle| angle.unwrap_or(0.0).to_radians());
+        let across = tilt.sin();
+        [-pan.sin() * across, pan.cos() * across, -tilt.cos()]
+    }
 }
 
 /// A file of geometry and where it stands.
@@ -300,13 +312,15 @@ fn geometry(node: Node<'_, '_>) -> Vec<(String, Frame)> {
 fn fixture(node: Node<'_, '_>, line: usize, frame: Frame) -> Hung {
     let text = |name: &str| child(node, name).unwrap_or("").trim().to_owned();
     let address = node.descendants().find(|n| n.has_tag_name("Address"));
-    let zoom = node
+    let commands = node
         .descendants()
         .filter(|n| n.has_tag_name("CustomCommand"));
-    let zoom = zoom
-        .filter_map(|n| n.text())
-        .filter(|text| text.contains(".Zoom."));
-    let zoom = zoom.filter_map(|text| text.rsplit_once(",f")?.1.trim().parse().ok());
+    let commands: Vec<&str> = commands.filter_map(|n| n.text()).collect();
+    let set = |channel: &str| {
+        let own = commands.iter().filter(|text| text.contains(channel));
+        let mut own = own.filter_map(|text| text.rsplit_once(",f")?.1.trim().parse().ok());
+        own.find(|angle: &f64| angle.abs() < 1000.0)
+    };
     Hung {
         line,
         name: node.attribute("name").unwrap_or("").to_owned(),
@@ -319,9 +333,9 @@ fn fixture(node: Node<'_, '_>, line: usize, frame: Frame) -> Hung {
         focus: Some(text("Focus").to_ascii_lowercase()).filter(|focus| !focus.is_empty()),
         address: address.and_then(|n| n.text()).map(str::to_owned),
         colour: colour(&text("Color")),
-        zoom: zoom
-            .into_iter()
-            .find(|zoom: &f64| *zoom > 0.0 && *zoom < 170.0),
+        zoom: set(".Zoom.").filter(|zoom| *zoom > 0.0 && *zoom < 170.0),
+        pan: set(".Pan."),
+        tilt: set(".Tilt."),
     }
 }
 

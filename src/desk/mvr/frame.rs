@@ -54,10 +54,24 @@ impl Frame {
         [along(ux, vx, wx), along(uy, vy, wy), along(uz, vz, wz)]
     }
 
-    fn point(&self, point: [f64; 3]) -> [f64; 3] {
+    /// A point of this frame in the coordinates around it.
+    pub fn point(&self, point: [f64; 3]) -> [f64; 3] {
         let [x, y, z] = self.direction(point);
         let [ox, oy, oz] = self.origin;
         [x + ox, y + oy, z + oz]
+    }
+
+    /// True where what hangs in it stands on the floor, and the turn of its base about the vertical in
+    /// degrees, as a head of a show has them; `None` where its base is not level.
+    pub fn mounted(&self) -> Option<(bool, f64)> {
+        if let Some((_, turn)) = self.upright() {
+            return Some((false, turn));
+        }
+        let turned_over = Frame {
+            axes: self.axes.map(|[x, y, z]| [-x, y, -z]),
+            ..*self
+        };
+        turned_over.upright().map(|(_, turn)| (true, turn))
     }
 
     /// Its scale and its turn about the vertical in degrees, if that is all it does to directions.

@@ -19,6 +19,8 @@ const ATTRIBUTES: usize = 250;
 const NAMESPACES: usize = 20;
 /// Types of beams that are light of a spot; one without a type is a wash.
 const BEAMS: [&str; 6] = ["", "Wash", "Spot", "Rectangle", "PC", "Fresnel"];
+/// Degrees that a channel of angles can have.
+const MOST: f64 = 900.0;
 /// Bytes that an element takes, with the text behind it and with what is kept of it.
 const ELEMENT_BYTES: usize = 400;
 /// Bytes that an attribute takes.
@@ -43,14 +45,51 @@ pub struct Fixture {
     pub rgb: [Option<(u16, Option<u16>)>; 3],
     /// It mixes colours in another way, or has more emitters.
     pub mixes_otherwise: bool,
-    /// It can turn its head.
-    pub moves: bool,
+    /// What turns its head, and the angle of its field.
+    pub pan: Option<Turn>,
+    pub tilt: Option<Turn>,
+    pub zoom: Option<Turn>,
+    /// From the fixture's own origin to where its head is tilted.
+    pub pivot: Option<Frame>,
     /// A lamp of it makes no beam.
     pub is_without_beam: bool,
     /// The type of a beam that GDTF does not have.
     pub unknown_type: Option<String>,
     /// True where the mode was found; `None` of a type that is not read.
     pub mode: Option<bool>,
+}
+
+/// A channel of angles.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Turn {
+    /// Its offset, from 1, with that of its lower byte; `None` where nothing is sent.
+    pub offset: Option<(u16, Option<u16>)>,
+    /// Degrees at 0 and at full.
+    pub physical: Option<[f64; 2]>,
+    /// The geometry that is turned.
+    geometry: String,
+}
+
+impl Turn {
+    fn of(channel: Node<'_, '_>, attribute: &str, offset: Option<(u16, Option<u16>)>) -> Turn {
+        let functions = channel.descendants();
+        let function = functions
+            .filter(|n| n.has_tag_name("ChannelFunction"))
+            .find(|n| n.attribute("Attribute").is_none_or(|a| a == attribute));
+        let end = |name: &str| {
+            let end: Option<f64> = function?.attribute(name)?.trim().parse().ok();
+            end.filter(|degrees| degrees.abs() <= MOST)
+        };
+        let ends = end("PhysicalFrom").zip(end("PhysicalTo"));
+        Turn {
+            offset,
+            // From 0 to 1 is what GDTF has where nothing is said.
+            physical: ends
+                .filter(|(a, b)| (a - b).abs() > 1.0)
+                .map(|(a, b)| [a, b]),
+            geometry: channel.attribute("Geometry").unwrap_or_default().to_owned(),
+        }
+    }
 }
 
 /// Reads XML without entities of its own, within the memory of `work`.
@@ -138,8 +177,13 @@ fn channels(mode: Node<'_, '_>, fixture: &mut Fixture) {
             "ColorAdd_R" | "ColorRGB_Red" => 0,
             "ColorAdd_G" | "ColorRGB_Green" => 1,
             "ColorAdd_B" | "ColorRGB_Blue" => 2,
-            "Pan" | "Tilt" => {
-                fixture.moves |= offset.is_some();
+            "Pan" | "Tilt" | "Zoom" => {
+                let place = match attribute {
+                    "Pan" => &mut fixture.pan,
+                    "Tilt" => &mut fixture.tilt,
+                    _ => &mut fixture.zoom,
+                };
+                place.get_or_insert_with(|| Turn::of(channel, attribute, offset));
                 continue;
             }
             other => {
@@ -180,6 +224,10 @@ impl Geometries<'_, '_, '_> {
         // Of these types only the geometry itself shines.
         let is_dark = matches!(node.attribute("BeamType"), Some("None" | "Glow"));
         self.fixture.is_without_beam |= is_dark;
+        let tilted = self.fixture.tilt.as_ref().map(|tilt| &tilt.geometry);
+        if tilted.is_some_and(|name| node.attribute("Name") == Some(name)) {
+            self.fixture.pivot = self.fixture.pivot.or(Some(frame));
+        }
         if node.has_tag_name("Beam") && !is_dark {
             self.beam(node, frame);
         }

@@ -4,7 +4,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
+use super::frame::Frame;
 use super::gdtf::{self, Fixture};
+use super::head::{self, Hanging};
 use super::zip::Archive;
 use super::{Carried, Fault, Hung, Plan, Set, addressed};
 use crate::Loss;
@@ -244,6 +246,8 @@ fn lights(
     // The first light of each description, which the others are like.
     let mut alike: BTreeMap<String, String> = BTreeMap::new();
     let mut channels: BTreeMap<u32, Channel> = BTreeMap::new();
+    // Lines of the patch.
+    let mut heads: Vec<String> = Vec::new();
     let numbers = plan
         .hung
         .iter()
@@ -275,11 +279,18 @@ fn lights(
         }
         let rgb = fixture.rgb.iter().all(Option::is_some);
         let light = names.give(&hung.name, "light");
-        let frame = fixture
-            .beam
-            .map_or(hung.frame, |beam| hung.frame.then(beam));
-        let described = described(hung, fixture, rgb, assumed);
-        let aim = aim(plan, hung, frame, assumed);
+        let head = match head::hanging(hung, fixture) {
+            Ok(head) => head,
+            Err(why) => {
+                let what = format!("`{}` stays as it hangs: {why}", hung.name);
+                out.losses.push(Loss::new(what).line(hung.line));
+                None
+            }
+        };
+        let beam = || hung.frame.then(fixture.beam.unwrap_or_default());
+        let frame = head.as_ref().map_or_else(beam, |head| head.frame);
+        let described = described(hung, fixture, (rgb, head.as_ref()), assumed);
+        let aim = aim(plan, hung, (frame, head.as_ref()), assumed);
         let at = format!("at {}  aim {}", point(frame.origin), point(aim));
         let _ = match alike.get(&described) {
             Some(first) => writeln!(text, "light {light} like {first}  {at}"),
@@ -297,6 +308,16 @@ fn lights(
         let channel = channels.entry(number).or_default();
         channel.lights.push(light);
         channel.rgb |= rgb;
+        if let Some((head, (universe, start))) =
+            head.zip(hung.address.as_deref().and_then(addressed))
+        {
+            let at = |offset| format!("{universe}/{}", start + u32::from(offset) - 1);
+            heads.push(head.patch(
+                fixture,
+                channel.lights.last().map_or("", String::as_str),
+                at,
+            ));
+        }
         addresses(hung, fixture, rgb, channel, out);
         losses(hung, fixture, out);
     }
@@ -312,6 +333,9 @@ fn lights(
         for address in &channel.addresses {
             let _ = writeln!(out.patch, "{bank} {address}");
         }
+    }
+    for line in heads {
+        let _ = writeln!(out.patch, "{line}");
     }
     Ok(())
 }
@@ -364,7 +388,12 @@ fn fixture(
 }
 
 /// Angles, light and colour, as a light has them.
-fn described(hung: &Hung, fixture: &Fixture, rgb: bool, assumed: &mut Assumed) -> String {
+fn described(
+    hung: &Hung,
+    fixture: &Fixture,
+    (rgb, head): (bool, Option<&Hanging<'_>>),
+    assumed: &mut Assumed,
+) -> String {
     let kind = &hung.kind;
     let field = hung.zoom.or(fixture.field_angle).unwrap_or_else(|| {
         assumed.say(format!("`{kind}`: a field of {FIELD} degrees"));
@@ -405,8 +434,14 @@ fn described(hung: &Hung, fixture: &Fixture, rgb: bool, assumed: &mut Assumed) -
     if let Some(unknown) = &fixture.unknown_type {
         assumed.say(format!("`{kind}`: a spot for its beam of type `{unknown}`"));
     }
+    let moves = head.map_or(String::new(), |head| {
+        if !head.has_ranges() {
+            assumed.say(format!("`{kind}`: pan of 540 and tilt of 270 degrees"));
+        }
+        format!("  {}", head.words(fixture, beam, field))
+    });
     if rgb {
-        return out;
+        return out + &moves;
     }
     match fixture.temperature {
         Some(kelvin) => {
@@ -421,20 +456,29 @@ fn described(hung: &Hung, fixture: &Fixture, rgb: bool, assumed: &mut Assumed) -
     if let Some(gel) = hung.colour.and_then(gel) {
         let _ = write!(out, "  {gel}");
     }
-    out
+    out + &moves
 }
 
 /// The point that a fixture looks at: its focus point, else where its beam meets the floor, or five
-/// metres on.
-fn aim(plan: &Plan, hung: &Hung, frame: super::Frame, assumed: &mut Assumed) -> [f64; 3] {
+/// metres on. Its beam is as it hangs, and as its pan and tilt are set.
+fn aim(
+    plan: &Plan,
+    hung: &Hung,
+    (frame, head): (Frame, Option<&Hanging<'_>>),
+    assumed: &mut Assumed,
+) -> [f64; 3] {
     let focus = hung.focus.as_ref().and_then(|focus| plan.focus.get(focus));
     let [x, y, z] = frame.origin;
     // A focus point where the fixture hangs, as the text has it, gives no direction.
     if let Some(focus) = focus.filter(|focus| point(**focus) != point(frame.origin)) {
-        return *focus;
+        if head.is_none_or(|head| head.reaches(*focus)) {
+            return *focus;
+        }
+        assumed.say("heads that cannot reach their focus points look as they hang");
+    } else {
+        assumed.say("fixtures without a focus point look as they hang");
     }
-    assumed.say("fixtures without a focus point look as they hang");
-    let [dx, dy, dz] = frame.direction([0.0, 0.0, -1.0]);
+    let [dx, dy, dz] = frame.direction(hung.direction());
     let length = (dx * dx + dy * dy + dz * dz).sqrt();
     let [dx, dy, dz] = if length > 1e-6 {
         [dx / length, dy / length, dz / length]
@@ -490,12 +534,6 @@ fn losses(hung: &Hung, fixture: &Fixture, out: &mut Carried) {
             hung.name
         ));
     }
-    if fixture.moves {
-        say(format!(
-            "`{}` can turn its head: it stays as it hangs",
-            hung.name
-        ));
-    }
     if fixture.is_without_beam {
         say(format!(
             "`{}` has a lamp that only glows: left out",
@@ -527,7 +565,7 @@ fn point(at: [f64; 3]) -> String {
 }
 
 /// To a tenth of a millimetre.
-fn rounded(number: f64) -> String {
+pub fn rounded(number: f64) -> String {
     let number = (number * 1e4).round() / 1e4;
     format!("{}", if number == 0.0 { 0.0 } else { number })
 }
