@@ -373,12 +373,12 @@ fn utf16(record: &Record<'_>) -> Option<String> {
 /// Why records are not read.
 fn why(key: &str) -> &'static str {
     match key {
-        "cue $$timeposition" | "cue $$timegraphic" => "lights do not move here",
+        "cue $$timeposition" | "cue $$timegraphic" => "positions are written by hand",
         "cue $$timecolor" => "",
         "cue $$paramtimes" => "times of parameters other than the level",
         "$effect" => "effects are written by hand: `effect NAME = …`",
         "$paramtype" => "red, green and blue are 12, 13 and 14",
-        "$focuspalette" | "$beampalette" => "lights do not move here",
+        "$focuspalette" | "$beampalette" => "positions are written by hand: `point NAME = …`",
         "$macro" | "$snapshot" | "$magicsheet" | "$partition" | "$pixmap" => "part of the desk",
         _ => "",
     }

@@ -192,8 +192,8 @@ fn an_eos_file_becomes_a_designers_text() {
     insta::assert_snapshot!(losses, @r#"
         channels 50 have no bank: nothing lights them, and no group or look has them
         line 31: `$effect` is not read (3 records, the first here): effects are written by hand: `effect NAME = …`
-        line 40, cue 1: channel 9: parameters 48@255 (more emitters, places, shapes)
-        line 54: `cue $$timeposition` is not read (1 record): lights do not move here
+        line 40, cue 1: channel 9: parameters 48@255 (more emitters, positions, shapes)
+        line 54: `cue $$timeposition` is not read (1 record): positions are written by hand
         line 56: list 2 (1 cue) is left out: `--list 2` reads it in place of this one
         line 59: cues behind `EndData`, where the file ends, are not read
         "#);
@@ -324,6 +324,24 @@ fn what_a_file_cannot_hold_is_listed() {
         "#);
 }
 
+/// The levels of a head go across; where it points is listed, as it is in a workspace of QLC+.
+#[test]
+fn positions_of_heads_are_listed() {
+    let show = parsed(
+        "show \"S\"\nlight l spot at 0, 0, 3 aim 0, 0, 0 beam 20 field 30 900 cd moves\n\
+         bank a = l  channel 1\ncue 1 { snap  a 30 }\ncue 2 { l pan 20 tilt 30  a full }\n\
+         cue 3 { cueonly  a 50  l field 40 }\ncue 4 { a 10 }\n",
+    );
+    let plain = "pan, tilt and zoom of moving heads, in 3 cues";
+    let timeline = Timeline::new(&show).unwrap();
+    let workspace = crate::qlc::write(&show, &timeline, Work::silent()).unwrap();
+    for losses in [exported(&show).losses, workspace.losses] {
+        assert_eq!(losses, [crate::Loss::new(plain)]);
+    }
+    let back = imported(&exported(&show).text).text;
+    assert!(back.contains("cue 2 { a full }"), "{back}");
+}
+
 #[test]
 fn a_wrong_file_is_refused_with_its_line() {
     let mut all = String::new();
@@ -423,7 +441,7 @@ fn records_of_an_eos_are_read() {
     insta::assert_snapshot!(losses.join("\n"), @r#"
         line 19: `cue $$scenetext` is not read (1 record)
         line 22, cue 1: `$$timeup 3 0 M 1`: a time by hand is a time of its own here
-        line 27, cue 1: channel 1: parameters 12@r0 79@3 (more emitters, places, shapes)
+        line 27, cue 1: channel 1: parameters 12@r0 79@3 (more emitters, positions, shapes)
         line 28: `cue $$paramtimes M` is not read (1 record): a time by hand is the cue's here
         line 33: list 2 (2 cues) is left out: `--list 2` reads it in place of this one
         "#);

@@ -24,11 +24,8 @@ const KINDS: [u32; 2] = [90_002, 90_001];
 /// Where the cues make no timeline, or on cancel.
 pub fn write(show: &Show, timeline: &Timeline, work: Work<'_>) -> Result<Carried, ExportError> {
     let mut moves = cue_moves(show)?;
+    let positions = Loss::of_positions(show, &moves);
     let first_pose = show.first_pose();
-    let turning = moves
-        .iter()
-        .filter(|all| all.iter().any(|one| one.parameter >= first_pose));
-    let turning = turning.count();
     for all in &mut moves {
         all.retain(|one| one.parameter < first_pose);
     }
@@ -42,11 +39,7 @@ pub fn write(show: &Show, timeline: &Timeline, work: Work<'_>) -> Result<Carried
         losses: Vec::new(),
     };
     writer.channels();
-    if turning > 0 {
-        let cues = if turning == 1 { "cue" } else { "cues" };
-        let what = format!("pan, tilt and zoom of moving heads, in {turning} {cues}");
-        writer.losses.push(Loss::new(what));
-    }
+    writer.losses.extend(positions);
     writer.head();
     writer.selections();
     for (index, (cue, moves)) in show.cues.iter().zip(&moves).enumerate() {

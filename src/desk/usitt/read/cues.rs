@@ -284,7 +284,7 @@ impl Reader {
         let cue = self.show.cues.last().map(|cue| cue.number.to_string());
         if !others.is_empty() {
             let what = format!(
-                "channel {channel}: parameters {} (more emitters, places, shapes)",
+                "channel {channel}: parameters {} (more emitters, positions, shapes)",
                 others.join(" ")
             );
             let loss = Loss::new(what).line(record.line);
