@@ -21,6 +21,7 @@
 //!
 //! This crate does not know images, light transport or the engine. It imports downwards only.
 //!
+//! [`Show`]: footlight_show::model::Show
 //! [`Diagnostic`]: footlight_show::diagnostic::Diagnostic
 
 pub mod mvr;
@@ -41,8 +42,7 @@ use serde::Serialize;
 
 use footlight_host::work::Cancelled;
 use footlight_show::diagnostic::Diagnostic;
-use footlight_show::model::Show;
-use footlight_show::timeline::{Moved, TimelineError};
+use footlight_show::timeline::TimelineError;
 
 /// Something that does not go across, or only nearly.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -70,16 +70,6 @@ impl Loss {
             what: what.into(),
             light: None,
         }
-    }
-
-    /// Where heads point, in a file that has no positions: in the cues that move heads by `moves`.
-    fn of_positions(show: &Show, moves: &[Vec<Moved<'_>>]) -> Option<Loss> {
-        let first = show.first_pose();
-        let turns = |all: &&Vec<Moved<'_>>| all.iter().any(|one| one.parameter >= first);
-        let turning = moves.iter().filter(turns).count();
-        let cues = if turning == 1 { "cue" } else { "cues" };
-        let what = format!("pan, tilt and zoom of moving heads, in {turning} {cues}");
-        (turning > 0).then(|| Loss::new(what))
     }
 
     /// With its line.

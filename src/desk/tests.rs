@@ -343,6 +343,10 @@ fn a_workspace_has_every_cue() {
     let losses: Vec<String> = carried.losses.iter().map(ToString::to_string).collect();
     assert_eq!(losses.len(), 3, "{losses:?}");
     assert_eq!(losses[0], "bank `c` is at address 1/3");
+    let heads = parsed(HEADS);
+    let carried = qlc::write(&heads, &Timeline::new(&heads).unwrap(), Work::silent()).unwrap();
+    let plain = "pan, tilt and zoom of moving heads, in 4 cues";
+    assert_eq!(carried.losses, [Loss::new(plain)]);
     // The square of a straight fade, and the straight fade of its square, differ by a quarter of it.
     assert!(losses[1].starts_with("cue 2:") && losses[1].ends_with("(6.25 % of the light)"));
 }

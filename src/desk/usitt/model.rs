@@ -55,6 +55,8 @@ pub struct Channel {
     pub personality: Option<u32>,
     /// It mixes red, green and blue.
     pub rgb: bool,
+    /// Ranges of pan and tilt in degrees, where its type says them.
+    pub head: Option<[[f64; 2]; 2]>,
 }
 
 #[derive(Debug, Default)]
@@ -116,6 +118,8 @@ pub struct Part {
     pub lit: Option<BTreeMap<u32, Tenths>>,
     /// `$$Param`: red, green, blue, 0 to 1.
     pub colours: BTreeMap<u32, [Option<f64>; 3]>,
+    /// `$$Param`: pan and tilt, degrees.
+    pub poses: BTreeMap<u32, [Option<f64>; 2]>,
     /// Channels whose level has a time of its own.
     pub times: BTreeMap<u32, Fade>,
 }

@@ -77,6 +77,10 @@ struct Reader {
     /// Bytes of a fixture type's parameters, by type and parameter.
     sizes: BTreeMap<(u32, u32), u32>,
     kinds: BTreeSet<u32>,
+    /// Where a fixture type says degrees for pan and tilt: its first and last value, and theirs.
+    degrees: BTreeMap<(u32, u32), [f64; 4]>,
+    /// The parameter of the last `$$PersChan`.
+    parameter: u32,
     members: usize,
     palettes: BTreeMap<String, BTreeMap<u32, Values>>,
     unread: BTreeMap<String, Unread>,
@@ -93,6 +97,8 @@ struct Reader {
 
 /// Red, green and blue among a desk's parameters.
 const EMITTERS: [u32; 3] = [12, 13, 14];
+/// Pan and tilt.
+const AXES: [u32; 2] = [2, 3];
 
 /// Reads `text`, which the file `name` holds, with the cues of one list, or of its first.
 pub fn read(
@@ -307,7 +313,7 @@ impl Reader {
         Ok(self.show.channels.entry(number).or_default())
     }
 
-    /// Channels whose fixtures mix colours.
+    /// Channels whose fixtures mix colours, or turn by known degrees through straight down.
     fn mix(&mut self) {
         for channel in self.show.channels.values_mut() {
             let mixes = |kind: u32| {
@@ -316,6 +322,12 @@ impl Reader {
                     .all(|e| self.sizes.contains_key(&(kind, *e)))
             };
             channel.rgb |= channel.personality.is_some_and(mixes);
+            let range = |axis: u32| {
+                let [.., from, to] = *self.degrees.get(&(channel.personality?, axis))?;
+                Some([from.min(to), from.max(to)]).filter(|[low, high]| *low <= 0.0 && *high >= 0.0)
+            };
+            let [pan, tilt] = AXES.map(range);
+            channel.head = pan.zip(tilt).map(|(pan, tilt)| [pan, tilt]);
         }
     }
 
@@ -373,7 +385,7 @@ fn utf16(record: &Record<'_>) -> Option<String> {
 /// Why records are not read.
 fn why(key: &str) -> &'static str {
     match key {
-        "cue $$timeposition" | "cue $$timegraphic" => "positions are written by hand",
+        "cue $$timeposition" | "cue $$timegraphic" => "positions take the up time",
         "cue $$timecolor" => "",
         "cue $$paramtimes" => "times of parameters other than the level",
         "$effect" => "effects are written by hand: `effect NAME = …`",

@@ -42,6 +42,15 @@ pub struct Move {
     pub level: Option<Tenths>,
     /// sRGB.
     pub colour: Option<[u8; 3]>,
+    /// Pan and tilt, degrees.
+    pub pose: [Option<f64>; 2],
+}
+
+impl Move {
+    /// True where the level is all that it moves.
+    pub fn is_plain(&self) -> bool {
+        self.colour.is_none() && self.pose == [None; 2]
+    }
 }
 
 /// What channels hold between cues.
@@ -49,6 +58,7 @@ pub struct Move {
 struct Tracked {
     levels: BTreeMap<u32, Tenths>,
     colours: BTreeMap<u32, [f64; 3]>,
+    poses: BTreeMap<u32, [Option<f64>; 2]>,
 }
 
 /// The cues with what they move.
@@ -140,6 +150,20 @@ impl Tracked {
                 }
             }
             self.colours(part, &base, (&mut steps, from), (cue, losses));
+            for (channel, pose) in &part.poses {
+                let was = self.poses.entry(*channel).or_default();
+                for (axis, (now, was)) in pose.iter().zip(was).enumerate() {
+                    if now.is_some() && now != was {
+                        *was = *now;
+                        // A position takes the up time.
+                        let moves = step(&mut steps, from, part, base.of(true));
+                        let one = moves.entry(*channel).or_default();
+                        if let Some(place) = one.pose.get_mut(axis) {
+                            *place = *now;
+                        }
+                    }
+                }
+            }
             // The desk's own part comes first, so that its time is the cue's.
             if let Some(own) = steps
                 .iter()
@@ -225,7 +249,13 @@ impl Tracked {
             let moved = steps
                 .iter()
                 .any(|s| s.moves.get(channel).is_some_and(|one| one.level.is_some()));
-            if level == 0 && !moved {
+            let rises = |part: &Part| {
+                let levels = part.lit.iter().flatten().chain(&part.moves);
+                levels
+                    .into_iter()
+                    .any(|(of, level)| of == channel && *level > 0)
+            };
+            if level == 0 && !moved && !cue.parts.iter().any(rises) {
                 step(steps, from, part, timing)
                     .entry(*channel)
                     .or_default()

@@ -20,6 +20,8 @@ struct Sheet<'a> {
     desk: &'a Desk,
     /// Of the channels that something uses.
     banks: BTreeMap<u32, String>,
+    /// Lights of the channels that turn.
+    heads: BTreeMap<u32, String>,
     groups: Vec<(String, BTreeSet<u32>)>,
     looks: Vec<(String, BTreeMap<u32, Tenths>)>,
     curves: BTreeMap<u32, String>,
@@ -41,11 +43,13 @@ pub fn text(
     let mut sheet = Sheet {
         desk,
         banks: banks(desk, cues, &mut names, losses),
+        heads: BTreeMap::new(),
         groups: Vec::new(),
         looks: Vec::new(),
         curves: BTreeMap::new(),
         time: desk.time.unwrap_or((FIVE, FIVE)),
     };
+    sheet.find_heads(&mut names, losses);
     sheet.selections(&mut names, losses);
     let mut out = sheet.head(name);
     sheet.curves(cues, &mut names, &mut out, losses);
@@ -88,6 +92,25 @@ fn banks(
 }
 
 impl Sheet<'_> {
+    /// Names the heads.
+    fn find_heads(&mut self, names: &mut Names, losses: &mut Vec<Loss>) {
+        for (channel, bank) in &self.banks {
+            let turns = self.desk.channels.get(channel).and_then(|c| c.head);
+            if turns.is_some() {
+                let name = names.give(&format!("{bank}_head"), "head");
+                self.heads.insert(*channel, name);
+            }
+        }
+        if !self.heads.is_empty() {
+            let heads: Vec<&str> = self.heads.values().map(String::as_str).collect();
+            let what = format!(
+                "where heads hang: {} at 0, 0, 5 here; their angles are the desk's",
+                heads.join(" ")
+            );
+            losses.push(Loss::new(what));
+        }
+    }
+
     /// Names groups and looks.
     fn selections(&mut self, names: &mut Names, losses: &mut Vec<Loss>) {
         for group in &self.desk.groups {
@@ -141,10 +164,24 @@ impl Sheet<'_> {
             let _ = writeln!(out, "default time {}{down}", short(up));
         }
         out.push('\n');
+        for (channel, head) in &self.heads {
+            let ranges = self.desk.channels.get(channel).and_then(|c| c.head);
+            let [[pan_low, pan_high], [tilt_low, tilt_high]] = ranges.unwrap_or_default();
+            let _ = writeln!(
+                out,
+                "light {head} spot  at 0, 0, 5  aim 0, 0, 0  beam 12  field 18  10000 lm  moves  \
+                 pan {pan_low} to {pan_high}  tilt {tilt_low} to {tilt_high}"
+            );
+        }
+        if !self.heads.is_empty() {
+            out.push('\n');
+        }
         for (channel, bank) in &self.banks {
             let rgb = self.desk.channels.get(channel).is_some_and(|c| c.rgb);
             let rgb = if rgb { "  rgb" } else { "" };
-            let _ = writeln!(out, "bank {bank}  channel {channel}{rgb}");
+            let head = self.heads.get(channel);
+            let head = head.map_or(String::new(), |head| format!(" = {head}"));
+            let _ = writeln!(out, "bank {bank}{head}  channel {channel}{rgb}");
         }
         out.push('\n');
         for (name, channels) in &self.groups {
@@ -311,15 +348,14 @@ impl Sheet<'_> {
     /// The moves, by looks and groups where these have all of their levels.
     fn moves(&self, step: &Step<'_>, dark: bool) -> Vec<String> {
         let mut left = step.moves.clone();
-        let plain = |one: &Move| one.colour.is_none();
-        if dark && left.len() > 1 && left.values().all(plain) {
+        if dark && left.len() > 1 && left.values().all(Move::is_plain) {
             return vec!["blackout".to_owned()];
         }
         let mut out = Vec::new();
         for (name, levels) in &self.looks {
             let has = |(channel, level): (&u32, &Tenths)| {
                 left.get(channel)
-                    .is_some_and(|one| one.level == Some(*level) && plain(one))
+                    .is_some_and(|one| one.level == Some(*level) && one.is_plain())
             };
             if levels.len() > 1 && levels.iter().all(has) {
                 left.retain(|channel, _| !levels.contains_key(channel));
@@ -331,8 +367,9 @@ impl Sheet<'_> {
                 .first()
                 .and_then(|channel| left.get(channel))
                 .copied();
-            let has =
-                |channel| left.get(channel).copied() == first && first.is_some_and(|f| plain(&f));
+            let has = |channel| {
+                left.get(channel).copied() == first && first.is_some_and(|f| f.is_plain())
+            };
             if channels.len() > 1 && channels.iter().all(has) {
                 left.retain(|channel, _| !channels.contains(channel));
                 let to = first.and_then(|first| first.level).unwrap_or(0);
@@ -340,6 +377,14 @@ impl Sheet<'_> {
             }
         }
         for (channel, one) in left {
+            if let (Some(head), true) = (self.heads.get(&channel), one.pose != [None; 2]) {
+                let axes = ["pan", "tilt"].into_iter().zip(one.pose);
+                let axes = axes.filter_map(|(axis, angle)| Some(format!(" {axis} {}", angle?)));
+                out.push(format!("{head}{}", axes.collect::<String>()));
+            }
+            if one.level.is_none() && one.colour.is_none() {
+                continue;
+            }
             let level = one
                 .level
                 .map(|l| format!(" {}", level(l)))

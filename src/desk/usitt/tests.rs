@@ -5,6 +5,8 @@
     reason = "a test's own data"
 )]
 
+mod heads;
+
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -193,7 +195,7 @@ fn an_eos_file_becomes_a_designers_text() {
         channels 50 have no bank: nothing lights them, and no group or look has them
         line 31: `$effect` is not read (3 records, the first here): effects are written by hand: `effect NAME = …`
         line 40, cue 1: channel 9: parameters 48@255 (more emitters, positions, shapes)
-        line 54: `cue $$timeposition` is not read (1 record): positions are written by hand
+        line 54: `cue $$timeposition` is not read (1 record): positions take the up time
         line 56: list 2 (1 cue) is left out: `--list 2` reads it in place of this one
         line 59: cues behind `EndData`, where the file ends, are not read
         "#);
@@ -322,24 +324,6 @@ fn what_a_file_cannot_hold_is_listed() {
         cue 1: effect `f` (80 % of the light)
         clock times (`at`) of cues 1: they wait for GO
         "#);
-}
-
-/// The levels of a head go across; where it points is listed, as it is in a workspace of QLC+.
-#[test]
-fn positions_of_heads_are_listed() {
-    let show = parsed(
-        "show \"S\"\nlight l spot at 0, 0, 3 aim 0, 0, 0 beam 20 field 30 900 cd moves\n\
-         bank a = l  channel 1\ncue 1 { snap  a 30 }\ncue 2 { l pan 20 tilt 30  a full }\n\
-         cue 3 { cueonly  a 50  l field 40 }\ncue 4 { a 10 }\n",
-    );
-    let plain = "pan, tilt and zoom of moving heads, in 3 cues";
-    let timeline = Timeline::new(&show).unwrap();
-    let workspace = crate::qlc::write(&show, &timeline, Work::silent()).unwrap();
-    for losses in [exported(&show).losses, workspace.losses] {
-        assert_eq!(losses, [crate::Loss::new(plain)]);
-    }
-    let back = imported(&exported(&show).text).text;
-    assert!(back.contains("cue 2 { a full }"), "{back}");
 }
 
 #[test]

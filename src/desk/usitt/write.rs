@@ -9,14 +9,16 @@ use std::fmt::Write as _;
 use super::model::{FULL, Tenths, step, tenths};
 use crate::{Carried, ExportError, Loss};
 use footlight_host::work::Work;
-use footlight_show::model::{Bank, Cue, Fade, Link, Motion, Show};
+use footlight_show::model::{Bank, Cue, Fade, Head, Link, Motion, Show};
 use footlight_show::timeline::{Moved, Timeline, Timing, cue_moves};
 use footlight_show::units::{Time, percent};
 
 /// Columns of a line, as the standard allows.
 const WIDTH: usize = 80;
-/// Type of the fixtures that mix colours, and that of the others.
-const KINDS: [u32; 2] = [90_002, 90_001];
+/// The number of the first type of fixtures.
+const FIRST_KIND: u32 = 90_001;
+/// Parameters of a desk: red, green and blue.
+const EMITTERS: [u32; 3] = [12, 13, 14];
 
 /// The file for a show, with what of the show is not in it.
 ///
@@ -24,22 +26,31 @@ const KINDS: [u32; 2] = [90_002, 90_001];
 /// Where the cues make no timeline, or on cancel.
 pub fn write(show: &Show, timeline: &Timeline, work: Work<'_>) -> Result<Carried, ExportError> {
     let mut moves = cue_moves(show)?;
-    let positions = Loss::of_positions(show, &moves);
     let first_pose = show.first_pose();
+    let turns = |parameter: usize| parameter < first_pose || (parameter - first_pose) % 4 < 2;
+    let zooms = moves
+        .iter()
+        .filter(|all| all.iter().any(|one| !turns(one.parameter)));
+    let zooms = zooms.count();
     for all in &mut moves {
-        all.retain(|one| one.parameter < first_pose);
+        all.retain(|one| turns(one.parameter));
     }
     let mut writer = Writer {
         show,
         timeline,
         channels: Vec::new(),
+        heads: show.heads(),
         first: show.first_parameters(),
         held: show.dark_levels(),
         text: String::new(),
         losses: Vec::new(),
     };
     writer.channels();
-    writer.losses.extend(positions);
+    if zooms > 0 {
+        let cues = if zooms == 1 { "cue" } else { "cues" };
+        let what = format!("zoom of moving heads, in {zooms} {cues}");
+        writer.losses.push(Loss::new(what));
+    }
     writer.head();
     writer.selections();
     for (index, (cue, moves)) in show.cues.iter().zip(&moves).enumerate() {
@@ -57,8 +68,9 @@ pub fn write(show: &Show, timeline: &Timeline, work: Work<'_>) -> Result<Carried
 struct Writer<'a> {
     show: &'a Show,
     timeline: &'a Timeline,
-    /// By bank.
-    channels: Vec<u32>,
+    /// By bank, one for each of its heads.
+    channels: Vec<Vec<u32>>,
+    heads: Vec<(usize, &'a Head, usize)>,
     /// Where each bank's parameters begin.
     first: Vec<usize>,
     /// What each parameter holds between cues.
@@ -76,12 +88,14 @@ struct Part {
     delay: Time,
     levels: BTreeSet<usize>,
     colours: BTreeSet<usize>,
+    heads: BTreeSet<usize>,
     /// The longest time of an emitter.
     colour: Time,
 }
 
-impl Writer<'_> {
-    /// Gives every bank a channel: its own, or one that no other has.
+impl<'a> Writer<'a> {
+    /// Gives every bank a channel: its own, or one that no other has. Each head of a bank beyond the
+    /// first has the next one that is free.
     fn channels(&mut self) {
         let mut taken = BTreeSet::new();
         let own = |bank: &Bank, taken: &mut BTreeSet<u32>| {
@@ -90,67 +104,128 @@ impl Writer<'_> {
         let banks = self.show.banks.iter();
         let given: Vec<Option<u32>> = banks.map(|bank| own(bank, &mut taken)).collect();
         let mut next = taken.last().map_or(1, |last| last.saturating_add(1));
-        for (bank, channel) in self.show.banks.iter().zip(given) {
-            self.channels.push(channel.unwrap_or(next));
-            if channel.is_some() {
-                continue;
-            }
-            let why = match bank.channel {
-                Some(channel) => format!("shares channel {channel}"),
-                None => "has no channel".to_owned(),
+        for (index, (bank, channel)) in self.show.banks.iter().zip(given).enumerate() {
+            let mut free = || {
+                next = next.saturating_add(1);
+                next - 1
             };
-            let what = format!("bank `{}` {why}: it is {next} in the file", bank.name);
-            self.losses.push(Loss::new(what));
-            next = next.saturating_add(1);
+            let first = channel.unwrap_or_else(&mut free);
+            if channel.is_none() {
+                let why = match bank.channel {
+                    Some(channel) => format!("shares channel {channel}"),
+                    None => "has no channel".to_owned(),
+                };
+                let what = format!("bank `{}` {why}: it is {first} in the file", bank.name);
+                self.losses.push(Loss::new(what));
+            }
+            let heads = self.heads.iter().filter(|(.., bank)| *bank == index);
+            let more = heads.skip(1).map(|_| free());
+            self.channels
+                .push(std::iter::once(first).chain(more).collect());
         }
     }
 
-    fn channel(&self, bank: usize) -> u32 {
-        self.channels.get(bank).copied().unwrap_or(0)
+    fn channels_of(&self, bank: usize) -> &[u32] {
+        self.channels.get(bank).map_or(&[], Vec::as_slice)
+    }
+
+    /// The channels of banks with the levels that these hold.
+    fn held(&self, banks: impl Iterator<Item = usize>) -> BTreeMap<u32, Tenths> {
+        let each = |bank| {
+            let level = of(self.level(bank));
+            self.channels_of(bank)
+                .iter()
+                .map(move |channel| (*channel, level))
+        };
+        banks.flat_map(each).collect()
+    }
+
+    /// The head of a bank that has its `position`-th channel.
+    fn head_of(&self, bank: usize, position: usize) -> Option<(usize, &'a Head)> {
+        let heads = self.heads.iter().enumerate();
+        let mut own = heads.filter(|(_, (.., of))| *of == bank);
+        own.nth(position)
+            .map(|(index, (_, head, _))| (index, *head))
     }
 
     fn head(&mut self) {
-        let most = self.channels.iter().max().copied().unwrap_or(0);
+        let most = self.channels.iter().flatten().max().copied().unwrap_or(0);
         let title = ascii(&self.show.title, WIDTH - 8);
         let _ = write!(
             self.text,
             "Ident 3:0\nManufacturer ETC\nConsole Eos\n$$Format 3.20\n! Written by Footlight\n\
              $$Title {title}\nClear All\nSet Channels {most}\n\n"
         );
-        if self.show.banks.iter().any(|bank| bank.rgb) {
-            self.text.push_str(
-                "$ParamType 1 1 Intens\n$ParamType 12 3 Red\n$ParamType 13 3 Green\n\
-                 $ParamType 14 3 Blue\n\n",
-            );
+        let rgb = self.show.banks.iter().any(|bank| bank.rgb);
+        if rgb || !self.heads.is_empty() {
+            self.text.push_str("$ParamType 1 1 Intens\n");
         }
-        let kinds = [
-            (true, "RGB_16bit", 8, [1, 12, 13, 14].as_slice()),
-            (false, "Dimmer", 1, &[1]),
-        ];
-        for ((rgb, model, footprint, parameters), kind) in kinds.into_iter().zip(KINDS) {
-            if !self.show.banks.iter().any(|bank| bank.rgb == rgb) {
-                continue;
-            }
-            let _ = write!(
-                self.text,
-                "$Personality {kind}\n   $$Manuf Generic\n   $$Model {model}\n   $$Footprint {footprint}\n"
-            );
-            for (index, parameter) in parameters.iter().enumerate() {
-                let (size, at) = if rgb { (2, 2 * index + 1) } else { (1, 1) };
-                let low = if rgb { at + 1 } else { 0 };
-                let home = if index == 0 { 0 } else { 65535 };
-                let _ = writeln!(
-                    self.text,
-                    "   $$PersChan {parameter} {size} {at} {low} {home}"
-                );
-            }
-            self.text.push('\n');
+        if !self.heads.is_empty() {
+            self.text
+                .push_str("$ParamType 2 2 Pan\n$ParamType 3 2 Tilt\n");
         }
+        if rgb {
+            self.text
+                .push_str("$ParamType 12 3 Red\n$ParamType 13 3 Green\n$ParamType 14 3 Blue\n");
+        }
+        self.text.push('\n');
+        let mut kinds: Vec<(bool, Option<[[f64; 2]; 2]>)> = Vec::new();
+        let mut patch = String::new();
         for (index, bank) in self.show.banks.iter().enumerate() {
-            let [mixing, plain] = KINDS;
-            let kind = if bank.rgb { mixing } else { plain };
-            let _ = writeln!(self.text, "$Patch {} {kind} 0 0 1", self.channel(index));
-            self.label(&bank.name);
+            for (position, channel) in self.channels_of(index).iter().enumerate() {
+                let head = self.head_of(index, position);
+                let kind = (bank.rgb, head.map(|(_, head)| [head.pan, head.tilt]));
+                let known = kinds.iter().position(|other| *other == kind);
+                let number = FIRST_KIND + known.unwrap_or(kinds.len()) as u32;
+                if known.is_none() {
+                    kinds.push(kind);
+                }
+                let _ = writeln!(patch, "$Patch {channel} {number} 0 0 1");
+                let light = head.filter(|_| self.channels_of(index).len() > 1);
+                let light = light.and_then(|(head, _)| self.heads.get(head));
+                let light = light.and_then(|(light, ..)| self.show.lights.get(*light));
+                let name = light.map_or(&bank.name, |light| &light.name);
+                patch.push_str(&labelled("Text", name));
+            }
+        }
+        for ((rgb, head), number) in kinds.iter().zip(FIRST_KIND..) {
+            self.kind(number, *rgb, *head);
+        }
+        let _ = write!(self.text, "{patch}\n");
+    }
+
+    /// A type of fixture: a dimmer, with three emitters, with pan and tilt of these ranges.
+    fn kind(&mut self, number: u32, rgb: bool, head: Option<[[f64; 2]; 2]>) {
+        let wide = if rgb { 2 } else { 1 };
+        let turns = [2, 3].into_iter().zip(head.into_iter().flatten());
+        let turns: Vec<(u32, u32, u32, Option<[f64; 2]>)> =
+            turns.map(|(p, range)| (p, 2, 32768, Some(range))).collect();
+        let emitters = EMITTERS.into_iter().filter(|_| rgb);
+        let emitters = emitters.map(|emitter| (emitter, 2, 65535, None));
+        let mut rows = vec![(1, wide, 0, None)];
+        rows.extend(turns.into_iter().chain(emitters));
+        let model = match (rgb, head.is_some()) {
+            (false, false) => "Dimmer",
+            (true, false) => "RGB_16bit",
+            (false, true) => "Head",
+            (true, true) => "Head_RGB",
+        };
+        let footprint: u32 = rows.iter().map(|(_, size, ..)| size).sum();
+        let _ = write!(
+            self.text,
+            "$Personality {number}\n   $$Manuf Generic\n   $$Model {model}\n   $$Footprint {footprint}\n"
+        );
+        let mut at = 1;
+        for (parameter, size, home, range) in rows {
+            let low = if size == 2 { at + 1 } else { 0 };
+            let _ = writeln!(
+                self.text,
+                "   $$PersChan {parameter} {size} {at} {low} {home}"
+            );
+            if let Some([from, to]) = range {
+                let _ = writeln!(self.text, "   $$PersSlot 0 65535 {home} {from} {to}");
+            }
+            at += size;
         }
         self.text.push('\n');
     }
@@ -159,31 +234,16 @@ impl Writer<'_> {
         self.text("Text", label);
     }
 
-    /// A text, and in UTF-16 too where it is not ASCII.
     fn text(&mut self, key: &str, text: &str) {
-        if text.is_empty() {
-            return;
-        }
-        let plain = ascii(text, WIDTH - 4 - key.len());
-        let _ = writeln!(self.text, "   {key} {plain}");
-        if plain != text {
-            let units = text
-                .encode_utf16()
-                .map(|unit| format!("{:04X}", unit.swap_bytes()));
-            let units: Vec<String> = units.collect();
-            let _ = writeln!(self.text, "   $$UText {}", units.join(" "));
-        }
+        self.text.push_str(&labelled(key, text));
     }
 
     fn selections(&mut self) {
         for (index, group) in self.show.groups.iter().enumerate() {
             let _ = writeln!(self.text, "Group {}", index + 1);
             self.label(&group.name);
-            let members = group
-                .banks
-                .iter()
-                .map(|bank| (self.channel(*bank), FULL))
-                .collect();
+            let members = group.banks.iter().flat_map(|bank| self.channels_of(*bank));
+            let members = members.map(|channel| (*channel, FULL)).collect();
             self.levels("Chan", &members, |_| "100".to_owned());
         }
         for (index, look) in self.show.looks.iter().enumerate() {
@@ -192,9 +252,13 @@ impl Writer<'_> {
             let mut levels = BTreeMap::new();
             let mut coloured = BTreeSet::new();
             for (parameter, level) in &look.levels {
-                match self.bank_of(*parameter) {
-                    (bank, 0) => drop(levels.insert(self.channel(bank), of(*level))),
-                    (bank, _) => drop(coloured.insert(self.channel(bank))),
+                let (bank, which) = self.bank_of(*parameter);
+                for channel in self.channels_of(bank) {
+                    if which == 0 {
+                        levels.insert(*channel, of(*level));
+                    } else {
+                        coloured.insert(*channel);
+                    }
                 }
             }
             for channel in coloured {
@@ -255,9 +319,7 @@ impl Writer<'_> {
             if number == 0 && cue.block {
                 self.text.push_str("   $$Block\n");
             }
-            let level = |bank: usize| (self.channel(bank), of(self.level(bank)));
-            let moves: BTreeMap<u32, Tenths> =
-                part.levels.iter().map(|bank| level(*bank)).collect();
+            let moves = self.held(part.levels.iter().copied());
             let here = |bank: &usize| {
                 if moved.contains(bank) {
                     part.levels.contains(bank)
@@ -265,13 +327,12 @@ impl Writer<'_> {
                     number == 0
                 }
             };
-            let lit: BTreeMap<u32, Tenths> =
-                (0..self.show.banks.len()).filter(here).map(level).collect();
-            let lit = lit.into_iter().filter(|(_, level)| *level > 0).collect();
+            let mut lit = self.held((0..self.show.banks.len()).filter(here));
+            lit.retain(|_, level| *level > 0);
             self.levels("$$ChanMove", &moves, hex);
             self.levels("Chan", &lit, hex);
-            for bank in &part.colours {
-                self.colour(*bank);
+            for bank in 0..self.show.banks.len() {
+                self.parameters(bank, part);
             }
         }
         self.link(index, cue);
@@ -297,16 +358,30 @@ impl Writer<'_> {
         self.held.get(first).copied().unwrap_or(0.0)
     }
 
-    fn colour(&mut self, bank: usize) {
-        let first = self.first.get(bank).copied().unwrap_or(0);
-        let emitters = self.held.get(first + 1..first + 4).unwrap_or_default();
-        let values = [12, 13, 14].iter().zip(emitters);
-        let values = values.map(|(parameter, value)| {
-            let value = (value * 65535.0).round();
-            format!(" {parameter}@{value}")
-        });
-        let values: String = values.collect();
-        let _ = writeln!(self.text, "   $$Param {}{values}", self.channel(bank));
+    /// What a part moves of a bank's pan, tilt and colour.
+    fn parameters(&mut self, bank: usize, part: &Part) {
+        let mut text = String::new();
+        for (position, channel) in self.channels_of(bank).iter().enumerate() {
+            let mut row: Vec<(u32, usize)> = Vec::new();
+            let head = self.head_of(bank, position).map(|(head, _)| head);
+            if let Some(head) = head.filter(|head| part.heads.contains(head)) {
+                let first = self.show.first_pose_of(head);
+                row.extend([(2, first), (3, first + 1)]);
+            }
+            if part.colours.contains(&bank) {
+                let first = self.first.get(bank).copied().unwrap_or(0);
+                row.extend(EMITTERS.into_iter().zip(first + 1..));
+            }
+            if !row.is_empty() {
+                let _ = write!(text, "   $$Param {channel}");
+                for (parameter, from) in row {
+                    let value = self.held.get(from).copied().unwrap_or(0.0);
+                    let _ = write!(text, " {parameter}@{}", (value * 65535.0).round());
+                }
+                text.push('\n');
+            }
+        }
+        self.text.push_str(&text);
     }
 
     /// What the cue moves, by times; the levels that it comes to are held from here on.
@@ -325,8 +400,10 @@ impl Writer<'_> {
             })
             .collect();
         let mut curved: Vec<(usize, Time, Time)> = Vec::new();
+        let mut bent = false;
         for one in moves {
             let (bank, which) = self.bank_of(one.parameter);
+            let pose = one.parameter.checked_sub(self.show.first_pose());
             let target = one.motion.target();
             let (up, down) = self.times_of(one);
             let known = parts
@@ -345,11 +422,12 @@ impl Writer<'_> {
             }
             let was = before.get(one.parameter).copied().unwrap_or(0.0);
             if let Some(part) = parts.get_mut(at) {
-                match which {
-                    0 => part.levels.insert(bank),
-                    _ => part.colours.insert(bank),
+                match (pose, which) {
+                    (Some(pose), _) => part.heads.insert(pose / 4),
+                    (None, 0) => part.levels.insert(bank),
+                    (None, _) => part.colours.insert(bank),
                 };
-                if which > 0 && was != target {
+                if pose.is_none() && which > 0 && was != target {
                     part.colour = part.colour.max(if target > was { up } else { down });
                 }
             }
@@ -358,7 +436,9 @@ impl Writer<'_> {
             }
             let straight = matches!(*one.motion, Motion::To(_)) && one.repeat == 1;
             let linear = one.timing.fade == Fade::LINEAR || was == target;
-            if !(straight && linear) || (which > 0 && up != down && was != target) {
+            if pose.is_some() {
+                bent |= !(straight && linear);
+            } else if !(straight && linear) || (which > 0 && up != down && was != target) {
                 curved.push((one.parameter, one.timing.delay, up.max(down)));
             }
         }
@@ -370,6 +450,14 @@ impl Writer<'_> {
                 delay: own.map_or(Time::ZERO, |part| part.delay),
                 ..Part::default()
             });
+        }
+        if let (0, Some(part)) = (index, parts.first_mut()) {
+            // Where heads point that no cue has moved yet.
+            part.heads.extend(0..self.heads.len());
+        }
+        if bent {
+            let what = "heads turn straight, not along their curve";
+            self.losses.push(Loss::new(what).cue(cue.number));
         }
         self.bends(index, cue, &curved);
         parts
@@ -409,6 +497,23 @@ impl Writer<'_> {
         }
         self.text.push('\n');
     }
+}
+
+/// A text, and in UTF-16 too where it is not ASCII.
+fn labelled(key: &str, text: &str) -> String {
+    if text.is_empty() {
+        return String::new();
+    }
+    let plain = ascii(text, WIDTH - 4 - key.len());
+    let mut out = format!("   {key} {plain}\n");
+    if plain != text {
+        let units = text
+            .encode_utf16()
+            .map(|unit| format!("{:04X}", unit.swap_bytes()));
+        let units: Vec<String> = units.collect();
+        let _ = writeln!(out, "   $$UText {}", units.join(" "));
+    }
+    out
 }
 
 /// The level that a reader of the file finds for a fraction of full.

@@ -3,7 +3,7 @@
 use super::super::model::{Cue, Fade, Part, Tenths};
 use super::super::record::Record;
 use super::super::{MOST_CHANNELS, MOST_CUES};
-use super::{EMITTERS, Reader, Refused, Section, Text, utf16, why};
+use super::{AXES, EMITTERS, Reader, Refused, Section, Text, utf16, why};
 use crate::Loss;
 use footlight_show::units::Time;
 
@@ -256,9 +256,53 @@ impl Reader {
         Some((value / full).min(1.0))
     }
 
+    /// The angle of pan or tilt, to a hundredth of a degree.
+    fn degrees(&self, channel: u32, axis: u32, word: &str) -> Option<f64> {
+        let channel = self.show.channels.get(&channel)?;
+        channel.head?;
+        let [first, last, from, to] = *self.degrees.get(&(channel.personality?, axis))?;
+        let part = (word.parse::<f64>().ok()? - first) / (last - first);
+        let angle = ((from + (to - from) * part) * 100.0).round() / 100.0;
+        Some(angle.clamp(from.min(to), from.max(to))).filter(|angle| angle.is_finite())
+    }
+
+    /// Adds a colour and a pose to the part that is being read. A bank and a head move in one part of a
+    /// cue: what earlier parts say goes over into this one, where it says less. True where they do.
+    fn place(&mut self, channel: u32, colour: [Option<f64>; 3], pose: [Option<f64>; 2]) -> bool {
+        let mut twice = false;
+        let parts = self.show.cues.last_mut().map(|cue| &mut cue.parts);
+        let Some((part, earlier)) = parts.and_then(|parts| parts.split_last_mut()) else {
+            return false;
+        };
+        if colour.iter().any(Option::is_some) {
+            let taken = earlier
+                .iter_mut()
+                .filter_map(|part| part.colours.remove(&channel));
+            let taken: Vec<_> = taken.collect();
+            twice |= !taken.is_empty();
+            let own = part.colours.entry(channel).or_default();
+            for was in taken.into_iter().chain([colour]) {
+                merge(own, was);
+            }
+        }
+        if pose.iter().any(Option::is_some) {
+            for was in earlier
+                .iter_mut()
+                .filter_map(|part| part.poses.get_mut(&channel))
+            {
+                for (was, _) in was.iter_mut().zip(pose).filter(|(_, now)| now.is_some()) {
+                    twice |= was.take().is_some();
+                }
+            }
+            merge(part.poses.entry(channel).or_default(), pose);
+        }
+        twice
+    }
+
     pub(super) fn colours(&mut self, record: &Record<'_>) -> Result<(), Refused> {
         let (channel, values) = self.parameters(record)?;
         let mut colour = [None; 3];
+        let mut pose = [None; 2];
         let mut others = Vec::new();
         for (parameter, written) in values {
             let emitter = EMITTERS.iter().position(|e| *e == parameter);
@@ -267,6 +311,12 @@ impl Reader {
                 continue;
             }
             let word = written.strip_prefix(['b', 'k']).unwrap_or(written);
+            let axis = AXES.iter().position(|axis| *axis == parameter);
+            let degrees = axis.and_then(|_| self.degrees(channel, parameter, word));
+            if let (Some(place), true) = (axis.and_then(|a| pose.get_mut(a)), degrees.is_some()) {
+                *place = degrees;
+                continue;
+            }
             match emitter.and_then(|emitter| colour.get_mut(emitter).zip(Some(emitter))) {
                 Some((place, emitter)) => {
                     let palette = self.palettes.get(word).and_then(|p| p.get(&channel));
@@ -288,13 +338,13 @@ impl Reader {
                 others.join(" ")
             );
             let loss = Loss::new(what).line(record.line);
-            self.losses.push(loss.cue(cue.unwrap_or_default()));
+            self.losses.push(loss.cue(cue.clone().unwrap_or_default()));
         }
-        if colour.iter().any(Option::is_some) {
-            self.channel(channel, record)?.rgb = true;
-            if let Some(part) = self.last_part() {
-                part.colours.insert(channel, colour);
-            }
+        self.channel(channel, record)?.rgb |= colour.iter().any(Option::is_some);
+        if self.place(channel, colour, pose) {
+            let what = format!("channel {channel} stands in two parts: the later one counts");
+            let loss = Loss::new(what).line(record.line);
+            self.losses.push(loss.cue(cue.unwrap_or_default()));
         }
         Ok(())
     }
@@ -319,5 +369,12 @@ impl Reader {
             part.times.insert(channel, Fade { time, delay });
         }
         Ok(())
+    }
+}
+
+/// Replaces the values that `now` has.
+fn merge<const N: usize>(values: &mut [Option<f64>; N], now: [Option<f64>; N]) {
+    for (value, now) in values.iter_mut().zip(now) {
+        *value = now.or(*value);
     }
 }

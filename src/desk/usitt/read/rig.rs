@@ -5,8 +5,11 @@ use std::collections::BTreeMap;
 use super::super::model::{Curve, FULL, Look};
 use super::super::record::Record;
 use super::super::{MOST_CHANNELS, MOST_MEMBERS};
-use super::{EMITTERS, Reader, Refused, Section, Values, label, utf16};
+use super::{AXES, EMITTERS, Reader, Refused, Section, Values, label, utf16};
 use crate::Loss;
+
+/// Degrees of pan and tilt.
+const MOST_DEGREES: f64 = 1000.0;
 
 impl Reader {
     /// `Patch PAGE CHANNEL<DIMMER@LEVEL …`.
@@ -63,19 +66,49 @@ impl Reader {
         record: &Record<'_>,
         number: u32,
     ) -> Result<(), Refused> {
+        if record.key == "$$persslot" && AXES.contains(&self.parameter) {
+            return self.of_slot(record, number);
+        }
         if record.key != "$$perschan" {
             return self.skip(
                 record,
                 "$personality",
-                "of a type of fixture its colours are read",
+                "of a type of fixture its colours, and degrees of pan and tilt, are read",
             );
         }
         let words: Vec<u32> = record.words().map_while(|word| word.parse().ok()).collect();
         if let [parameter, size, ..] = words.as_slice() {
+            self.parameter = *parameter;
             self.sizes.insert((number, *parameter), *size);
             self.kinds.insert(number);
         }
         Ok(())
+    }
+
+    /// `$$PersSlot FIRST LAST HOME FROM TO UNIT` of pan or tilt: values, and the degrees of the first
+    /// and the last.
+    fn of_slot(&mut self, record: &Record<'_>, number: u32) -> Result<(), Refused> {
+        let words: Vec<f64> = record.words().map_while(|word| word.parse().ok()).collect();
+        let unit = record.words().nth(5).unwrap_or_default();
+        match words.as_slice() {
+            [first, last, _, from, to]
+                if first < last
+                    && (from - to).abs() > 1.0
+                    && from.abs().max(to.abs()) <= MOST_DEGREES
+                    && unit != "%" =>
+            {
+                let key = (number, self.parameter);
+                self.degrees
+                    .entry(key)
+                    .or_insert([*first, *last, *from, *to]);
+                Ok(())
+            }
+            _ => self.skip(
+                record,
+                "$personality",
+                "its pan and tilt are not in degrees",
+            ),
+        }
     }
 
     pub(super) fn of_group(&mut self, record: &Record<'_>) -> Result<(), Refused> {

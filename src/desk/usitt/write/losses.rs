@@ -64,7 +64,8 @@ impl Writer<'_> {
     /// Levels and colours that the file's steps do not have.
     pub(super) fn rounding(&mut self, cue: &Cue, moves: &[Moved<'_>]) {
         let mut off = (0.0_f64, 0.0_f64);
-        for one in moves {
+        let first_pose = self.show.first_pose();
+        for one in moves.iter().filter(|one| one.parameter < first_pose) {
             let target = one.motion.target();
             match self.bank_of(one.parameter).1 {
                 0 => off.0 = off.0.max((f64::from(of(target)) / 1000.0 - target).abs()),
