@@ -7,7 +7,7 @@ use super::patch::{Frames, Patch, Slot};
 use super::{Carried, ExportError, Loss};
 use footlight_host::work::Work;
 use footlight_show::model::{Link, Show};
-use footlight_show::timeline::{Moved, Timeline, TimelineError, cue_moves, lights, tracked};
+use footlight_show::timeline::{Timeline, TimelineError, lights, tracked};
 use footlight_show::units::Time;
 
 /// The function that runs the cues; scenes follow.
@@ -23,13 +23,8 @@ const SAMPLES: i32 = 32;
 /// Where the cues make no timeline, or on cancel.
 pub fn write(show: &Show, timeline: &Timeline, work: Work<'_>) -> Result<Carried, ExportError> {
     let (patch, mut losses) = Patch::of_channels(show);
-    let (first, moves) = (show.first_pose(), cue_moves(show)?);
-    let turns = |all: &&Vec<Moved<'_>>| all.iter().any(|one| one.parameter >= first);
-    let turning = moves.iter().filter(turns).count();
-    if turning > 0 {
-        let cues = if turning == 1 { "cue" } else { "cues" };
-        let what = format!("pan, tilt and zoom of moving heads, in {turning} {cues}");
-        losses.push(Loss::new(what));
+    if !show.heads().is_empty() {
+        losses.push(Loss::new("pan, tilt and zoom of moving heads"));
     }
     let mut text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!DOCTYPE Workspace>\n\
         <Workspace xmlns=\"http://www.qlcplus.org/Workspace\" CurrentWindow=\"VirtualConsole\">\n \

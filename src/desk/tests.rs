@@ -345,7 +345,7 @@ fn a_workspace_has_every_cue() {
     assert_eq!(losses[0], "bank `c` is at address 1/3");
     let heads = parsed(HEADS);
     let carried = qlc::write(&heads, &Timeline::new(&heads).unwrap(), Work::silent()).unwrap();
-    let plain = "pan, tilt and zoom of moving heads, in 4 cues";
+    let plain = "pan, tilt and zoom of moving heads";
     assert_eq!(carried.losses, [Loss::new(plain)]);
     // The square of a straight fade, and the straight fade of its square, differ by a quarter of it.
     assert!(losses[1].starts_with("cue 2:") && losses[1].ends_with("(6.25 % of the light)"));

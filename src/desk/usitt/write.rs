@@ -28,10 +28,7 @@ pub fn write(show: &Show, timeline: &Timeline, work: Work<'_>) -> Result<Carried
     let mut moves = cue_moves(show)?;
     let first_pose = show.first_pose();
     let turns = |parameter: usize| parameter < first_pose || (parameter - first_pose) % 4 < 2;
-    let zooms = moves
-        .iter()
-        .filter(|all| all.iter().any(|one| !turns(one.parameter)));
-    let zooms = zooms.count();
+    let zooms = moves.iter().flatten().any(|one| !turns(one.parameter));
     for all in &mut moves {
         all.retain(|one| turns(one.parameter));
     }
@@ -46,10 +43,8 @@ pub fn write(show: &Show, timeline: &Timeline, work: Work<'_>) -> Result<Carried
         losses: Vec::new(),
     };
     writer.channels();
-    if zooms > 0 {
-        let cues = if zooms == 1 { "cue" } else { "cues" };
-        let what = format!("zoom of moving heads, in {zooms} {cues}");
-        writer.losses.push(Loss::new(what));
+    if zooms {
+        writer.losses.push(Loss::new("zoom of moving heads"));
     }
     writer.head();
     writer.selections();
@@ -156,19 +151,12 @@ impl<'a> Writer<'a> {
             "Ident 3:0\nManufacturer ETC\nConsole Eos\n$$Format 3.20\n! Written by Footlight\n\
              $$Title {title}\nClear All\nSet Channels {most}\n\n"
         );
-        let rgb = self.show.banks.iter().any(|bank| bank.rgb);
-        if rgb || !self.heads.is_empty() {
-            self.text.push_str("$ParamType 1 1 Intens\n");
+        if !self.heads.is_empty() || self.show.banks.iter().any(|bank| bank.rgb) {
+            self.text.push_str(
+                "$ParamType 1 1 Intens\n$ParamType 2 2 Pan\n$ParamType 3 2 Tilt\n\
+                 $ParamType 12 3 Red\n$ParamType 13 3 Green\n$ParamType 14 3 Blue\n\n",
+            );
         }
-        if !self.heads.is_empty() {
-            self.text
-                .push_str("$ParamType 2 2 Pan\n$ParamType 3 2 Tilt\n");
-        }
-        if rgb {
-            self.text
-                .push_str("$ParamType 12 3 Red\n$ParamType 13 3 Green\n$ParamType 14 3 Blue\n");
-        }
-        self.text.push('\n');
         let mut kinds: Vec<(bool, Option<[[f64; 2]; 2]>)> = Vec::new();
         let mut patch = String::new();
         for (index, bank) in self.show.banks.iter().enumerate() {
@@ -191,43 +179,47 @@ impl<'a> Writer<'a> {
         for ((rgb, head), number) in kinds.iter().zip(FIRST_KIND..) {
             self.kind(number, *rgb, *head);
         }
-        let _ = write!(self.text, "{patch}\n");
+        let _ = writeln!(self.text, "{patch}");
     }
 
     /// A type of fixture: a dimmer, with three emitters, with pan and tilt of these ranges.
     fn kind(&mut self, number: u32, rgb: bool, head: Option<[[f64; 2]; 2]>) {
-        let wide = if rgb { 2 } else { 1 };
-        let turns = [2, 3].into_iter().zip(head.into_iter().flatten());
-        let turns: Vec<(u32, u32, u32, Option<[f64; 2]>)> =
-            turns.map(|(p, range)| (p, 2, 32768, Some(range))).collect();
-        let emitters = EMITTERS.into_iter().filter(|_| rgb);
-        let emitters = emitters.map(|emitter| (emitter, 2, 65535, None));
-        let mut rows = vec![(1, wide, 0, None)];
-        rows.extend(turns.into_iter().chain(emitters));
+        // Parameters with their homes and ranges.
+        let mut rows = vec![(1, 0, None)];
+        for (axis, range) in [2, 3].into_iter().zip(head.into_iter().flatten()) {
+            rows.push((axis, 32768, Some(range)));
+        }
+        if rgb {
+            rows.extend(EMITTERS.map(|emitter| (emitter, 65535, None)));
+        }
+        let (mut at, mut channels) = (1, String::new());
+        for (parameter, home, range) in rows {
+            let (size, low) = if parameter > 1 || rgb {
+                (2, at + 1)
+            } else {
+                (1, 0)
+            };
+            let _ = writeln!(
+                channels,
+                "   $$PersChan {parameter} {size} {at} {low} {home}"
+            );
+            if let Some([from, to]) = range {
+                let _ = writeln!(channels, "   $$PersSlot 0 65535 {home} {from} {to}");
+            }
+            at += size;
+        }
         let model = match (rgb, head.is_some()) {
             (false, false) => "Dimmer",
             (true, false) => "RGB_16bit",
             (false, true) => "Head",
             (true, true) => "Head_RGB",
         };
-        let footprint: u32 = rows.iter().map(|(_, size, ..)| size).sum();
-        let _ = write!(
+        let footprint = at - 1;
+        let _ = writeln!(
             self.text,
-            "$Personality {number}\n   $$Manuf Generic\n   $$Model {model}\n   $$Footprint {footprint}\n"
+            "$Personality {number}\n   $$Manuf Generic\n   $$Model {model}\n   $$Footprint \
+             {footprint}\n{channels}"
         );
-        let mut at = 1;
-        for (parameter, size, home, range) in rows {
-            let low = if size == 2 { at + 1 } else { 0 };
-            let _ = writeln!(
-                self.text,
-                "   $$PersChan {parameter} {size} {at} {low} {home}"
-            );
-            if let Some([from, to]) = range {
-                let _ = writeln!(self.text, "   $$PersSlot 0 65535 {home} {from} {to}");
-            }
-            at += size;
-        }
-        self.text.push('\n');
     }
 
     fn label(&mut self, label: &str) {

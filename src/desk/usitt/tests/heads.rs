@@ -14,8 +14,11 @@ const HEADS: &str = "show \"Heads\"\n\
     cue 3 { heads to band  time 2  part 2 { time 6  sky full  l pan 20 } }\n\
     cue 4 { cueonly  l tilt 3  sky out }\ncue 5 { mh2 beam 5 field 9  curve ease  mh1 pan 0  time 3 }\n";
 
-/// By cue, the pan and tilt of each head when it is complete, and how long they take.
-fn poses(show: &Show) -> Vec<Vec<(String, f64, f64, Option<Time>)>> {
+/// A head's name, its pan and tilt when a cue is complete, and how long they take where they move.
+type Posed = (String, f64, f64, Option<Time>);
+
+/// The heads by cue.
+fn poses(show: &Show) -> Vec<Vec<Posed>> {
     let mut held = show.dark_levels();
     let mut out = Vec::new();
     for moves in cue_moves(show).unwrap() {
@@ -157,7 +160,7 @@ fn positions_come_back() {
         losses.collect::<Vec<_>>().join("\n")
     };
     insta::assert_snapshot!(losses(&carried.losses), @r#"
-        zoom of moving heads, in 1 cue
+        zoom of moving heads
         cue 2: `sky.g`: its curve is a straight fade to its last level (78.42 % of the light)
         cue 2: `sky.b`: its curve is a straight fade to its last level (100 % of the light)
         "#);
