@@ -9,7 +9,7 @@
 //!   workspaces of QLC+.
 //! - [`mvr`] reads the rig of a plan (MVR with GDTF).
 //! - [`performance`] runs a [`Show`] as an operator does: cues start when they are called.
-//! - [`patch`] gives banks their addresses. [`wire`] makes packets of E1.31 and Art-Net; [`osc`] reads
+//! - [`patch`] gives banks and heads their addresses. [`wire`] makes packets of E1.31 and Art-Net; [`osc`] reads
 //!   and writes messages of Open Sound Control.
 //! - [`Loss`] is one thing that does not go across, or only nearly.
 //!
