@@ -77,7 +77,7 @@ def image(texture, numbers):
 
 
 def material(row, numbers, radiance):
-    """What reflects diffusely and emits from its front, and is black behind."""
+    """What reflects and emits from its front, and is black behind."""
     out = bpy.data.materials.new(row["name"])
     out.use_nodes = True
     nodes, links = out.node_tree.nodes, out.node_tree.links
@@ -85,6 +85,24 @@ def material(row, numbers, radiance):
     diffuse = nodes.new("ShaderNodeBsdfDiffuse")
     diffuse.inputs["Color"].default_value = (*row["reflectance"], 1)
     front = diffuse.outputs[0]
+    gloss = row.get("gloss")
+    if gloss:
+        lobe = nodes.new("ShaderNodeBsdfGlossy")
+        lobe.distribution = "GGX"
+        lobe.inputs["Roughness"].default_value = gloss["roughness"]
+        over = nodes.new("ShaderNodeMixShader")
+        root = math.sqrt(max(gloss["normal"]))
+        if gloss["metal"]:
+            lobe.inputs["Color"].default_value = (*gloss["normal"], 1)
+            over.inputs[0].default_value = 1
+        else:
+            fresnel = nodes.new("ShaderNodeFresnel")
+            fresnel.inputs["IOR"].default_value = (1 + root) / (1 - root)
+            lobe.inputs["Color"].default_value = (1, 1, 1, 1)
+            links.new(fresnel.outputs[0], over.inputs[0])
+        links.new(front, over.inputs[1])
+        links.new(lobe.outputs[0], over.inputs[2])
+        front = over.outputs[0]
     if radiance.any():
         emission = nodes.new("ShaderNodeEmission")
         emission.inputs["Color"].default_value = (*radiance, 1)

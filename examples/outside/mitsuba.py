@@ -71,18 +71,31 @@ def image(texels, wrap):
     return {"type": "bitmap", "bitmap": bitmap, "raw": True, "wrap_mode": wrap}
 
 
+def coat(material, matt):
+    """A matt reflectance with the material's gloss over it, if it has any."""
+    gloss = material.get("gloss")
+    if gloss is None:
+        return {"type": "diffuse", "reflectance": matt}
+    normal = {"type": "rgb", "value": gloss["normal"]}
+    if gloss["metal"]:
+        roughness = gloss["roughness"]
+        return {"type": "principled", "base_color": normal, "metallic": 1.0, "roughness": roughness}
+    root = math.sqrt(max(gloss["normal"]))
+    index = {"int_ior": (1 + root) / (1 - root), "ext_ior": 1.0, "diffuse_reflectance": matt}
+    if gloss["roughness"] < 0.01:
+        return {"type": "plastic", **index}
+    return {"type": "roughplastic", "distribution": "ggx", "alpha": gloss["roughness"] ** 2, **index}
+
+
 def surface(material, numbers):
-    """What reflects diffusely from its front, and lets light pass where its texture is cut."""
+    """What reflects from its front, and lets light pass where its texture is cut."""
     texture = material.get("texture")
     if texture is None:
-        return {
-            "type": "diffuse",
-            "reflectance": {"type": "rgb", "value": material["reflectance"]},
-        }
+        return coat(material, {"type": "rgb", "value": material["reflectance"]})
     shape = (texture["height"], texture["width"], 4)
     texels = np.frombuffer(numbers, "<f4", math.prod(shape), texture["offset"]).reshape(shape)
     wrap = texture["wrap"][0]
-    front = {"type": "diffuse", "reflectance": image(texels[:, :, :3], wrap)}
+    front = coat(material, image(texels[:, :, :3], wrap))
     if not texture["cut"]:
         return front
     return {"type": "mask", "opacity": image(texels[:, :, 3:], wrap), "front": front}

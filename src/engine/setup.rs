@@ -23,7 +23,9 @@ use footlight_stage::luminaire_asset::LuminaireAssets;
 use footlight_stage::rig;
 use footlight_stage::rig_error::RigError;
 use footlight_stage::stage_file::Options;
-use footlight_stage::{Emitter, Images, Lamp, Light, Rig, Scene, Shading, StageCamera, still};
+use footlight_stage::{
+    Emitter, Gloss, Images, Lamp, Light, Rig, Scene, Shading, StageCamera, still,
+};
 use footlight_transport::Setup;
 use footlight_transport::layered::only_images;
 
@@ -58,7 +60,7 @@ impl Source<'_> {
 #[derive(Clone, Debug, PartialEq)]
 struct Inputs {
     stages: Vec<(String, Options)>,
-    surfaces: Vec<(String, Rgb, Vec<Solid>)>,
+    surfaces: Vec<(String, Option<Rgb>, Option<f64>, Vec<Solid>)>,
     shapes: Vec<(String, Shape)>,
 }
 
@@ -69,7 +71,7 @@ impl Inputs {
             .iter()
             .map(|s| (s.path.clone(), options(s, show)));
         let surfaces = show.surfaces.iter();
-        let surfaces = surfaces.map(|s| (s.name.clone(), s.reflectance, s.solids.clone()));
+        let surfaces = surfaces.map(|s| (s.name.clone(), s.reflectance, s.gloss, s.solids.clone()));
         let shapes = show.shapes().map(|(name, shape)| (name.to_owned(), shape));
         Inputs {
             stages: stages.collect(),
@@ -442,7 +444,11 @@ fn apply_materials(show: &Show, spans: &SpanMap, scene: &mut Scene) -> Vec<Diagn
     let (own, replaced): (Vec<_>, Vec<_>) =
         show.surfaces.iter().partition(|s| !s.solids.is_empty());
     for surface in replaced {
-        if !scene.set_reflectance(&surface.name, surface.reflectance) {
+        let is_known = scene.materials.iter().any(|m| m.name == surface.name)
+            && surface
+                .reflectance
+                .is_none_or(|reflectance| scene.set_reflectance(&surface.name, reflectance));
+        if !is_known {
             errors.push(diagnostics::of_surface(surface, scene, spans));
         }
     }
@@ -454,12 +460,22 @@ fn apply_materials(show: &Show, spans: &SpanMap, scene: &mut Scene) -> Vec<Diagn
         }
         for solid in &surface.solids {
             let first = scene.polygons.len();
-            scene.add_solid(&surface.name, surface.reflectance, solid);
+            let reflectance = surface.reflectance.unwrap_or_default();
+            scene.add_solid(&surface.name, reflectance, solid);
             if solid.two_sided() {
                 fronts.extend(first..scene.polygons.len());
             }
         }
     }
     scene.add_backs(&fronts);
+    for surface in &show.surfaces {
+        let own = scene
+            .materials
+            .iter_mut()
+            .filter(|m| m.name == surface.name);
+        if let Some(roughness) = surface.gloss {
+            own.for_each(|material| material.gloss = Some(Gloss::varnish(roughness)));
+        }
+    }
     errors
 }

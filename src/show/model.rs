@@ -130,8 +130,10 @@ pub struct Surface {
     pub id: NodeId,
     /// The material's name.
     pub name: String,
-    /// Diffuse reflectance, linear, 0 to 1.
-    pub reflectance: Rgb,
+    /// Diffuse reflectance, linear, 0 to 1; `None` where the stage's stays.
+    pub reflectance: Option<Rgb>,
+    /// Roughness of its gloss, 0 (a mirror) to 1; `None` where the stage's stays, or it is matt.
+    pub gloss: Option<f64>,
     /// What is made of it; none when it replaces.
     pub solids: Vec<Solid>,
 }

@@ -66,6 +66,33 @@ pub struct Material {
     pub emission: Rgb,
     /// What it reflects point by point, and where light passes through it.
     pub texture: Option<Texture>,
+    /// What it reflects as a mirror does, over its matt reflectance; `None` where it is matt.
+    pub gloss: Option<Gloss>,
+}
+
+/// Light that a surface reflects as a mirror does, sharply or spread.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gloss {
+    /// 0 (a mirror) to 1, as glTF has it: its square is the root mean square slope of what it is made of.
+    pub roughness: f64,
+    /// Reflectance of light from right above, of each channel.
+    pub normal: Rgb,
+    /// Metals have a colour of their own, and nothing matt below.
+    pub is_metal: bool,
+}
+
+impl Gloss {
+    /// Reflectance from right above of varnish, water, plastic, and most of what is no metal.
+    pub const COMMON: f64 = 0.04;
+
+    /// The gloss of varnish.
+    pub fn varnish(roughness: f64) -> Gloss {
+        Gloss {
+            roughness,
+            normal: Rgb([Gloss::COMMON; 3]),
+            is_metal: false,
+        }
+    }
 }
 
 impl Material {
@@ -76,6 +103,7 @@ impl Material {
             reflectance,
             emission: Rgb::default(),
             texture: None,
+            gloss: None,
         }
     }
 
@@ -150,6 +178,13 @@ impl Scene {
         let is_cut: Vec<bool> = self.materials.iter().map(Material::is_cut).collect();
         let mut materials = self.polygons.iter().map(|p| p.material);
         is_cut.contains(&true) && materials.any(|m| is_cut.get(m) == Some(&true))
+    }
+
+    /// Is a polygon glossy? A material that none is of does not count.
+    pub fn is_glossy(&self) -> bool {
+        let of = |p: &Polygon| self.materials.get(p.material);
+        let mut used = self.polygons.iter().filter_map(of);
+        used.any(|material| material.gloss.is_some())
     }
 
     /// Adds another file's materials and polygons.

@@ -60,7 +60,7 @@ use crate::unit_lights::UnitLights;
 use crate::{Quality, Setup, TransportError};
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
-use footlight_show::geometry::frame;
+use footlight_show::geometry::{Vec3, frame};
 use footlight_show::model::Haze;
 use footlight_stage::Light;
 use rayon::prelude::*;
@@ -252,7 +252,7 @@ impl FinalGather {
                 let part = &self.parts.all()[at];
                 let arrives = &arrives[3 * (at * lights + light)..];
                 let reflected = self.parts.reflectance(part, &self.surfaces);
-                let share = part.share * self.rays().clearness(part.point);
+                let share = part.share * self.scene().clearness(part.length.into()) as f32;
                 for ((out, r), arrives) in out.iter_mut().zip(reflected).zip(arrives) {
                     *out += share * r * arrives;
                 }
@@ -324,7 +324,11 @@ impl FinalGather {
         };
         let ends = |pixel: usize| {
             let parts = self.parts.pixels.get(pixel).iter();
-            parts.map(|part| (part.share, part.point))
+            let seen = parts.filter(|part| !part.is_mirrored);
+            seen.map(|part| {
+                let (facet, point) = (part.facet, part.point);
+                (part.share, SurfacePoint { facet, point })
+            })
         };
         let view = (&self.camera, [self.width, self.height]);
         let scattered = airlight.picture(emitters, view, ends, work)?;
@@ -370,9 +374,14 @@ impl FinalGather {
                         frame(normal).map(|way| way * side)
                     };
                     let random = point(k as u32, seed);
+                    let lobe = self.surfaces.lobe(facet);
                     for (sum, emitter) in sums.iter_mut().zip(&emitters) {
                         let sample = emitter.sample(self.scene(), at, footprint, random);
-                        sum.add(sample, 1.0);
+                        let way = |to: Vec3| (to - place).normalized();
+                        let weight = lobe.zip(emitter.middle()).map_or(1.0, |(lobe, middle)| {
+                            lobe.bounced(normal.dot(way(middle))) as f32
+                        });
+                        sum.add(sample, weight);
                     }
                 }
                 for (out, sum) in out.iter_mut().zip(&sums) {

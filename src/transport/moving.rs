@@ -16,7 +16,7 @@ use crate::direct::projector::{Projector, pixel as footprint, projector};
 use crate::gather::airlight::Airlight;
 use crate::gather::bvh::Bvh;
 use crate::gather::emitter::{Emitter, Receiver};
-use crate::gather::ray_scene::RayScene;
+use crate::gather::ray_scene::{DARK, RayScene, SurfacePoint, View};
 use crate::gather::sampling::{hash, point};
 use crate::memory::MemoryBudget;
 use crate::surfaces::FACET_BYTES;
@@ -67,11 +67,23 @@ pub struct Hung {
     pub field: f64,
 }
 
+/// How a facet is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Look {
+    /// Its matt part, or all of it.
+    Matt,
+    /// The lights in its gloss.
+    Gloss,
+    /// In a glossy facet.
+    Mirrored(u32),
+}
+
 /// A part of a pixel on one facet.
 #[derive(Clone, Copy, Debug)]
 struct Place {
     pixel: u32,
     facet: u32,
+    look: Look,
     /// Share of the pixel.
     share: f32,
     point: [f32; 3],
@@ -88,7 +100,10 @@ impl Place {
 /// A sample of a pixel.
 struct Seen {
     facet: u32,
+    look: Look,
     point: Vec3,
+    /// Metres of the way from the eye.
+    length: f64,
     /// Less than 1 where light passes.
     share: f64,
     /// Irradiance of one candela from each head.
@@ -264,24 +279,81 @@ impl MovingLights {
                 _ => point(k as u32, seed),
             };
             let way = self.camera.ray(x as f64 + u, y as f64 + v);
-            for (place, share) in scene.layers(self.camera.origin, way) {
-                let facet = &self.surfaces.facets[place.facet as usize];
-                let receiver = Receiver::new(facet, place.point, self.offset);
-                let lit = heads.iter();
-                let lit = lit.map(|head| share * self.irradiance(receiver, head.position));
-                let lit: Vec<f64> = lit.collect();
-                let lights = lit.iter().take(64).enumerate();
-                let by = lights.fold(0, |by, (i, lit)| by | u64::from(*lit > 0.0) << i);
-                seen.push(Seen {
-                    facet: place.facet,
-                    point: place.point,
-                    share,
-                    lit,
-                    by,
-                });
+            let random = point(k as u32, !seed);
+            for view in scene.views(self.camera.origin, way, random) {
+                self.add_view(view, heads, &mut seen);
             }
         }
         seen
+    }
+
+    /// Adds what a ray shows of a facet: its matt part and its gloss by themselves.
+    fn add_view(&self, view: View, heads: &[Hung], seen: &mut Vec<Seen>) {
+        let View {
+            place,
+            mirror,
+            share,
+            length,
+        } = view;
+        let facet = &self.surfaces.facets[place.facet as usize];
+        let receiver = Receiver::new(facet, place.point, self.offset);
+        let heads = heads.iter().map(|head| head.position);
+        let lit = heads.clone().map(|p| share * self.irradiance(receiver, p));
+        let lit: Vec<f64> = lit.collect();
+        let mut push = |look, lit: Vec<f64>| {
+            let lights = lit.iter().take(64).enumerate();
+            let by = lights.fold(0, |by, (i, lit)| by | u64::from(*lit > 0.0) << i);
+            seen.push(Seen {
+                facet: place.facet,
+                look,
+                point: place.point,
+                length,
+                share,
+                lit,
+                by,
+            });
+        };
+        let lobe = self.surfaces.lobe(place.facet);
+        if mirror != DARK {
+            return push(Look::Mirrored(mirror), lit);
+        }
+        let Some(lobe) = lobe else {
+            return push(Look::Matt, lit);
+        };
+        let way = |to: Vec3| (to - place.point).normalized();
+        let (normal, eye) = (receiver.normal, way(self.camera.origin));
+        let times = |of: &dyn Fn(Vec3) -> f64| {
+            let pairs = lit.iter().zip(heads.clone());
+            pairs.map(|(lit, p)| lit * of(way(p))).collect()
+        };
+        push(
+            Look::Matt,
+            times(&|light| lobe.matt_from(normal.dot(light).max(0.0))),
+        );
+        push(
+            Look::Gloss,
+            times(&|light| PI * lobe.value(normal, eye, light)),
+        );
+    }
+
+    /// What a place reflects of each channel.
+    fn reflectance(&self, look: Look, facet: u32, point: Vec3, share: f64) -> [f64; 3] {
+        let own = &self.surfaces.facets[facet as usize];
+        let tint = |facet| self.surfaces.lobe(facet).map_or([1.0; 3], |lobe| lobe.tint);
+        let sides = || footprint(&self.camera, point, own.normal, share);
+        match (look, self.surfaces.lobe(facet)) {
+            (Look::Gloss, _) => tint(facet),
+            (Look::Mirrored(mirror), _) => {
+                let tint = tint(mirror);
+                let found = self.surfaces.reflectance_at(own, point, || [Vec3::ZERO; 2]);
+                [0, 1, 2].map(|c| found[c] * tint[c])
+            }
+            (Look::Matt, Some(lobe)) => {
+                let seen = (point, point - self.camera.origin);
+                self.surfaces.matt_at((own, lobe), seen, sides)
+            }
+            (Look::Matt, None) => self.surfaces.reflectance_at(own, point, sides),
+        }
     }
 
     /// Adds the places of a pixel, from `count` samples or more.
@@ -299,8 +371,8 @@ impl MovingLights {
             count
         };
         let count = count as f64;
-        seen.sort_by_key(|seen| seen.facet);
-        let facets = seen.chunk_by_mut(|a, b| a.facet == b.facet);
+        seen.sort_by_key(|seen| (seen.facet, seen.look));
+        let facets = seen.chunk_by_mut(|a, b| (a.facet, a.look) == (b.facet, b.look));
         let even = facets.flat_map(|seen| {
             let parts = parts(seen, heads);
             sort_along(seen, parts);
@@ -313,15 +385,14 @@ impl MovingLights {
                 .fold(Vec3::ZERO, |sum, s| sum + s.point * s.share)
                 / share;
             let share = share / count;
-            let facet = &self.surfaces.facets[seen[0].facet as usize];
-            let sides = || footprint(&self.camera, point, facet.normal, share);
-            let reflectance = self.surfaces.reflectance_at(facet, point, sides);
-            let clear = self
-                .scene()
-                .clearness((point - self.camera.origin).length());
+            let Seen { facet, look, .. } = seen[0];
+            let reflectance = self.reflectance(look, facet, point, share);
+            let length = seen.iter().map(|seen| seen.length).sum::<f64>() / seen.len() as f64;
+            let clear = self.scene().clearness(length);
             tile.places.push(Place {
                 pixel: pixel as u32,
-                facet: seen[0].facet,
+                facet,
+                look,
                 share: share as f32,
                 point: [point.x, point.y, point.z].map(|x| x as f32),
                 reflectance: reflectance.map(|r| (r * clear / PI) as f32),
@@ -421,8 +492,13 @@ impl MovingLights {
         let ends = |pixel: usize| {
             let tile = pixel / width / TILE * across + pixel % width / TILE;
             let places = &self.tiles[tile].places;
-            let own = places.iter().filter(move |p| p.pixel as usize == pixel);
-            own.map(|place| (place.share, place.point()))
+            let own = places
+                .iter()
+                .filter(move |p| p.pixel as usize == pixel && p.look == Look::Matt);
+            own.map(|place| {
+                let (facet, point) = (place.facet, place.point());
+                (place.share, SurfacePoint { facet, point })
+            })
         };
         let emitters: Vec<Emitter<'_>> = beams
             .iter()

@@ -123,11 +123,13 @@ const MANY_ROUND: usize = 1000;
 const BY_HEMICUBES: [f64; 3] = [0.02, 0.013, 0.008];
 const GATHERED: [f64; 3] = [0.05, 0.02, 0.01];
 
-/// Which of the two methods serves a scene, at every step: what light passes through only rays know.
+/// Which of the two methods serves a scene, at every step: what light passes through, and what is seen in a glossy
+/// surface, only rays know.
 fn is_final_gather(setup: &Setup) -> bool {
     let scene = &setup.scene;
     let is_round = |p: &&Polygon| p.shading.as_ref().is_some_and(|s| s.normal.is_some());
     scene.polygons.len() > MANY_POLYGONS
         || scene.is_cut()
+        || scene.is_glossy()
         || scene.polygons.iter().filter(is_round).count() > MANY_ROUND
 }

@@ -40,9 +40,9 @@ pub enum Hidden {
     /// Its pixel shows more than one surface.
     #[error("lies at an edge: take a point further inside the surface")]
     Edge,
-    /// It is a lamp, or lets light through.
+    /// It is a lamp, is glossy, or lets light through.
     #[error(
-        "lies on a lamp, or on what lets light through: its brightness is not what falls on it"
+        "lies on a lamp, a glossy surface, or what lets light through: its brightness is not what falls on it"
     )]
     OwnLight,
     /// It reflects next to nothing.
@@ -92,7 +92,8 @@ pub fn seen(
             own.is_some_and(|own| own.material == facet.material)
                 && facet.height(other.point).abs() <= 1e-3 * far
         };
-        if emits(facet.material) || surfaces.is_sheet(place.facet) {
+        let is_glossy = surfaces.lobe(place.facet).is_some();
+        if emits(facet.material) || surfaces.is_sheet(place.facet) || is_glossy {
             return Err(Hidden::OwnLight);
         }
         if !corners.into_iter().all(on_plane) {

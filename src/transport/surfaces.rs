@@ -11,6 +11,7 @@ pub mod facet;
 pub mod fragment;
 pub mod hierarchy;
 pub mod lists;
+pub mod lobe;
 pub(crate) mod raster;
 pub mod solid;
 pub mod surface;

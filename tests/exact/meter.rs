@@ -70,6 +70,7 @@ impl Room {
             reflectance: Rgb([reflectance; 3]),
             emission: Rgb([radiance; 3]),
             texture: None,
+            gloss: None,
         });
         let parts = parts
             .iter()

@@ -136,5 +136,6 @@ fn material(name: &str, reflectance: f64, emission: f64) -> Material {
         reflectance: Rgb([reflectance; 3]),
         emission: Rgb([emission; 3]),
         texture: None,
+        gloss: None,
     }
 }

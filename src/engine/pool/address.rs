@@ -20,7 +20,8 @@ use footlight_show::units::Rgb;
 use footlight_stage::photometric::{Distribution, Parts, Symmetry};
 use footlight_stage::texture::{Alpha, Texture, Wrap};
 use footlight_stage::{
-    Emitter, Light, Material, MeasuredLight, Polygon, Projection, Rig, Scene, Shading, Source,
+    Emitter, Gloss, Light, Material, MeasuredLight, Polygon, Projection, Rig, Scene, Shading,
+    Source,
 };
 use footlight_transport::Quality;
 
@@ -180,10 +181,21 @@ fn add_scene(hasher: &mut Hasher, scene: &Scene) {
             reflectance,
             emission,
             texture,
+            gloss,
         } = material;
         hasher.text(name);
         hasher.numbers(reflectance.0);
         hasher.numbers(emission.0);
+        if let Some(Gloss {
+            roughness,
+            normal,
+            is_metal,
+        }) = gloss
+        {
+            hasher.text("gloss");
+            hasher.numbers([*roughness, f64::from(u8::from(*is_metal)), 0.0]);
+            hasher.numbers(normal.0);
+        }
         if let Some(texture) = texture {
             add_texture(hasher, texture);
         }

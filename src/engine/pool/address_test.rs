@@ -74,6 +74,7 @@ fn operator_scene_view_and_quality_are_part_of_it() {
         reflectance: Rgb([0.5, 0.0, 0.0]),
         emission: Rgb::default(),
         texture: None,
+        gloss: None,
     });
     let other = SceneKey::new("g 1", &red, &view());
     red.materials[0].reflectance = Rgb([0.6, 0.0, 0.0]);

@@ -68,6 +68,7 @@ pub enum Declaration<'a> {
         material: Word<'a>,
         /// Each time it is written.
         reflectances: Vec<Vec<Word<'a>>>,
+        clauses: Vec<Clause<'a>>,
         solids: Vec<Solid<'a>>,
     },
     /// `haze 60m …`, `haze 0.05/m …`

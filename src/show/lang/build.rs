@@ -145,6 +145,7 @@ impl<'a> Builder<'a> {
     fn surface(&self, mut inner: Pairs<'_, Rule>) -> Option<Declaration<'a>> {
         let material = self.next(&mut inner)?;
         let (mut reflectances, mut solids) = (Vec::new(), Vec::new());
+        let clauses = self.clauses(inner.clone())?;
         for pair in inner {
             match pair.as_rule() {
                 Rule::reflectance => reflectances.push(self.words(pair)),
@@ -155,6 +156,7 @@ impl<'a> Builder<'a> {
         Some(Declaration::Surface {
             material,
             reflectances,
+            clauses,
             solids,
         })
     }
@@ -179,6 +181,7 @@ impl<'a> Builder<'a> {
             let clause = [
                 Rule::stage_clause,
                 Rule::haze_clause,
+                Rule::surface_clause,
                 Rule::view_clause,
                 Rule::light_clause,
                 Rule::solid_clause,

@@ -186,6 +186,7 @@ fn words(rule: Rule) -> &'static str {
         Rule::haze_amount | Rule::extinction => {
             "a visibility (like 60m) or an extinction (like 0.05/m)"
         }
+        Rule::surface_clause => "a clause (like `gloss 0.2`)",
         Rule::haze_clause => "a clause (like `forward 0.6`)",
         Rule::aim | Rule::angle => "an aim (like `to 2, 1, 0` or `pan 30`)",
         Rule::view_clause => "a clause (like `fov 28`)",
@@ -230,7 +231,7 @@ pub fn is_inner_word(word: &str) -> bool {
 const INNER_WORDS: &str = "\
     aim albedo assert at auto beam bezier blackout box block catmull-rom channel clamped coarse \
     cueonly cylinder curve delay depth dimmer disc dither down effect exposure field filmic flicker \
-    follow forward fov from full gap gel hang hermite image inside layer lens level like linear monotone moves natural \
+    follow forward fov from full gap gel gloss hang hermite image inside layer lens level like linear monotone moves natural \
     note off on one-sided out pan part plain pulse quad radius rate refined reflectance repeat rgb roll scale \
     seed sides size slope snap speed spline square standing steps tilt time to tolerance tone turn two-sided up via white \
     y z zoom";

@@ -12,7 +12,7 @@
 use crate::direct::beam::Beam;
 use crate::direct::projector::Projector;
 use crate::gather::emitter::{AreaLight, Emitter};
-use crate::gather::ray_scene::{DARK, RayScene};
+use crate::gather::ray_scene::{DARK, RayScene, SurfacePoint};
 use crate::gather::sampling::point;
 use crate::surfaces::camera::Camera;
 use arrayvec::ArrayVec;
@@ -34,6 +34,8 @@ const EVEN_ENDS: f64 = 0.02;
 const FAR: f64 = 1e6;
 /// Points that stand for a panel, each with its share of the nodes.
 const PANEL_POINTS: u32 = 4;
+/// Ways in which a pixel of a glossy surface shows the air that it reflects.
+const MIRRORED: u32 = 4;
 /// Shares of a pixel that are no more than this are rounding.
 const LEAST_SHARE: f32 = 1e-3;
 /// Rays that look for what a pixel shows of backs and the void.
@@ -98,11 +100,12 @@ enum LampKind<'a> {
 
 impl Airlight<'_> {
     /// Radiance that haze scatters to the eye in every pixel, row by row, of each light at unit
-    /// strength. `ends` gives the parts of a pixel, their shares of it and where sight ends.
+    /// strength. `ends` gives the parts of a pixel, their shares of it and where sight ends; glossy ones
+    /// show what their air has too.
     ///
     /// # Errors
     /// On cancel.
-    pub fn picture<I: Iterator<Item = (f32, Vec3)>>(
+    pub fn picture<I: Iterator<Item = (f32, SurfacePoint)>>(
         &self,
         emitters: &[Emitter<'_>],
         (camera, [width, height]): (&Camera, [usize; 2]),
@@ -164,6 +167,9 @@ impl Airlight<'_> {
         if sides.iter().any(|side| *side > 1) {
             let fine = |(pixel, side): (&TilePixel, &usize)| {
                 let of = |(share, sight): &(f32, Sight)| {
+                    if sight.eye != camera.origin {
+                        return share * self.radiance(emitter, sight, 0.5) as f32;
+                    }
                     let rays = split(sight, camera, pixel.pixel, *side);
                     let sum: f64 = rays.map(|ray| self.radiance(emitter, &ray, 0.5)).sum();
                     share * (sum / (side * side) as f64) as f32
@@ -223,7 +229,7 @@ impl Airlight<'_> {
         &self,
         camera: &Camera,
         [x, y]: [usize; 2],
-        ends: impl Iterator<Item = (f32, Vec3)>,
+        ends: impl Iterator<Item = (f32, SurfacePoint)>,
     ) -> Vec<(f32, Sight)> {
         let eye = camera.origin;
         let sight = |way: Vec3, length: f64| Sight {
@@ -232,9 +238,30 @@ impl Airlight<'_> {
             length,
             spread: camera.step_x,
         };
-        let to = |(share, end): (f32, Vec3)| (share, sight(end - eye, (end - eye).length()));
-        let mut out: Vec<(f32, Sight)> = ends.map(to).collect();
-        let rest = 1.0 - out.iter().map(|(share, _)| share).sum::<f32>();
+        let (mut out, mut rest, mut mirrored) = (Vec::new(), 1.0, Vec::new());
+        for (share, end) in ends {
+            let way = end.point - eye;
+            out.push((share, sight(way, way.length())));
+            rest -= share;
+            if let Some(lobe) = self.scene.surfaces.lobe(end.facet) {
+                let count = if lobe.is_mirror() { 1 } else { MIRRORED };
+                let seen = share * self.scene.clearness(way.length()) as f32 / count as f32;
+                let numbers = (0..count).map(|k| (x + (y << 16)) as u32 * MIRRORED + k);
+                mirrored.extend(numbers.filter_map(|number| {
+                    let random = point(number, SEED);
+                    let (way, weight) = self.scene.reflected(end, eye, random)?;
+                    let (_, length) = self.scene.shoot(end, way);
+                    let eye = end.point;
+                    Some((
+                        seen * weight as f32,
+                        Sight {
+                            eye,
+                            ..sight(way, length)
+                        },
+                    ))
+                }));
+            }
+        }
         // Backs and the void are no parts.
         let dark = |k: u32| {
             let [u, v] = point(k, SEED);
@@ -247,6 +274,7 @@ impl Airlight<'_> {
         {
             out.push((rest, sight));
         }
+        out.append(&mut mirrored);
         out
     }
 

@@ -1,11 +1,10 @@
 //! Direct light in pixels and their parts: more samples where the first ones differ.
 
-use crate::direct::projector::pixel as footprint;
 use crate::gather::BLOCK;
 use crate::gather::emitter::{Emitter, Receiver, SampleSum};
 use crate::gather::parts::Parts;
 use crate::gather::picture_rays::PictureRays;
-use crate::gather::ray_scene::SurfacePoint;
+use crate::gather::ray_scene::{DARK, View};
 use crate::gather::sampling::point;
 use crate::gather::step::{GatherStep, more_pixels};
 use footlight_host::work::{Cancelled, Work};
@@ -194,15 +193,16 @@ impl DirectLight<'_> {
         let random = point(self.rays.index(pixel) + u32::from(k), SEED);
         let mut levels = [0.0; BLOCK];
         let mut add =
-            |place, weight| self.add_place((place, weight), random, (sums, &mut levels), (k, ends));
+            |view, weight| self.add_view((view, weight), random, (sums, &mut levels), (k, ends));
         match self.unit {
             Unit::Part => {
-                let (place, weight) = self.rays.on_part(self.parts, unit, pixel, u32::from(k));
-                add(place, weight);
+                let view = self.rays.on_part(self.parts, unit, pixel, u32::from(k));
+                add(view, view.share as f32);
             }
-            Unit::Pixel => self
-                .rays
-                .on_pixel(self.parts, pixel, u32::from(k), &mut add),
+            Unit::Pixel => self.rays.on_pixel(self.parts, pixel, u32::from(k), |view| {
+                let share = view.share * self.rays.scene.clearness(view.length);
+                add(view, share as f32);
+            }),
         }
         for (sums, level) in sums.iter_mut().zip(levels) {
             sums.level += level;
@@ -211,26 +211,36 @@ impl DirectLight<'_> {
     }
 
     /// Adds the light at a place that a sample shows, and its radiance to the sample's `levels`.
-    fn add_place(
+    fn add_view(
         &self,
-        (place, weight): (SurfacePoint, f32),
+        (view, weight): (View, f32),
         random: [f64; 2],
         (sums, levels): (&mut [SampleSums], &mut [f32]),
         (k, ends): (u16, &[u16]),
     ) {
         let scene = self.rays.scene;
+        let place = view.place;
         let facet = &scene.surfaces.facets[place.facet as usize];
-        let footprint = || {
-            let share = 1.0 / f64::from(self.rays.step.first);
-            footprint(self.rays.camera, place.point, facet.normal, share)
-        };
-        let reflectance = scene.surfaces.reflectance_at(facet, place.point, footprint);
-        let reflectance = reflectance.map(|r| r as f32);
+        let share = 1.0 / f64::from(self.rays.step.first);
+        let footprint = || self.rays.sides(view, share);
+        let reflectance = self.rays.reflectance(view, share);
         let here = Receiver::new(facet, place.point, scene.offset);
+        let lobe = scene
+            .surfaces
+            .lobe(place.facet)
+            .filter(|_| view.mirror == DARK);
+        let tint = scene
+            .surfaces
+            .lobe(view.mirror)
+            .map_or([1.0; 3], |lobe| lobe.tint);
         let lights = self.emitters.iter().zip(sums).zip(levels).zip(ends);
         for (((emitter, sums), level), _) in lights.filter(|(_, end)| k < **end) {
             if emitter.is_of(facet.material) {
-                sums.shining += weight;
+                let seen = tint.map(|t| weight * t as f32);
+                sums.shining
+                    .iter_mut()
+                    .zip(seen)
+                    .for_each(|(sum, s)| *sum += s);
                 *level += weight;
             }
             if facet.is_black() {
@@ -238,7 +248,14 @@ impl DirectLight<'_> {
             }
             let sample = emitter.sample(scene, here, footprint, random);
             let colour = emitter.colour(random);
-            let factors = [0, 1, 2].map(|k| weight * reflectance[k] * colour[k]);
+            let reflects = lobe
+                .zip(emitter.middle())
+                .map_or(reflectance, |(lobe, light)| {
+                    let eye = self.rays.camera.origin;
+                    let ways = [eye, light].map(|to| (to - place.point).normalized());
+                    lobe.seen_as(reflectance, here.normal, ways, emitter.is_point())
+                });
+            let factors = [0, 1, 2].map(|k| weight * reflects[k] as f32 * colour[k]);
             for (sum, factor) in sums.channels.iter_mut().zip(factors) {
                 sum.add(sample, factor);
             }
@@ -255,8 +272,8 @@ impl DirectLight<'_> {
 struct SampleSums {
     /// Of each channel, weighted by the reflectance of what the sample shows.
     channels: [SampleSum; 3],
-    /// Samples that show the light itself.
-    shining: f32,
+    /// Samples that show the light itself, in each channel.
+    shining: [f32; 3],
     /// Radiance of the samples and its square, for their spread.
     level: f32,
     square: f32,
@@ -264,8 +281,7 @@ struct SampleSums {
 
 impl SampleSums {
     fn radiance(&self, samples: f32) -> [f32; 3] {
-        self.channels
-            .map(|c| (c.irradiance() / PI + self.shining) / samples)
+        [0, 1, 2].map(|c| (self.channels[c].irradiance() / PI + self.shining[c]) / samples)
     }
 
     /// Standard deviation of a sample.
@@ -281,6 +297,7 @@ impl DirectLight<'_> {
     fn allot(&self, sums: &[SampleSums], indirect: &[f32]) -> Vec<u16> {
         let GatherStep {
             first,
+            edge,
             most,
             noise: aim,
             ..
@@ -316,12 +333,21 @@ impl DirectLight<'_> {
         let most_shift = OCTAVES as usize * PER_OCTAVE;
         let shift = (0..most_shift).find(|shift| noise(*shift) <= aim);
         let shift = shift.unwrap_or(most_shift);
-        let of = |s: &f32| samples(bin(*s), shift) as u16;
-        spreads.iter().map(of).collect()
+        let of = |(unit, s): (usize, &f32)| {
+            let least = if self.is_mirrored(unit) { edge } else { first };
+            samples(bin(*s), shift).max(least) as u16
+        };
+        spreads.iter().enumerate().map(of).collect()
     }
 }
 
 impl DirectLight<'_> {
+    /// True of a pixel that shows something in a glossy surface: few of its samples may meet what is bright.
+    fn is_mirrored(&self, unit: usize) -> bool {
+        let own = || self.parts.pixels.get(unit);
+        self.unit == Unit::Pixel && own().iter().any(|part| part.is_mirrored)
+    }
+
     /// About the standard deviation of a sample of each unit, as a share of its pixel: that of its first
     /// samples, raised by those around it.
     fn spreads(&self, sums: &[SampleSums]) -> Vec<f32> {

@@ -43,6 +43,8 @@ pub struct AreaLight {
     triangles: Vec<Triangle>,
     /// Square metres of each triangle and those before it.
     areas: Vec<f64>,
+    /// The middle of all, by area.
+    middle: Option<Vec3>,
 }
 
 struct Triangle {
@@ -142,6 +144,20 @@ impl<'a> Emitter<'a> {
         parts
             .map(|pieces| Emitter::Area(AreaLight::new(surfaces, &pieces)))
             .collect()
+    }
+
+    /// Where it stands, about.
+    pub fn middle(&self) -> Option<Vec3> {
+        match self {
+            Emitter::Point(beam, _) => Some(beam.position),
+            Emitter::Area(area) => area.middle,
+            Emitter::Patches(_) => None,
+        }
+    }
+
+    /// Is it a point, which no ray meets?
+    pub fn is_point(&self) -> bool {
+        matches!(self, Emitter::Point(..))
     }
 
     /// Is this the material of the panel that shines?
@@ -244,13 +260,16 @@ impl AreaLight {
             facets,
             triangles: Vec::new(),
             areas: Vec::new(),
+            middle: None,
         };
-        let mut area = 0.0;
+        let (mut area, mut weighted) = (0.0, Vec3::ZERO);
         for piece in pieces.iter().map(|&p| &surfaces.pieces[p]) {
             let first = piece.vertices[0];
             for pair in piece.vertices[1..].windows(2) {
                 let corners = [first, pair[0], pair[1]];
-                area += area_of(corners);
+                let (own, [a, b, c]) = (area_of(corners), corners);
+                weighted += (a + b + c) * (own / 3.0);
+                area += own;
                 out.areas.push(area);
                 out.triangles.push(Triangle {
                     corners,
@@ -258,6 +277,7 @@ impl AreaLight {
                 });
             }
         }
+        out.middle = (area > 0.0).then(|| weighted / area);
         out
     }
 

@@ -13,13 +13,15 @@ use rayon::prelude::*;
 
 /// Pixels to each side that a part is fitted to.
 const REACH: usize = 8;
+/// Of a part that is seen in a glossy surface, as dim as most are, some of them do.
+const MIRRORED_STEP: usize = 3;
 
 impl Part {
-    /// How much another part counts, and where it lies in this one's plane, in radii along the plane's
+    /// How much another part of the same material counts, and where it lies in this one's plane, in radii along the plane's
     /// axes; `None` of another surface.
     fn weight(&self, [u, v]: [Vec3; 2], other: &Part) -> Option<(f64, [f64; 2])> {
         let alike = self.normal.dot(other.normal);
-        if self.material != other.material || alike < ALIKE {
+        if alike < ALIKE {
             return None;
         }
         let way = other.point - self.point;
@@ -36,10 +38,17 @@ impl Part {
     }
 }
 
-/// The pixels within reach of one, each with a factor that falls to 0 at the edge.
-fn around([x, y]: [usize; 2], [columns, rows]: [usize; 2]) -> impl Iterator<Item = (usize, f64)> {
-    let near =
-        |middle: usize, count: usize| middle.saturating_sub(REACH)..(middle + REACH + 1).min(count);
+/// Pixels within reach of one, each with a factor that falls to 0 at the edge; every one of those `step`
+/// apart.
+fn around(
+    [x, y]: [usize; 2],
+    [columns, rows]: [usize; 2],
+    step: usize,
+) -> impl Iterator<Item = (usize, f64)> {
+    let near = move |middle: usize, count: usize| {
+        let all = middle.saturating_sub(REACH)..(middle + REACH + 1).min(count);
+        all.filter(move |at| at.abs_diff(middle).is_multiple_of(step))
+    };
     let pairs = near(y, rows).flat_map(move |j| near(x, columns).map(move |i| [i, j]));
     pairs.filter_map(move |[i, j]| {
         let square = i.abs_diff(x).pow(2) + j.abs_diff(y).pow(2);
@@ -61,6 +70,8 @@ pub fn filter(
 ) -> Result<Vec<f32>, Cancelled> {
     let mut out = values.to_vec();
     let rows = parts.pixels.count() / columns.max(1);
+    // Most of a glossy pixel's neighbours are passed over by this alone.
+    let materials: Vec<u32> = parts.all().iter().map(|part| part.material).collect();
     let lines = parts.rows(columns, width, &mut out).into_par_iter();
     lines.enumerate().try_for_each(|(y, line)| {
         work.check()?;
@@ -73,10 +84,14 @@ pub fn filter(
                 };
                 near.clear();
                 let axes = frame(own.normal);
-                let pixels = around([x, y], [columns, rows]);
+                let step = if own.is_mirrored { MIRRORED_STEP } else { 1 };
+                let pixels = around([x, y], [columns, rows], step);
                 for (at, fade) in pixels
                     .flat_map(|(pixel, fade)| parts.pixels.range(pixel).map(move |at| (at, fade)))
                 {
+                    if materials[at] != own.material {
+                        continue;
+                    }
                     let found = own.weight(axes, &parts.all()[at]);
                     near.extend(found.map(|(weight, place)| (at, fade * weight, place)));
                 }

@@ -150,7 +150,9 @@ impl Patch {
         // The ray stands for this part of a texture.
         let sides = || frame(facet.normal).map(|axis| axis * (side * distance));
         let reflectance = scene.surfaces.reflectance_at(facet, place.point, sides);
-        let channel = |k: usize| f64::from(colour[k]) * reflectance[k];
+        let lobe = scene.surfaces.lobe(place.facet);
+        let bounced = lobe.map_or(1.0, |lobe| lobe.bounced(-facet.normal.dot(way)));
+        let channel = |k: usize| f64::from(colour[k]) * bounced * reflectance[k];
         let most = channel(0).max(channel(1)).max(channel(2));
         // Irradiance follows the shading normal, the ray's flux the facet.
         let flat = -facet.normal.dot(way);

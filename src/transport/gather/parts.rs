@@ -4,6 +4,8 @@
 //! pixel on an edge is as free of noise as its neighbours, and one behind gauze shows both the gauze
 //! and what lies behind it. This module depends on geometry alone.
 
+#[cfg(test)]
+use crate::gather::ray_scene::DARK;
 use crate::gather::ray_scene::SurfacePoint;
 use crate::surfaces::facet::Facet;
 use crate::surfaces::lists::Lists;
@@ -25,7 +27,7 @@ pub struct Part {
     pub facet: u32,
     /// How many rays gather its light.
     pub rays: u32,
-    /// Index of the reflectance of its texture; [`NO_PAINT`] without one.
+    /// Index of its reflectance to the eye, where that is not its facet's; else [`NO_PAINT`].
     pub paint: u32,
     /// Mean of its points and unit mean of its normals.
     pub point: Vec3,
@@ -34,9 +36,13 @@ pub struct Part {
     pub material: u32,
     /// Radius within which its light is evened out, metres.
     pub radius: f32,
+    /// Metres of the way from the eye.
+    pub length: f32,
+    /// True where it is seen in a glossy surface.
+    pub is_mirrored: bool,
 }
 
-/// The part has no texture.
+/// The part has neither a texture nor gloss, and is seen itself.
 pub const NO_PAINT: u32 = u32::MAX;
 
 /// A sample of a pixel that shows a part.
@@ -44,6 +50,8 @@ pub const NO_PAINT: u32 = u32::MAX;
 pub struct Hit {
     /// Its facet.
     pub facet: u32,
+    /// The glossy facet that it is seen in; `DARK` where it is seen itself.
+    pub mirror: u32,
     /// Number of the pixel's sample.
     pub sample: u16,
     /// Its share of the sample, of `u16::MAX`: less than all of it for gauze and what lies behind.
@@ -51,6 +59,11 @@ pub struct Hit {
 }
 
 impl Hit {
+    /// Its facet, and the one that it is seen in.
+    pub fn facets(&self) -> [u32; 2] {
+        [self.facet, self.mirror]
+    }
+
     /// The share of the sample, 0 to 1.
     pub fn share(&self) -> f32 {
         f32::from(self.opacity) / f32::from(u16::MAX)
@@ -67,7 +80,7 @@ pub struct Parts {
     /// Cells that the rays of each part end in, packed ([`crate::gather::lamp_patches::Met`]) and
     /// sorted.
     pub cells: Lists<u32>,
-    /// Mean reflectance of the textures that parts show.
+    /// Mean reflectances of parts to the eye.
     pub paints: Vec<[f32; 3]>,
 }
 
@@ -140,26 +153,33 @@ fn is_one_surface(a: &Facet, b: &Facet) -> bool {
 pub struct Sample {
     pub place: SurfacePoint,
     pub hit: Hit,
+    /// Metres of the way from the eye.
+    pub length: f64,
 }
 
-/// Groups samples of a pixel by surface: those of one material, about one direction, and within
-/// `thickness` metres of one plane.
+/// Groups samples of a pixel by surface: those of one material, about one direction, within `thickness`
+/// metres of one plane, and seen in one mirror or none.
 pub fn by_surface(
     surfaces: &Surfaces,
     samples: impl Iterator<Item = Sample>,
-    thickness: impl Fn(Vec3) -> f64,
+    thickness: impl Fn(&Sample) -> f64,
 ) -> Vec<Vec<Sample>> {
     let mut groups: Vec<Vec<Sample>> = Vec::new();
     let facet = |place: SurfacePoint| &surfaces.facets[place.facet as usize];
+    // The material of the mirror that it is seen in.
+    let mirror = |hit: Hit| surfaces.facets.get(hit.mirror as usize).map(|f| f.material);
     for sample in samples {
         let own = facet(sample.place);
         let is_same = |group: &&mut Vec<Sample>| {
             let first = group[0].place;
+            if mirror(group[0].hit) != mirror(sample.hit) {
+                return false;
+            }
             let other = facet(first);
             let heights = [own.height(first.point), other.height(sample.place.point)];
             let height = heights[0].abs().min(heights[1].abs());
             first.facet == sample.place.facet
-                || is_one_surface(own, other) && height <= thickness(first.point)
+                || is_one_surface(own, other) && height <= thickness(&group[0])
         };
         match groups.iter_mut().find(is_same) {
             Some(group) => group.push(sample),
@@ -182,9 +202,11 @@ mod tests {
             place: SurfacePoint { facet, point },
             hit: Hit {
                 facet,
+                mirror: DARK,
                 sample: 0,
                 opacity: u16::MAX,
             },
+            length: 1.0,
         }
     }
 
@@ -232,6 +254,8 @@ mod tests {
             normal: Vec3::ZERO,
             material: 0,
             radius: 1.0,
+            length: 1.0,
+            is_mirrored: false,
         };
         for count in [1, 0, 2, 3] {
             parts.pixels.push((0..count).map(|_| part));

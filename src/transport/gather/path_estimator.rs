@@ -9,7 +9,7 @@
 
 use super::emitter::{Emitter, Receiver};
 use super::lamp_patches::{KernelBounds, LampPatches, receiver_way};
-use super::ray_scene::{DARK, RayScene};
+use super::ray_scene::{DARK, RayScene, SurfacePoint};
 use super::sampling::{cosine_direction, hash, point};
 use crate::direct::projector::{Projector, pixel as footprint, projector};
 use crate::direct::{PreparedLight, check_rig, luminaires};
@@ -175,7 +175,7 @@ impl PathEstimator {
         let [u, v] = random();
         let (x, y) = ((pixel % self.size[0]) as f64, (pixel / self.size[0]) as f64);
         let way = self.camera.ray(x + u, y + v);
-        let (mut place, distance) = scene.look(self.camera.origin, way);
+        let (place, distance) = scene.look(self.camera.origin, way);
         let mut radiance = [0.0; 3];
         if let Some(facet) = self.surfaces.facets.get(place.facet as usize)
             && sources.iter().any(|s| s.emitter.is_of(facet.material))
@@ -196,9 +196,64 @@ impl PathEstimator {
                 (0..3).for_each(|c| radiance[c] += scattered * source.strength[c]);
             }
         }
-        let mut weight = [scene.clearness(length) / PI; 3];
+        let weight = [scene.clearness(length) / PI; 3];
+        if let Some(lobe) = self.surfaces.lobe(place.facet)
+            && let Some((way, share)) = scene.reflected(place, self.camera.origin, random())
+        {
+            let (end, distance) = scene.shoot(place, way);
+            let mut weight = [0, 1, 2].map(|c| weight[c] * share * lobe.tint[c]);
+            if let Some(haze) = self.surfaces.haze {
+                let nodes = 1;
+                let airlight = Airlight { scene, haze, nodes };
+                let sight = Sight {
+                    eye: place.point,
+                    way,
+                    length: distance,
+                    spread: POINT * self.camera.step_x,
+                };
+                for source in sources {
+                    let found = airlight.sample(&source.emitter, &sight, [random(), random()]);
+                    (0..3).for_each(|c| radiance[c] += PI * weight[c] * found * source.strength[c]);
+                }
+            }
+            let clearness = scene.clearness(distance);
+            weight.iter_mut().for_each(|weight| *weight *= clearness);
+            if let Some(facet) = self.surfaces.facets.get(end.facet as usize) {
+                for source in sources.iter().filter(|s| s.emitter.is_of(facet.material)) {
+                    (0..3).for_each(|c| radiance[c] += PI * weight[c] * source.strength[c]);
+                }
+            }
+            let side = POINT * self.camera.step_x * (length + distance);
+            self.walk(
+                sources,
+                (end, None),
+                (weight, side),
+                &mut radiance,
+                &mut random,
+            );
+        }
+        let seen = Some(self.camera.origin);
+        self.walk(
+            sources,
+            (place, seen),
+            (weight, 0.0),
+            &mut radiance,
+            &mut random,
+        );
+        radiance
+    }
+
+    /// Adds what surfaces reflect along a path from a place, seen from an eye itself or in a mirror.
+    fn walk(
+        &self,
+        sources: &[PathSource<'_>],
+        (mut place, mut eye): (SurfacePoint, Option<Vec3>),
+        (mut weight, mut side): ([f64; 3], f64),
+        radiance: &mut [f64; 3],
+        mut random: impl FnMut() -> [f64; 2],
+    ) {
+        let scene = self.scene();
         let mut legs: Vec<Leg> = Vec::new();
-        let mut side = 0.0;
         // About what arrives at a vertex from each source without shadows.
         let mut expected = vec![0.0; sources.len()];
         let expect = |expected: &mut [f64], at| {
@@ -212,25 +267,48 @@ impl PathEstimator {
                 break;
             }
             let facet = &self.surfaces.facets[place.facet as usize];
-            let sides = || match vertex {
-                0 => footprint(&self.camera, place.point, facet.normal, POINT),
-                _ => frame(facet.normal).map(|axis| axis * side),
+            let sides = || match eye {
+                Some(_) => footprint(&self.camera, place.point, facet.normal, POINT),
+                None => frame(facet.normal).map(|axis| axis * side),
             };
-            let reflectance = self.surfaces.reflectance_at(facet, place.point, sides);
-            (0..3).for_each(|c| weight[c] *= reflectance[c]);
+            let lobe = self.surfaces.lobe(place.facet);
+            let gloss = eye.zip(lobe);
+            let reflectance = match gloss {
+                Some((eye, lobe)) => {
+                    let seen = (place.point, place.point - eye);
+                    self.surfaces.matt_at((facet, lobe), seen, sides)
+                }
+                None => self.surfaces.reflectance_at(facet, place.point, sides),
+            };
+            let at = Receiver::new(facet, place.point, self.offset);
+            let reflects = |emitter: &Emitter<'_>| {
+                let Some((lobe, middle)) = lobe.zip(emitter.middle()) else {
+                    return reflectance;
+                };
+                let way = |to: Vec3| (to - place.point).normalized();
+                let light = way(middle);
+                match eye.map(way) {
+                    Some(eye) => {
+                        let ways = [eye, light];
+                        lobe.seen_as(reflectance, at.normal, ways, emitter.is_point())
+                    }
+                    None => reflectance.map(|r| r * lobe.bounced(at.normal.dot(light))),
+                }
+            };
             let highest = reflectance.into_iter().fold(0.0, f64::max);
-            if highest == 0.0 {
+            if highest == 0.0 && gloss.is_none() {
                 break;
             }
-            let at = Receiver::new(facet, place.point, self.offset);
             expect(&mut expected, at);
             let count = if vertex == 0 { FIRST_SOURCES } else { 1 };
             for _ in 0..count {
                 let chances = (sources, expected.as_slice());
-                let arrives = self.arrives(chances, at, &legs, sides, [random(), random()]);
+                let random = [random(), random()];
+                let arrives = self.arrives(chances, (at, &reflects), &legs, sides, random);
                 let share = 1.0 / f64::from(count);
                 (0..3).for_each(|c| radiance[c] += share * weight[c] * arrives[c]);
             }
+            (0..3).for_each(|c| weight[c] *= reflectance[c]);
             if vertex >= CERTAIN {
                 let [chance, _] = random();
                 if chance >= highest {
@@ -250,9 +328,8 @@ impl PathEstimator {
             weight.iter_mut().for_each(|weight| *weight *= clearness);
             // About what a path of this spread stands for.
             side = 0.05 * distance;
-            place = next;
+            (place, eye) = (next, None);
         }
-        radiance
     }
 
     /// Radiance that haze scatters to the eye along the path's own ray through a pixel, `own` with its
@@ -287,12 +364,12 @@ impl PathEstimator {
         sum / count as f64
     }
 
-    /// Irradiance at the last vertex of a path from one source, over its chance, which goes with what is
-    /// expected of it.
+    /// What the last vertex of a path reflects of one source, times pi, over its chance, which goes with
+    /// what is expected of it.
     fn arrives(
         &self,
         (sources, expected): (&[PathSource<'_>], &[f64]),
-        at: Receiver,
+        (at, reflects): (Receiver, &impl Fn(&Emitter<'_>) -> [f64; 3]),
         legs: &[Leg],
         footprint: impl FnOnce() -> [Vec3; 2],
         [[which, _], random]: [[f64; 2]; 2],
@@ -320,7 +397,8 @@ impl PathEstimator {
         let sample = emitter.bounded_sample(self.scene(), at, footprint, random);
         let factor = rest * sample * all / own;
         let colour = source.emitter.colour(random).map(f64::from);
-        [0, 1, 2].map(|c| factor * colour[c] * source.strength[c])
+        let reflects = reflects(emitter);
+        [0, 1, 2].map(|c| factor * reflects[c] * colour[c] * source.strength[c])
     }
 
     /// The share of the light that the path's last rays carry: patches carry the other.

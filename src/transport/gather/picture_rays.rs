@@ -8,13 +8,13 @@ use crate::direct::projector::pixel as footprint;
 use crate::gather::cells::{CAMERA_RAY, CellFinder, CellSettings, Landing};
 use crate::gather::lamp_patches::{KernelBounds, receiver_way};
 use crate::gather::parts::{Hit, NO_PAINT, Part, Parts, Sample, by_surface, differ};
-use crate::gather::ray_scene::{DARK, RayScene, SurfacePoint};
+use crate::gather::ray_scene::{DARK, RayScene, SurfacePoint, View};
 use crate::gather::sampling::{cosine_direction, morton, point};
 use crate::gather::step::GatherStep;
 use crate::memory::MemoryBudget;
 use crate::surfaces::camera::Camera;
 use footlight_host::work::{Cancelled, Work};
-use footlight_show::geometry::Vec3;
+use footlight_show::geometry::{Vec3, frame};
 use rayon::prelude::*;
 
 /// Rays of a point at which a cell is evaluated.
@@ -32,6 +32,7 @@ const SEED_CAMERA: u32 = 101;
 const SEED_WAY: u32 = 202;
 const SEED_CELL: u32 = 303;
 const SEED_BOUND: u32 = 404;
+const SEED_GLOSS: u32 = 505;
 
 /// The camera's rays.
 #[derive(Clone, Copy)]
@@ -61,68 +62,87 @@ impl PictureRays<'_> {
         self.camera.ray(x + u, y + v)
     }
 
+    /// Random numbers for what sample `k` of a pixel shows in a glossy surface.
+    fn random(&self, pixel: usize, k: u32) -> [f64; 2] {
+        point(self.index(pixel).wrapping_add(k), SEED_GLOSS)
+    }
+
     /// Where sample `k` of a pixel shows a facet's plane.
-    pub fn on_facet(&self, pixel: usize, k: u32, facet: u32) -> SurfacePoint {
+    fn on_facet(&self, pixel: usize, k: u32, facet: u32) -> SurfacePoint {
+        self.on_plane((self.camera.origin, self.way(pixel, k)), facet)
+    }
+
+    /// Where a ray meets a facet's plane.
+    fn on_plane(&self, (origin, way): (Vec3, Vec3), facet: u32) -> SurfacePoint {
         let own = &self.scene.surfaces.facets[facet as usize];
-        let way = self.way(pixel, k);
-        let distance = -own.height(self.camera.origin) / own.normal.dot(way);
+        let distance = -own.height(origin) / own.normal.dot(way);
         SurfacePoint {
             facet,
-            point: self.camera.origin + way * distance,
+            point: origin + way * distance,
         }
     }
 
-    /// Where sample `k` of a part of a pixel lies, and what it counts: 1 in the mean over the part.
-    pub fn on_part(&self, parts: &Parts, part: usize, pixel: usize, k: u32) -> (SurfacePoint, f32) {
+    /// What sample `k` of a pixel shows of a facet, seen itself or in a mirror.
+    fn view(&self, pixel: usize, k: u32, [facet, mirror]: [u32; 2], share: f64) -> View {
+        let eye = self.camera.origin;
+        let (mut place, mut length) = (self.on_facet(pixel, k, facet), 0.0);
+        let mut from = eye;
+        if mirror != DARK {
+            let seen = self.on_facet(pixel, k, mirror);
+            let reflected = self.scene.reflected(seen, eye, self.random(pixel, k));
+            if let Some((way, _)) = reflected {
+                (from, length) = (seen.point, (seen.point - eye).length());
+                place = self.on_plane((from, way), facet);
+            }
+        }
+        View {
+            place,
+            mirror,
+            share,
+            length: length + (place.point - from).length(),
+        }
+    }
+
+    /// All that sample `k` of a pixel shows.
+    fn views(&self, pixel: usize, k: u32) -> impl Iterator<Item = View> {
+        let (eye, way) = (self.camera.origin, self.way(pixel, k));
+        let views = self.scene.views(eye, way, self.random(pixel, k));
+        views.into_iter()
+    }
+
+    /// What sample `k` of a part of a pixel shows; its share is 1 in the mean over the part.
+    pub fn on_part(&self, parts: &Parts, part: usize, pixel: usize, k: u32) -> View {
         let hits = parts.hits.get(part);
         let own = &parts.all()[part];
         match hits.get(k as usize % hits.len().max(1)) {
-            None => (self.on_facet(pixel, k, own.facet), 1.0),
+            None => self.view(pixel, k, [own.facet, DARK], 1.0),
             Some(hit) => {
                 let mean = own.share * self.step.edge as f32 / hits.len() as f32;
-                let place = self.on_facet(pixel, u32::from(hit.sample), hit.facet);
-                (place, hit.share() / mean)
+                let share = hit.share() / mean;
+                self.view(pixel, u32::from(hit.sample), hit.facets(), share.into())
             }
         }
     }
 
-    /// Share of light that haze leaves between a point and the eye.
-    pub fn clearness(&self, point: Vec3) -> f32 {
-        self.scene.clearness((point - self.camera.origin).length()) as f32
-    }
-
-    /// Calls back for each place that sample `k` of a pixel shows, with its share of what the sample
-    /// shows.
-    pub fn on_pixel(
-        &self,
-        parts: &Parts,
-        pixel: usize,
-        k: u32,
-        mut each: impl FnMut(SurfacePoint, f32),
-    ) {
-        let mut each = |place: SurfacePoint, share: f32| {
-            each(place, share * self.clearness(place.point));
-        };
+    /// Calls back for each view of sample `k` of a pixel.
+    pub fn on_pixel(&self, parts: &Parts, pixel: usize, k: u32, mut each: impl FnMut(View)) {
         let own = || parts.pixels.range(pixel);
         let is_plain = own().all(|part| parts.hits.get(part).is_empty());
         if !is_plain && k >= self.step.edge {
-            let layers = self.scene.layers(self.camera.origin, self.way(pixel, k));
-            layers
-                .into_iter()
-                .for_each(|(place, share)| each(place, share as f32));
+            self.views(pixel, k).for_each(each);
             return;
         }
         for part in own() {
             let hits = parts.hits.get(part);
             let Part { facet, share, .. } = parts.all()[part];
             if hits.is_empty() {
-                each(self.on_facet(pixel, k, facet), share);
+                each(self.view(pixel, k, [facet, DARK], share.into()));
             }
             let start = hits.partition_point(|hit| u32::from(hit.sample) < k);
             let own = hits[start..]
                 .iter()
                 .take_while(|hit| u32::from(hit.sample) == k);
-            own.for_each(|hit| each(self.on_facet(pixel, k, hit.facet), hit.share()));
+            own.for_each(|hit| each(self.view(pixel, k, hit.facets(), hit.share().into())));
         }
     }
 
@@ -154,6 +174,7 @@ impl PictureRays<'_> {
         let is_same = |seen: &[u32]| seen.iter().all(|other| *other == facet);
         let is_sole = is_same(&seen[pixel * first..][..first])
             && !self.scene.surfaces.is_sheet(facet)
+            && self.scene.surfaces.lobe(facet).is_none()
             && rows.all(|y| {
                 let row = (y * width + columns.start) * first..(y * width + columns.end) * first;
                 let surfaces = self.scene.surfaces;
@@ -164,34 +185,33 @@ impl PictureRays<'_> {
         is_sole.then_some(facet)
     }
 
-    /// Side of a pixel at the distance of a point, metres.
-    fn footprint(&self, point: Vec3) -> f64 {
-        self.camera.forward.dot(point - self.camera.origin) * self.camera.step_x
+    /// Side of a pixel at a distance, metres.
+    fn footprint(&self, length: f64) -> f64 {
+        length * self.camera.step_x
     }
 
     /// How many samples a pixel has, and what they show by surface.
     fn split(&self, seen: &[u32], pixel: usize) -> (u32, Vec<Vec<Sample>>) {
-        let sample = |place, k: u32, share: f64| Sample {
-            place,
+        let sample = |view: View, k: u32| Sample {
+            place: view.place,
             hit: Hit {
-                facet: place.facet,
+                facet: view.place.facet,
+                mirror: view.mirror,
                 sample: k as u16,
-                opacity: (share * f64::from(u16::MAX)).round() as u16,
+                opacity: (view.share * f64::from(u16::MAX)).round() as u16,
             },
+            length: view.length,
         };
         if let Some(facet) = self.sole_facet(seen, pixel) {
-            let place = |k| sample(self.on_facet(pixel, k, facet), k, 1.0);
+            let place = |k| sample(self.view(pixel, k, [facet, DARK], 1.0), k);
             let samples = || (0..self.step.first).map(place).collect();
             let groups = (facet != DARK).then(samples).into_iter().collect();
             return (self.step.first, groups);
         }
-        let layers = |k: u32| {
-            let layers = self.scene.layers(self.camera.origin, self.way(pixel, k));
-            let of = move |(place, share): (SurfacePoint, f64)| sample(place, k, share);
-            layers.into_iter().map(of)
-        };
-        let samples = (0..self.step.edge).flat_map(layers);
-        let groups = by_surface(self.scene.surfaces, samples, |p| self.footprint(p));
+        let views = |k: u32| self.views(pixel, k).map(move |view| sample(view, k));
+        let samples = (0..self.step.edge).flat_map(views);
+        let surfaces = self.scene.surfaces;
+        let groups = by_surface(surfaces, samples, |s| self.footprint(s.length));
         (self.step.edge, groups)
     }
 
@@ -296,12 +316,13 @@ impl PictureRays<'_> {
         let surfaces = self.scene.surfaces;
         let facet = |place: SurfacePoint| &surfaces.facets[place.facet as usize];
         let first = samples[0];
+        let is_mirrored = first.hit.mirror != DARK;
         let is_like =
             |s: &Sample| s.hit.facet == first.hit.facet && s.hit.opacity == first.hit.opacity;
-        let is_plain = samples.len() as u32 == count && samples.iter().all(is_like);
+        let is_plain = !is_mirrored && samples.len() as u32 == count && samples.iter().all(is_like);
         let share = samples.iter().map(|s| s.hit.share()).sum::<f32>() / count as f32;
         let own = facet(first.place);
-        let rays = self.step.rays_of_part(share);
+        let rays = self.step.rays_of_part(share, is_mirrored);
         let place = |ray: u32| {
             if is_plain {
                 self.on_facet(pixel, ray, first.hit.facet)
@@ -320,14 +341,15 @@ impl PictureRays<'_> {
         };
         let landings: Vec<Landing> = (sent..sent + rays).map(ray).collect();
         let near: f64 = landings.iter().map(Landing::nearness).sum();
-        let (mut middle, mut normal) = (Vec3::ZERO, Vec3::ZERO);
+        let (mut middle, mut normal, mut length) = (Vec3::ZERO, Vec3::ZERO, 0.0);
         for sample in samples {
             middle += sample.place.point;
+            length += sample.length / samples.len() as f64;
             normal += facet(sample.place).normal_at(sample.place.point);
         }
         let middle = middle / samples.len() as f64;
         // In corners too, where light changes over less than a pixel, neighbours share what they have.
-        let least = LEAST_RADIUS * self.footprint(middle);
+        let least = LEAST_RADIUS * self.footprint(length);
         let radius = (self.step.filter * f64::from(rays) / near).max(least);
         FoundPart {
             part: Part {
@@ -339,6 +361,8 @@ impl PictureRays<'_> {
                 normal: normal.normalized(),
                 material: own.material as u32,
                 radius: radius.min(1e6) as f32,
+                length: length as f32,
+                is_mirrored,
             },
             hits: if is_plain {
                 Vec::new()
@@ -350,20 +374,56 @@ impl PictureRays<'_> {
         }
     }
 
-    /// Mean reflectance of the texture that samples of a pixel show.
+    /// The parallelogram that a part of a pixel covers there, about.
+    pub fn sides(&self, view: View, share: f64) -> [Vec3; 2] {
+        let facet = &self.scene.surfaces.facets[view.place.facet as usize];
+        if view.mirror == DARK {
+            return footprint(self.camera, view.place.point, facet.normal, share);
+        }
+        frame(facet.normal).map(|way| way * self.footprint(view.length) * share.sqrt())
+    }
+
+    /// Reflectance to the eye of the matt part of what a view shows, averaged over a part of a pixel.
+    pub fn reflectance(&self, view: View, share: f64) -> [f64; 3] {
+        let surfaces = self.scene.surfaces;
+        let View { place, mirror, .. } = view;
+        let facet = &surfaces.facets[place.facet as usize];
+        let sides = || self.sides(view, share);
+        if let Some(lobe) = surfaces.lobe(mirror) {
+            let found = surfaces.reflectance_at(facet, place.point, sides);
+            return [0, 1, 2].map(|c| found[c] * lobe.tint[c]);
+        }
+        match surfaces.lobe(place.facet) {
+            None => surfaces.reflectance_at(facet, place.point, sides),
+            Some(lobe) => {
+                let way = place.point - self.camera.origin;
+                surfaces.matt_at((facet, lobe), (place.point, way), sides)
+            }
+        }
+    }
+
+    /// Mean reflectance to the eye of what samples of a pixel show; `None` where it is the facet's.
     fn paint(&self, samples: &[Sample]) -> Option<[f32; 3]> {
         let surfaces = self.scene.surfaces;
         let facet = |sample: &Sample| &surfaces.facets[sample.hit.facet as usize];
-        surfaces.texture(facet(&samples[0]).material)?;
+        let first = samples.first()?;
+        let (hit, is_mirrored) = (first.hit, first.hit.mirror != DARK);
+        let is_painted = surfaces.texture(facet(first).material).is_some();
+        if !is_painted && !is_mirrored && surfaces.lobe(hit.facet).is_none() {
+            return None;
+        }
         let first = self.step.first as usize;
         let some = samples.iter().step_by(samples.len().div_ceil(first));
         let count = some.len() as f64;
         let mut sum = [0.0; 3];
         for sample in some {
-            let facet = facet(sample);
-            let point = sample.place.point;
-            let sides = || footprint(self.camera, point, facet.normal, 1.0 / first as f64);
-            let found = surfaces.reflectance_at(facet, point, sides);
+            let view = View {
+                place: sample.place,
+                mirror: sample.hit.mirror,
+                share: 1.0,
+                length: sample.length,
+            };
+            let found = self.reflectance(view, 1.0 / first as f64);
             sum.iter_mut().zip(found).for_each(|(s, r)| *s += r);
         }
         Some(sum.map(|s| (s / count) as f32))

@@ -12,6 +12,8 @@ pub const DARK: u32 = u32::MAX;
 
 /// Layers that a ray shows, at most: what lies behind more is seen by chance.
 const MOST_LAYERS: usize = 8;
+/// Each may reflect one more.
+const MOST_VIEWS: usize = 2 * MOST_LAYERS;
 
 /// A point of a facet.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +22,19 @@ pub struct SurfacePoint {
     pub facet: u32,
     /// Where.
     pub point: Vec3,
+}
+
+/// A part of what a ray from the eye shows.
+#[derive(Clone, Copy, Debug)]
+pub struct View {
+    /// Where the ray ends, in the end.
+    pub place: SurfacePoint,
+    /// The glossy facet that it is seen in; [`DARK`] where it is seen itself.
+    pub mirror: u32,
+    /// Its share of what is seen.
+    pub share: f64,
+    /// Metres of the way from the eye.
+    pub length: f64,
 }
 
 /// What rays need of a scene.
@@ -123,6 +138,50 @@ impl RayScene<'_> {
             }
         }
         layers
+    }
+
+    /// What is seen from `origin`: the layers, and in those that are glossy, by these random numbers, what
+    /// they reflect.
+    pub fn views(&self, origin: Vec3, way: Vec3, random: [f64; 2]) -> ArrayVec<View, MOST_VIEWS> {
+        let mut views = ArrayVec::new();
+        for (place, share) in self.layers(origin, way) {
+            let length = (place.point - origin).length();
+            let mirror = DARK;
+            views.push(View {
+                place,
+                mirror,
+                share,
+                length,
+            });
+            let Some((way, weight)) = self.reflected(place, origin, random) else {
+                continue;
+            };
+            let (end, further) = self.shoot(place, way);
+            if end.facet != DARK {
+                views.push(View {
+                    place: end,
+                    mirror: place.facet,
+                    share: share * weight,
+                    length: length + further,
+                });
+            }
+        }
+        views
+    }
+
+    /// The way that a glossy place reflects to `eye`, by these random numbers, and the weight of what
+    /// comes from there.
+    pub fn reflected(
+        &self,
+        place: SurfacePoint,
+        eye: Vec3,
+        random: [f64; 2],
+    ) -> Option<(Vec3, f64)> {
+        let lobe = self.surfaces.lobe(place.facet)?;
+        let facet = self.surfaces.facets.get(place.facet as usize)?;
+        let normal = facet.normal_at(place.point);
+        let (way, weight) = lobe.reflect(normal, (eye - place.point).normalized(), random)?;
+        (way.dot(facet.normal) > 0.0).then_some((way, weight))
     }
 
     fn first_hit(&self, origin: Vec3, way: Vec3) -> Option<Hit> {

@@ -86,6 +86,9 @@ pub fn more_pixels([width, height]: [usize; 2]) -> f64 {
     ((width * height) as f64 / PIXELS).clamp(1.0, MOST_PIXELS)
 }
 
+/// Share of its pixel from which a part that is seen in a glossy surface has all rays.
+const MIRRORED: f32 = 0.25;
+
 /// Noise of a lamp's patches, in that of direct light.
 const PATCH_NOISE: f64 = 2.0;
 
@@ -100,9 +103,13 @@ impl GatherStep {
         step.ok_or(TransportError::Quality(quality.0, STEPS.len() as u8))
     }
 
-    /// Rays of a part of a pixel: a power of two, so that they are evenly spread.
-    pub fn rays_of_part(&self, share: f32) -> u32 {
-        if share > 0.25 {
+    /// Rays of a part of a pixel: a power of two, so that they are evenly spread. A pixel shows many
+    /// surfaces in its gloss, each of them dimly.
+    pub fn rays_of_part(&self, share: f32, is_mirrored: bool) -> u32 {
+        if is_mirrored && share < MIRRORED {
+            let rays = share / MIRRORED * self.rays as f32;
+            (rays as u32).next_power_of_two().clamp(2, self.rays)
+        } else if share > 0.25 {
             self.rays
         } else {
             self.rays / 2

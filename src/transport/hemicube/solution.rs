@@ -12,7 +12,7 @@ use crate::direct::projector::pixel;
 use crate::direct::{IrradiancePrecision, Shining, irradiance};
 use crate::gather::airlight::Airlight;
 use crate::gather::emitter::Emitter;
-use crate::gather::ray_scene::RayScene;
+use crate::gather::ray_scene::{RayScene, SurfacePoint};
 use crate::hemicube::indirect::gather_points::GatherScene;
 use crate::hemicube::{HemicubeRadiosity, Solution};
 use footlight_host::work::{Cancelled, Work};
@@ -116,7 +116,10 @@ impl HemicubeRadiosity {
                     None => ends.push((f.facet, f.weight, weighted)),
                 }
             }
-            let mean = |(_, weight, sum)| (weight, sum / f64::from(weight));
+            let mean = |(facet, weight, sum)| {
+                let (facet, point) = (facet as u32, sum / f64::from(weight));
+                (weight, SurfacePoint { facet, point })
+            };
             ends.into_iter().map(mean)
         };
         let view = (&self.fragments.camera, [self.width, self.height]);

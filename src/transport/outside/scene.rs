@@ -56,6 +56,17 @@ struct MaterialRow<'a> {
     reflectance: [f64; 3],
     #[serde(skip_serializing_if = "Option::is_none")]
     texture: Option<TextureRow>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    gloss: Option<GlossRow>,
+}
+
+/// What a material reflects as a mirror does.
+#[derive(Serialize)]
+struct GlossRow {
+    roughness: f64,
+    /// Reflectance from right above.
+    normal: [f64; 3],
+    metal: bool,
 }
 
 /// An image of four floats a texel, row by row from the top: reflectance, and the share of light that is
@@ -180,6 +191,11 @@ pub fn files(setup: &Setup) -> Result<(Vec<u8>, Vec<u8>), String> {
                 name: &material.name,
                 reflectance: material.reflectance.0,
                 texture,
+                gloss: material.gloss.as_ref().map(|gloss| GlossRow {
+                    roughness: gloss.roughness,
+                    normal: gloss.normal.0,
+                    metal: gloss.is_metal,
+                }),
             })
             .collect(),
         meshes,

@@ -59,6 +59,7 @@ fn calibration_setup() -> Setup {
         reflectance: Rgb([reflectance; 3]),
         emission: Rgb([emission; 3]),
         texture: None,
+        gloss: None,
     };
     let lights = vec![
         Light::Panel {

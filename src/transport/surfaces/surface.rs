@@ -11,13 +11,14 @@
 
 use crate::TransportError;
 use crate::surfaces::facet::{Facet, Piece};
+use crate::surfaces::lobe::Lobe;
 use crate::surfaces::solid::Solids;
 use footlight_show::geometry::{Vec3, diameter, newell};
 use footlight_show::hash::mix;
 use footlight_show::model::Haze;
-use footlight_stage::Scene;
 use footlight_stage::stage_file::FAR;
 use footlight_stage::texture::Texture;
+use footlight_stage::{Material, Scene};
 use std::sync::{Arc, OnceLock};
 
 /// Lengths below this share of the scene's size do not count: stored coordinates are rounded to
@@ -40,6 +41,8 @@ pub struct Surfaces {
     pub size: f64,
     /// Of each material.
     textures: Vec<Option<Texture>>,
+    /// The gloss of each.
+    lobes: Vec<Option<Lobe>>,
     /// Does light pass through some of them?
     pub is_cut: bool,
     /// Haze in the air.
@@ -55,6 +58,10 @@ impl Surfaces {
     pub fn new(scene: &Scene) -> Result<Surfaces, TransportError> {
         let mut surfaces = Surfaces::shapes(scene)?;
         for facet in 0..surfaces.facets.len() {
+            let own = &mut surfaces.facets[facet];
+            if let Some(lobe) = surfaces.lobes[own.material].as_ref() {
+                own.reflectance = lobe.albedo(lobe.matt);
+            }
             if let Some(mean) = surfaces.mean_reflectance(facet) {
                 surfaces.facets[facet].reflectance = mean;
             }
@@ -118,6 +125,7 @@ impl Surfaces {
             pieces,
             solids: OnceLock::new(),
             textures: scene.materials.iter().map(|m| m.texture.clone()).collect(),
+            lobes: scene.materials.iter().map(lobe).collect(),
             is_cut: scene.is_cut(),
             haze: scene.haze,
         })
@@ -134,18 +142,48 @@ impl Surfaces {
         self.textures.get(material).and_then(Option::as_ref)
     }
 
-    /// Reflectance at a point of a facet, averaged over a parallelogram of these sides.
+    /// The gloss of a facet.
+    pub fn lobe(&self, facet: u32) -> Option<&Lobe> {
+        let own = self.facets.get(facet as usize)?;
+        self.lobes.get(own.material)?.as_ref()
+    }
+
+    /// The matt reflectance of what is glossy, at a point of a facet that is seen in a way.
+    pub fn matt_at(
+        &self,
+        (facet, lobe): (&Facet, &Lobe),
+        (point, way): (Vec3, Vec3),
+        footprint: impl FnOnce() -> [Vec3; 2],
+    ) -> [f64; 3] {
+        let matt = self.texture_at(facet, point, footprint);
+        let cosine = -facet.normal_at(point).dot(way.normalized());
+        lobe.matt_to(matt.unwrap_or(lobe.matt), cosine.max(0.0))
+    }
+
+    /// Reflectance at a point of a facet, averaged over a parallelogram of these sides; of what is glossy
+    /// that of a matt surface that reflects as much.
     pub fn reflectance_at(
         &self,
         facet: &Facet,
         point: Vec3,
         footprint: impl FnOnce() -> [Vec3; 2],
     ) -> [f64; 3] {
-        let texture = self.texture(facet.material);
-        let Some((texture, shading)) = texture.zip(facet.shading.as_deref()) else {
+        let Some(matt) = self.texture_at(facet, point, footprint) else {
             return facet.reflectance;
         };
-        texture.reflectance(shading.place(point), shading.sides(footprint()))
+        let lobe = self.lobes.get(facet.material).and_then(Option::as_ref);
+        lobe.map_or(matt, |lobe| lobe.albedo(matt))
+    }
+
+    fn texture_at(
+        &self,
+        facet: &Facet,
+        point: Vec3,
+        footprint: impl FnOnce() -> [Vec3; 2],
+    ) -> Option<[f64; 3]> {
+        let texture = self.texture(facet.material);
+        let (texture, shading) = texture.zip(facet.shading.as_deref())?;
+        Some(texture.reflectance(shading.place(point), shading.sides(footprint())))
     }
 
     /// Mean of a facet's texture over it.
@@ -232,6 +270,10 @@ impl Surfaces {
     pub fn touching(&self) -> f64 {
         self.size * TOUCHING
     }
+}
+
+fn lobe(material: &Material) -> Option<Lobe> {
+    Lobe::new(material.gloss.as_ref()?, material.reflectance.0)
 }
 
 /// Moves a point of the facet away from the facet's edges by a ten-thousandth of the scene, on a

@@ -53,6 +53,7 @@ pub fn scene(polygons: &[Vec<Vec3>]) -> Scene {
             reflectance: Rgb([0.5; 3]),
             emission: Rgb::default(),
             texture: None,
+            gloss: None,
         }],
         polygons: polygons.iter().map(polygon).collect(),
         ..Scene::default()

@@ -184,6 +184,7 @@ fn begins(rule: Rule, within: Rule, first: bool) -> Option<Begin> {
             word,
             Rule::stage_clause
             | Rule::haze_clause
+            | Rule::surface_clause
             | Rule::view_clause
             | Rule::light_clause
             | Rule::bank_option
@@ -211,6 +212,7 @@ fn role(rule: Rule) -> &'static str {
         Rule::kw_scale => "scale",
         Rule::kw_forward => "forward",
         Rule::kw_albedo => "albedo",
+        Rule::kw_gloss => "gloss",
         Rule::kw_y | Rule::kw_z | Rule::kw_one_sided => "option",
         Rule::kw_channel => "channel",
         Rule::kw_dimmer => "dimmer",

@@ -47,11 +47,12 @@ impl<'a> Lower<'a, '_> {
                 Declaration::Surface {
                     material,
                     reflectances,
+                    clauses,
                     solids,
                 } => self.surface(
                     statement.span,
                     *material,
-                    (reflectances, solids),
+                    (reflectances, clauses, solids),
                     &mut surfaces,
                 ),
                 Declaration::Haze { amount, clauses } => {

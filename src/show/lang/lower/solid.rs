@@ -47,7 +47,7 @@ impl<'a> Lower<'a, '_> {
         &mut self,
         span: Span,
         material: Word<'a>,
-        (reflectances, solids): (&[Vec<Word<'a>>], &[ast::Solid<'a>]),
+        (reflectances, clauses, solids): (&[Vec<Word<'a>>], &[Clause<'a>], &[ast::Solid<'a>]),
         seen: &mut BTreeMap<String, Span>,
     ) {
         let id = self.node(span);
@@ -55,7 +55,13 @@ impl<'a> Lower<'a, '_> {
         if let Some(earlier) = seen.insert(name.clone(), span) {
             self.once(&mut Some(earlier), &format!("surface {name}"), span);
         }
+        self.repeated_clauses(clauses);
+        let range = "`gloss` is a roughness: 0 is a mirror, 0.2 a varnished floor, 1 matt";
+        let gloss = Clause::value(clauses, "gloss")
+            .and_then(|w| self.within(*w, Wanted::Number, (0.0, 1.0), range));
         let reflectance = match reflectances {
+            // A stage's material keeps its own.
+            [] if gloss.is_some() && solids.is_empty() => None,
             [] => {
                 let message = format!("the surface `{name}` has no reflectance");
                 let help = "add how much light it gives back: `reflectance 0.5`, or a colour";
@@ -75,7 +81,11 @@ impl<'a> Lower<'a, '_> {
         self.show.surfaces.push(Surface {
             id,
             name,
-            reflectance: reflectance.unwrap_or_default(),
+            reflectance: match reflectances {
+                [] => None,
+                _ => Some(reflectance.unwrap_or_default()),
+            },
+            gloss,
             solids,
         });
     }
