@@ -274,11 +274,11 @@ impl Document {
         heads.map(|(_, head, _)| head.home).collect()
     }
 
-    /// The setting of a bank alone at full, its heads at home; `fixed` is all fixed lights together.
+    /// The setting of a bank alone at full, heads in these poses; `fixed` is all fixed lights together.
     ///
     /// # Errors
     /// [`Error::NoSuchBank`].
-    pub fn alone(&self, bank: &str) -> Result<Vec<f64>, Error> {
+    pub fn alone(&self, bank: &str, poses: &[Pose]) -> Result<Vec<f64>, Error> {
         let show = self.show();
         let coordinates = show.coordinates();
         let of = |c: &Coordinate| {
@@ -298,7 +298,7 @@ impl Document {
             .iter()
             .map(|c| f64::from(u8::from(of(c))))
             .collect();
-        Ok(self.timeline().with_bounced(&own, &self.home()))
+        Ok(self.timeline().with_bounced(&own, poses))
     }
 
     /// The tone of some images: the show's own exposure, or one from these.

@@ -309,7 +309,16 @@ fn levels(show: &Show, bank: &Bank, light: &[f64], stood: &[f64]) -> Vec<f64> {
     if light.iter().zip(colour).all(same) {
         return stood.to_vec();
     }
-    let level = timeline::level(bank.dimmer, &show.curves, full, stood[0]);
+    // The level carries the brightness, the colour the hue: its brightest emitter stays where the level
+    // can follow.
+    let brightest = colour.iter().copied().fold(0.0, f64::max);
+    let (_, most) = timeline::range(bank.dimmer, &show.curves);
+    let setting = if brightest > STEP {
+        (full / brightest).min(most)
+    } else {
+        full
+    };
+    let level = timeline::level(bank.dimmer, &show.curves, setting, stood[0]);
     if !bank.rgb {
         return vec![level];
     }

@@ -61,7 +61,9 @@ impl Repl {
         let show = self.engine().show();
         let is_bank = show.banks.iter().any(|b| b.name == name);
         let is_group = show.groups.iter().any(|g| g.name == name);
-        ((is_bank || is_group) && find(verbs(), name).is_err()).then(|| {
+        let heads = show.lights.iter().filter(|light| light.head.is_some());
+        let is_head = heads.into_iter().any(|light| light.name == name);
+        ((is_bank || is_group || is_head) && find(verbs(), name).is_err()).then(|| {
             Error::Usage(format!(
                 "`{name}` is set in cues; `set {line}` tries it on top of the moment"
             ))

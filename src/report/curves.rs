@@ -14,10 +14,11 @@ const POINTS_A_SECOND: f64 = 8.0;
 const MOST_POINTS: f64 = 2000.0;
 
 /// Light over time of the coordinates that are `wanted`, in their order: cues, moves and knots
-/// marked, and the moment if there is one. Behind them come the axes that heads of their banks move.
+/// marked, and the moment if there is one. Behind them come the axes that heads of their banks move,
+/// then pan, tilt and what else moves of the heads that are `named`, by their number.
 pub fn curves(
     document: &Document,
-    wanted: &[usize],
+    (wanted, named): (&[usize], &[usize]),
     playhead: Option<Time>,
     theme: Theme,
 ) -> Drawing {
@@ -39,13 +40,14 @@ pub fn curves(
         banks.into_iter().any(|own| own == bank)
     };
     let heads = heads(show).into_iter().enumerate();
-    let axes = heads.filter(|(_, moving)| is_wanted(moving.bank));
+    let axes = heads.filter(|(i, moving)| named.contains(i) || is_wanted(moving.bank));
     let axes = axes.flat_map(|(index, moving)| {
         Axis::ALL.map(|axis| {
             let (pieces, last) = timeline.pose_curve(index, axis);
             let [low, high] = moving.head.range(axis);
             let moves = pieces.iter().any(|p| !p.polynomial.is_constant()) || pieces.len() > 1;
-            moves.then(|| chart::CurveRow {
+            let turns = matches!(axis, Axis::Pan | Axis::Tilt);
+            (moves || named.contains(&index) && turns).then(|| chart::CurveRow {
                 points: drawn(timeline, pieces, Some(last)),
                 name: format!("{} {} {low} to {high}", moving.light.name, axis.word()),
                 ..chart::CurveRow::default()
@@ -53,8 +55,13 @@ pub fn curves(
         })
     });
     let axes: Vec<chart::CurveRow> = axes.flatten().collect();
+    let subject = if wanted.is_empty() {
+        "angles of the heads over time, % of their ranges"
+    } else {
+        "light of the banks over time, % of full"
+    };
     let curves = chart::CurveChart {
-        title: format!("{}: light of the banks over time, % of full", show.title),
+        title: format!("{}: {subject}", show.title),
         start: timeline.start().seconds(),
         end: timeline.end().seconds(),
         rows: wanted.iter().filter_map(row).chain(axes).collect(),

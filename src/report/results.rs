@@ -65,7 +65,7 @@ pub fn write(
     };
     write_cues(engine, (playback, tone), files, to)?;
     write_sheets(engine, to)?;
-    let curves = curves(document, &moving(document.show()), None, Theme::Dark);
+    let curves = curves(document, (&moving(document.show()), &[]), None, Theme::Dark);
     to.write(engine, "curves.png", &curves.png()?)?;
     let tolerance = Tolerance {
         error: report.tolerance,

@@ -24,13 +24,30 @@ pub fn of_sketch(name: &str, sketched: &Sketched) -> String {
     text + &banks(&sketched.solved)
 }
 
-/// How near the levels come to an illuminance at some points.
-pub fn of_illuminance(points: &[&str], found: &Illuminance) -> String {
+/// How near the levels come to an illuminance at some points, and why no nearer.
+pub fn of_illuminance(lux: f64, points: &[&str], found: &Illuminance) -> String {
+    let seen = || found.solved.banks.iter().filter(|bank| bank.is_seen);
+    let missed = |after: f64| {
+        if (after - lux).abs() < 0.005 * lux {
+            return String::new();
+        }
+        let why = if after < lux && seen().all(|bank| bank.level[1] > 0.9999) {
+            "these banks are at full"
+        } else if after > lux && seen().all(|bank| bank.level[1] < 0.0001) {
+            "these banks are out, and other light is left"
+        } else {
+            "no levels of these banks come nearer"
+        };
+        format!("; {lux} is not reached: {why}")
+    };
     let lines = points
         .iter()
         .zip(&found.lux)
         .map(|(point, [before, after])| {
-            format!("{point}: {after:.1} lux, {before:.1} as it stood")
+            format!(
+                "{point}: {after:.1} lux, {before:.1} as it stood{}",
+                missed(*after)
+            )
         });
     lines.collect::<Vec<String>>().join("\n") + &banks(&found.solved)
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::curves::{cues_in_time, hue, points};
 use super::sheet::{self, CurveChange, ShowDifference};
+use super::words::count;
 use super::{Error, format};
 use crate::chart::{self, Theme};
 use footlight_engine::Version;
@@ -72,11 +73,17 @@ pub fn describe(difference: &ShowDifference) -> String {
     if difference.is_empty() {
         return String::new();
     }
-    let pictures = if difference.pictures {
-        "the rig, the stage or the view changed; those that depend on it are rendered again \
-         (`pool` counts the others)"
-    } else {
-        "every picture still serves"
+    let pictures = match (difference.pictures, difference.poses) {
+        (true, _) => {
+            "the rig, the stage or the view changed; those that depend on it are rendered again \
+             (`pool` counts the others)"
+        }
+        (false, 0) => "every picture still serves",
+        (false, poses) => &format!(
+            "{} of reflected light to be rendered, as moving heads point elsewhere; every other picture \
+             still serves",
+            count(poses, "picture")
+        ),
     };
     format!("{}\npictures: {pictures}\n", difference.text())
 }

@@ -192,6 +192,32 @@ fn a_head_is_found_where_it_points() {
     );
 }
 
+/// Light of another brightness moves an rgb bank's level, light of another hue its colour.
+#[test]
+fn level_and_colour_stay_where_the_other_follows() {
+    let (mut show, _) = open(SHOW);
+    let stands = "set cyc 40 #c04020";
+    for (light, level, colour) in [("cyc 30", 0.3, None), ("cyc #c05020", 0.4, Some(0.0802))] {
+        show.execute(stands).unwrap();
+        let red = levels(&show)[4];
+        for line in [
+            &format!("set {light}"),
+            "picture -o known.exr --float",
+            "release",
+            stands,
+        ] {
+            show.execute(line).unwrap();
+        }
+        let said = told(&mut show, "solve known.exr cyc");
+        let found = levels(&show);
+        let green = colour.unwrap_or(0.0513);
+        for (found, wanted) in [(found[3], level), (found[4], red), (found[5], green)] {
+            assert!((found - wanted).abs() < 2e-3, "{found} {wanted}: {said}");
+        }
+        show.execute("release").unwrap();
+    }
+}
+
 /// Alpha says what counts: the right half of a sketch, white there, is transparent.
 #[test]
 fn what_is_transparent_does_not_count() {
@@ -385,7 +411,8 @@ cue 1 at 0:00 { snap left 50 right 10 tint 0 }
     show.execute("release").unwrap();
     let said = told(&mut show, "solve lux 900 at -1,0,0 left --cue 1");
     assert!(
-        said.contains("62.5 lux, 15.6 as it stood") && said.contains("trying left 100"),
+        said.contains("62.5 lux, 15.6 as it stood; 900 is not reached: these banks are at full")
+            && said.contains("trying left 100"),
         "{said}"
     );
     // Two points, and a bank that keeps its colour.

@@ -142,8 +142,9 @@ pub fn bank_names(engine: &Engine) -> Result<Vec<String>, Error> {
 
 /// The setting of each bank alone at full.
 pub fn alone_each(engine: &Engine, names: &[String]) -> Result<Vec<Vec<f64>>, Error> {
+    let home = engine.document.home();
     names
         .iter()
-        .map(|name| engine.document.alone(name))
+        .map(|name| engine.document.alone(name, &home))
         .collect()
 }

@@ -1,11 +1,13 @@
 //! A plan with the show that it is for: no pool, clock or machine in it, so that every run gives the
 //! same.
 
+use std::collections::BTreeSet;
+
 use serde::Serialize;
 
 use super::{Plan, PlanError, weighted_columns};
 use footlight_show::linalg::{Matrix, svd};
-use footlight_show::model::Show;
+use footlight_show::model::{Coordinate, Role, Show};
 use footlight_show::timeline::KeySequence;
 use footlight_show::units::ErrorUnit;
 
@@ -194,6 +196,22 @@ impl Plan {
     ) -> Result<Vec<LeftOut>, PlanError> {
         let mut out = Vec::new();
         let lit = show.coordinates();
+        // A bank whose heads turn is no constant and no multiple, whatever its level.
+        let parameters = show.parameters();
+        let moves = show
+            .cues
+            .iter()
+            .flat_map(|cue| &cue.parts)
+            .flat_map(|part| &part.moves);
+        let turned = moves.filter_map(|one| match parameters.get(one.parameter)? {
+            Coordinate {
+                role: Role::Pose(..),
+                bank,
+                ..
+            } => *bank,
+            _ => None,
+        });
+        let turned: BTreeSet<usize> = turned.collect();
         let rows: Vec<Vec<f64>> = (0..names.len())
             .map(|c| {
                 keys.keys()
@@ -204,7 +222,10 @@ impl Plan {
             .collect();
         let mut seen: Vec<(&String, &Vec<f64>)> = Vec::new();
         for ((coordinate, name), row) in lit.iter().zip(names).zip(&rows) {
-            if coordinate.bank.is_none() {
+            let Some(bank) = coordinate.bank else {
+                continue;
+            };
+            if turned.contains(&bank) && row.iter().any(|light| *light != 0.0) {
                 continue;
             }
             let mut earlier = seen.iter();
@@ -230,10 +251,21 @@ impl Plan {
                 continue;
             });
         }
-        let unseen = self.unseen.iter().filter_map(|i| names.get(*i));
-        out.extend(unseen.map(|name| LeftOut::Unseen { name: name.clone() }));
+        for i in &self.unseen {
+            let bank = lit.get(*i).and_then(|coordinate| coordinate.bank);
+            let Some(name) = names
+                .get(*i)
+                .filter(|_| bank.is_none_or(|b| !turned.contains(&b)))
+            else {
+                continue;
+            };
+            let is_out = |l: &LeftOut| matches!(l, LeftOut::StaysOut { name: out } if out == name);
+            if !out.iter().any(is_out) {
+                out.push(LeftOut::Unseen { name: name.clone() });
+            }
+        }
         self.counts(keys, &mut out);
-        if lit.last().is_some_and(|c| c.bank.is_none()) && fixed_raises_rank(keys)? {
+        if lit.last().is_some_and(|c| c.bank.is_none()) && raises_rank(keys, lit.len() - 1)? {
             out.push(LeftOut::FixedRaisesRank);
         }
         Ok(out)
@@ -275,13 +307,12 @@ fn factor(from: &[f64], to: &[f64]) -> Option<f64> {
     (factor != 0.0 && factor.is_finite() && pairs().all(close)).then_some(factor)
 }
 
-/// Whether the keys without their last coordinate have a smaller rank.
-fn fixed_raises_rank(keys: &KeySequence) -> Result<bool, PlanError> {
-    let n = keys.coordinates();
-    let all = weighted_columns(keys.keys(), &vec![1.0; n]);
-    if n == 0 {
+/// True where the keys without a coordinate have a smaller rank.
+fn raises_rank(keys: &KeySequence, coordinate: usize) -> Result<bool, PlanError> {
+    let all = weighted_columns(keys.keys(), &vec![1.0; keys.coordinates()]);
+    if coordinate >= all.nrows() {
         return Ok(false);
     }
     let rank = |a: &Matrix| svd(a).map(|s| s.rank(1e-12));
-    Ok(rank(&all)? > rank(&all.rows(0, n - 1).into_owned())?)
+    Ok(rank(&all)? > rank(&all.remove_row(coordinate))?)
 }

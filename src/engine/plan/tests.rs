@@ -4,6 +4,8 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::planted::*;
+use footlight_show::diagnostic::Sources;
+use footlight_show::lang;
 use footlight_show::linalg::Matrix;
 use footlight_show::model::{Show, Trigger};
 use footlight_show::timeline::Timeline;
@@ -386,4 +388,28 @@ fn the_report_says_what_is_left_out() {
             .all(|x| *x != 0.0 || x.is_sign_positive())
     );
     assert_eq!(report, plan.report(&show, &keys).unwrap());
+}
+
+/// A bank whose heads turn is not said to be constant, nor said to be unseen for its direct light.
+#[test]
+fn a_bank_whose_heads_turn_is_not_left_out() {
+    let text = "show \"S\"\nlight mh spot at 0,0,6 aim 0,4,0 beam 12 field 20 900 cd moves\n\
+        light key spot at 0,-4,6 aim 0,0,0 beam 12 field 20 900 cd\nbank heads = mh\nbank keys = key\n\
+        cue 1 at 0:00 { snap  heads 80  keys 40 }\ncue 2 at 0:02 { mh to 0,-2,0 }\n";
+    let parsed = lang::parse(&mut Sources::default(), "s.lxq", text);
+    let show = parsed.show.unwrap();
+    let keys = keys_of(&show).unwrap();
+    let mut weights = vec![1.0; keys.coordinates()];
+    weights[0] = 0.0;
+    let weighting = Weighting::new(Metric::Error, weights).unwrap();
+    let plan = Plan::new(&keys, &weighting, 0.1, None).unwrap();
+    let report = plan.report(&show, &keys).unwrap();
+    let keys = LeftOut::Constant {
+        name: "keys".to_owned(),
+        setting: 0.4,
+    };
+    assert_eq!(report.left_out.first(), Some(&keys));
+    assert!(!report.left_out.contains(&LeftOut::Unseen {
+        name: "heads".to_owned()
+    }));
 }

@@ -52,21 +52,30 @@ impl Shot {
             None => now,
         };
         let document = repl.engine.document();
-        let (setting, poses) = match &self.bank {
-            Some(name) => (document.alone(name)?, document.home()),
-            None if moment == now => (repl.live.setting(document), repl.live.poses(document)),
-            None => (document.setting(moment), document.timeline().poses(moment)),
+        let (mut setting, poses) = if moment == now {
+            (repl.live.setting(document), repl.live.poses(document))
+        } else {
+            (document.setting(moment), document.timeline().poses(moment))
         };
+        let mut what = format!("{moment}");
+        if let Some(name) = &self.bank {
+            setting = document.alone(name, &poses)?;
+            let show = document.show();
+            let bank = show.banks.iter().position(|bank| bank.name == *name);
+            let moves = show.heads().iter().any(|(.., of)| Some(*of) == bank);
+            let heads = if moves {
+                format!(", its heads as at {moment}")
+            } else {
+                String::new()
+            };
+            what = format!("{name} alone at full{heads}");
+        }
         let image = match self.quality {
             Some(quality) => {
                 check_quality(&repl.engine, quality)?;
                 repl.engine.render_with(&setting, &poses, quality)?
             }
             None => repl.engine.picture_with(&setting, &poses)?,
-        };
-        let what = match &self.bank {
-            Some(name) => format!("{name} alone at full"),
-            None => format!("{moment}"),
         };
         Ok((image, (setting, poses), what))
     }

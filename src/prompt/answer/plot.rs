@@ -13,12 +13,13 @@ use footlight_report::format::DRAWING;
 use footlight_report::words::{count, percent};
 use footlight_report::{self as report, results};
 use footlight_show::lang::nearest;
+use footlight_show::model::Show;
 use footlight_show::units::Tolerance;
 
 /// What `plot` draws.
 #[derive(Args, Clone, Debug)]
 pub struct Plot {
-    #[arg(value_name = "BANK… | keys | spectrum | basis | error")]
+    #[arg(value_name = "BANK… | HEAD… | keys | spectrum | basis | error")]
     words: Vec<String>,
     /// Error allowed in `spectrum`, such as 2% or 1.5steps (default: the show's preview)
     #[arg(long, value_name = "X", value_parser = argument::error)]
@@ -52,39 +53,51 @@ pub fn plot(repl: &mut Repl, asked: &Plot) -> Result<Reply, Error> {
         ["basis"] => basis(repl, theme)?,
         ["error"] => error(repl, theme)?,
         names => {
-            let (wanted, text) = chosen(repl, names)?;
+            let (wanted, heads, text) = chosen(repl, names)?;
             let document = repl.engine.document();
             let now = Some(repl.live.time());
-            (curves(document, &wanted, now, theme), text)
+            (curves(document, (&wanted, &heads), now, theme), text)
         }
     };
     repl.drawing(&drawing, path, text)
 }
 
-/// The coordinates of the banks and groups of these names, each once and in the order named; all
-/// banks without names. `bank` before a name is passed over.
-fn chosen(repl: &Repl, names: &[&str]) -> Result<(Vec<usize>, String), Error> {
+/// The coordinates of the banks and groups of these names, each once and in the order named, and the
+/// heads of these names; all banks without names. `bank` before a name is passed over.
+fn chosen(repl: &Repl, names: &[&str]) -> Result<(Vec<usize>, Vec<usize>, String), Error> {
     let show = repl.engine.show();
     let of_show = format!("of {}", show.title);
     if names.is_empty() {
         let banks = count(show.banks.len(), "bank");
-        return Ok((moving(show), format!("{banks} {of_show}")));
+        return Ok((moving(show), Vec::new(), format!("{banks} {of_show}")));
     }
     let names = match names {
-        ["bank" | "group", rest @ ..] if !rest.is_empty() => rest,
+        ["bank" | "group" | "light", rest @ ..] if !rest.is_empty() => rest,
         all => all,
     };
-    let mut banks: Vec<usize> = Vec::new();
+    let (mut banks, mut heads): (Vec<usize>, Vec<usize>) = (Vec::new(), Vec::new());
     for name in names {
+        if let Some(head) = head_names(show).position(|head| head == *name) {
+            heads.push(head);
+            continue;
+        }
         for bank in banks_of(repl, name)? {
             if !banks.contains(&bank) {
                 banks.push(bank);
             }
         }
     }
-    let text = format!("{} {of_show}", count(banks.len(), "bank"));
+    let counts = [(banks.len(), "bank"), (heads.len(), "head")].into_iter();
+    let counts = counts.filter(|(n, _)| *n > 0).map(|(n, of)| count(n, of));
+    let text = format!("{} {of_show}", counts.collect::<Vec<_>>().join(", "));
     let own = banks.iter().flat_map(|bank| show.coordinates_of(*bank));
-    Ok((own.collect(), text))
+    Ok((own.collect(), heads, text))
+}
+
+/// The names of the heads of a show, in their order.
+fn head_names(show: &Show) -> impl Iterator<Item = &str> {
+    let heads = show.heads().into_iter();
+    heads.filter_map(|(light, ..)| Some(show.lights.get(light)?.name.as_str()))
 }
 
 /// The banks that a name stands for, as indices.
@@ -98,11 +111,12 @@ fn banks_of(repl: &Repl, name: &str) -> Result<Vec<usize>, Error> {
     }
     let banks = show.banks.iter().map(|b| b.name.as_str());
     let groups = show.groups.iter().map(|g| g.name.as_str());
-    let hint = match nearest(name, banks.chain(groups).chain(SUBJECTS)) {
+    let names = banks.chain(groups).chain(head_names(show));
+    let hint = match nearest(name, names.chain(SUBJECTS)) {
         Some(near) => format!("did you mean `{near}`?"),
         None => "`show` lists the banks".to_owned(),
     };
-    usage(format!("there is no bank or group `{name}`; {hint}"))
+    usage(format!("there is no bank, group or head `{name}`; {hint}"))
 }
 
 /// The singular values and what they leave, with the tolerance.

@@ -62,7 +62,7 @@ pub fn solve(repl: &mut Repl, asked: &Solve) -> Result<Reply, Error> {
             let points: Vec<(&str, Vec3)> = named.iter().copied().zip(points).collect();
             let found = solve::illuminance(&mut repl.engine, &live, lux, &points, banks)?;
             (
-                Reply::text(words::of_illuminance(named, &found)),
+                Reply::text(words::of_illuminance(lux, named, &found)),
                 found.solved,
             )
         }

@@ -12,7 +12,7 @@ use footlight_engine::Version;
 use footlight_show::geometry::Vec3;
 use footlight_show::lang;
 use footlight_show::linalg::{Bernstein, mass};
-use footlight_show::model::{Axis, Cue, Part, Show, Trigger};
+use footlight_show::model::{Axis, Cue, Part, Pose, Show, Trigger};
 use footlight_show::printable::{columns, left};
 use footlight_show::timeline::{CurvePiece, Timeline};
 use footlight_show::units::{Time, percent};
@@ -56,6 +56,8 @@ pub struct ShowDifference {
     pub curves: Vec<CurveChange>,
     /// Something that pictures depend on changed: the stage, surfaces, lights, banks or view.
     pub pictures: bool,
+    /// Poses of lit heads whose reflected light no picture of the old version has.
+    pub poses: usize,
 }
 
 impl ShowDifference {
@@ -112,7 +114,20 @@ pub fn difference(old: &Version, new: &Version) -> ShowDifference {
     }
     cues(old, new, &mut out.changes);
     out.curves = curves(old, new);
+    let (before, after) = (bounced(old), bounced(new));
+    out.poses = after.iter().filter(|pose| !before.contains(pose)).count();
     out
+}
+
+/// The poses in which reflected light is rendered, each with its head's light.
+fn bounced(version: &Version) -> Vec<(&str, Pose)> {
+    let heads = pose::heads(&version.show);
+    let all = version.timeline.bounced().iter();
+    let mut poses: Vec<(&str, Pose)> = all
+        .filter_map(|bounced| Some((heads.get(bounced.head)?.light.name.as_str(), bounced.pose)))
+        .collect();
+    poses.dedup();
+    poses
 }
 
 /// Statement words whose declarations pictures depend on.
@@ -266,6 +281,8 @@ fn heads(was: &Cue, now: &Cue) -> Vec<String> {
 fn parts((old, was): (&Show, &Cue), (new, now): (&Show, &Cue), go: Time) -> Vec<String> {
     let mut out = Vec::new();
     let (before, after) = (moves(old, was), moves(new, now));
+    // Heads that aim elsewhere in the same words, since a point or a head moved.
+    let mut elsewhere: Vec<(String, Vec<&str>)> = Vec::new();
     for (
         key @ (name, _),
         Moved {
@@ -294,9 +311,26 @@ fn parts((old, was): (&Show, &Cue), (new, now): (&Show, &Cue), go: Time) -> Vec<
                     place(was)
                 ));
             }
-            Some(_) => {}
+            Some(was) => {
+                let far = was
+                    .place
+                    .zip(*to)
+                    .and_then(|(was, is)| pose::further(was, is));
+                let Some(far) = far else { continue };
+                let aim = words.strip_prefix(&format!("{name} ")).unwrap_or(words);
+                let how = format!("{aim} at {at}: {far}");
+                match elsewhere.iter_mut().find(|(other, _)| *other == how) {
+                    Some((_, names)) => names.push(name),
+                    None => elsewhere.push((how, vec![name])),
+                }
+            }
         }
     }
+    out.extend(
+        elsewhere
+            .into_iter()
+            .map(|(how, names)| format!("{} {how}", names.join(", "))),
+    );
     for (_, was) in before.iter().filter(|(key, _)| !after.contains_key(*key)) {
         out.push(format!("{} removed", was.words));
     }

@@ -116,7 +116,7 @@ pub fn turned(show: &Show, moves: &[Move]) -> Vec<(usize, Vec<Axis>, Pose)> {
 }
 
 /// Where the moves of a part point heads, in words: `mh1 to band`, and `heads to band` where all
-/// heads of a bank do alike.
+/// two or more heads of a bank do alike.
 pub fn aims(show: &Show, moves: &[Move]) -> Vec<String> {
     let heads = heads(show);
     let mut by_bank: BTreeMap<usize, Vec<(&str, String)>> = BTreeMap::new();
@@ -134,7 +134,7 @@ pub fn aims(show: &Show, moves: &[Move]) -> Vec<String> {
             .windows(2)
             .all(|pair| matches!(pair, [a, b] if a.1 == b.1));
         match (show.banks.get(bank), own.first()) {
-            (Some(bank), Some((_, words))) if alike && own.len() == all => {
+            (Some(bank), Some((_, words))) if alike && all > 1 && own.len() == all => {
                 out.push(format!("{} {words}", bank.name));
             }
             _ => out.extend(own.iter().map(|(name, words)| format!("{name} {words}"))),

@@ -315,6 +315,15 @@ fn a_difference_says_how_far_a_head_is_aimed() {
         found("mh1 to house", "mh1 to band"),
         ["cue 2: mh1 to house -> to band at 0:10, 8 m further upstage"]
     );
+    // A point that moved turns all heads that aim there, whose reflected light is another.
+    let moved = HEADS.replace("band = 0, 2, 1", "band = 1, 4, 1");
+    assert_eq!(
+        found("band = 0, 2, 1", "band = 1, 4, 1")[1..],
+        ["cue 1: mh1, mh2 to band at 0:00: 1 m further left, 2 m further upstage"]
+    );
+    assert!(difference(&version(HEADS), &version(&moved)).poses > 0);
+    let level = HEADS.replace("heads 80", "heads 70");
+    assert_eq!(difference(&version(HEADS), &version(&level)).poses, 0);
     // From straight down, 5 m: the tangents of 20 and 25 degrees are 0.364 and 0.466.
     assert_eq!(
         found("pan 30 tilt -20 beam 6", "pan 0 tilt -25 beam 6"),

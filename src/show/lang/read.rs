@@ -11,6 +11,7 @@ use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word, scan, split_word};
 use super::syntax::{self, Failure, Rule};
 use super::{codes, limits};
 use crate::diagnostic::Diagnostic;
+use crate::model::Axis;
 use crate::units::Rgb;
 
 /// What was read.
@@ -429,6 +430,15 @@ fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<St
     }
     let value = || format!("a value of the show stands in round brackets: `({word})`");
     let only = |what: &str| matches!(failure.expected.as_slice(), [one] if *one == what);
+    if cue.ends_with(" at") && cue.contains('{') && is_name(word) {
+        return Some(format!("a head points with `to`: `to {word}`"));
+    }
+    if Axis::ALL
+        .iter()
+        .any(|axis| cue.ends_with(&format!(" {} +", axis.word())))
+    {
+        return Some("an angle is where the head turns to, not by how far: `pan 10`".to_owned());
+    }
     if only(syntax::NUMBER) && is_name(word) {
         return Some(value());
     }

@@ -215,24 +215,45 @@ impl<'a> Lower<'a, '_> {
             }
         }
         for (name, own, id, first) in found {
-            let (message, there, label) = match first {
+            let (message, there, label, help) = match first {
                 Some(first) => (
                     format!("the head `{name}` is in two banks"),
                     first,
                     "and here",
+                    format!("a head stands in one bank: leave `{name}` out of one of the two"),
                 ),
                 None => (
                     format!("the head `{name}` is a fixed light: no cue can move it"),
                     own,
                     "declared here",
+                    format!("leave `{name}` out here, and {}", self.into_bank(&name)),
                 ),
             };
             self.report.add(
                 Diagnostic::error(codes::HEAD_PLACE, message)
                     .place_of(id, &self.spans, "here")
                     .place_of(there, &self.spans, label)
-                    .help(format!("a head stands in one bank: `bank heads = {name}`")),
+                    .help(help),
             );
+        }
+    }
+
+    /// The line that puts a head into a bank: one that has heads already, or a new one.
+    fn into_bank(&self, name: &str) -> String {
+        let heads = self
+            .heads
+            .iter()
+            .find_map(|head| self.show.banks.get(head.bank));
+        let lights = heads.iter().flat_map(|bank| &bank.lights);
+        let names = lights.filter_map(|light| Some(self.show.lights.get(*light)?.name.as_str()));
+        let names: Vec<&str> = names.chain([name]).collect();
+        match heads {
+            Some(bank) => format!(
+                "add it to a bank: `bank {} = {}`",
+                bank.name,
+                names.join(" ")
+            ),
+            None => format!("give it a bank: `bank {name}_bank = {name}`"),
         }
     }
 
@@ -385,7 +406,7 @@ impl<'a> Lower<'a, '_> {
             let (message, help) = match light {
                 Some(light) if light.head.is_some() => (
                     format!("the head `{name}` is in no bank"),
-                    format!("write `bank heads = {name}`"),
+                    self.into_bank(name),
                 ),
                 Some(_) => (
                     format!("the light `{name}` does not move"),
@@ -409,9 +430,10 @@ impl<'a> Lower<'a, '_> {
         let mut now: Vec<(f64, f64)> = self.heads.iter().map(home).collect();
         let mut lasting = now.clone();
         let mut back: BTreeSet<usize> = BTreeSet::new();
+        let mut beyond: Vec<(usize, Vec3)> = Vec::new();
         let mut cues = std::mem::take(&mut self.show.cues);
         for cue in &mut cues {
-            let to = self.aimed(cue, &now);
+            let to = self.aimed(cue, &now, &mut beyond);
             for head in std::mem::take(&mut back) {
                 if let (false, Some(now), Some(lasting)) =
                     (to.contains_key(&head), now.get_mut(head), lasting.get(head))
@@ -433,8 +455,14 @@ impl<'a> Lower<'a, '_> {
         self.show.cues = cues;
     }
 
-    /// Sets the aims of a cue; the pan and tilt of each head that it turns, when it is complete.
-    fn aimed(&mut self, cue: &mut Cue, now: &[(f64, f64)]) -> BTreeMap<usize, (f64, f64)> {
+    /// Sets the aims of a cue; the pan and tilt of each head that it turns, when it is complete. A place
+    /// out of a head's reach is said once and then stands in `beyond`.
+    fn aimed(
+        &mut self,
+        cue: &mut Cue,
+        now: &[(f64, f64)],
+        beyond: &mut Vec<(usize, Vec3)>,
+    ) -> BTreeMap<usize, (f64, f64)> {
         let mut ways: BTreeMap<(NodeId, usize), (f64, f64)> = BTreeMap::new();
         let mut to: BTreeMap<usize, (f64, f64)> = BTreeMap::new();
         for one in cue.parts.iter_mut().flat_map(|part| &mut part.moves) {
@@ -453,12 +481,18 @@ impl<'a> Lower<'a, '_> {
             };
             let aim = (one.id, index);
             if let Some((at, span)) = self.aims.get(&aim).copied() {
-                let way = ways.get(&aim).copied().unwrap_or_else(|| {
+                let is_beyond = beyond.contains(&(index, at)).then_some(from);
+                let way = ways.get(&aim).copied().or(is_beyond);
+                let way = way.unwrap_or_else(|| {
                     let light = self.show.lights.get(light);
                     let place = light.and_then(|l| l.kind.place()).unwrap_or_default();
                     let name = light.map_or(String::new(), |l| l.name.clone());
                     let word = Word { text: &name, span };
-                    self.way(&head, (place, at), (word, from)).unwrap_or(from)
+                    let way = self.way(&head, (place, at), (word, from));
+                    way.unwrap_or_else(|| {
+                        beyond.push((index, at));
+                        from
+                    })
                 });
                 ways.insert(aim, way);
                 let angle = if axis == Axis::Pan { way.0 } else { way.1 };

@@ -212,6 +212,10 @@ impl<'a> Lower<'a, '_> {
                 "the angles of a head stand right behind its name: `mh1 {} 12`",
                 name.text
             ),
+            (None, None) if name.text == "zoom" => {
+                "the zoom of a head is its `beam` and its `field`: `mh1 beam 12 field 18`"
+                    .to_owned()
+            }
             (None, None) if UNIT_WORDS.contains(&name.text) => {
                 format!("a unit stands right behind its number: `5{}`", name.text)
             }
