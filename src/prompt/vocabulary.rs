@@ -270,6 +270,7 @@ impl Vocabulary {
             "NAME" => offer(self.names()),
             "BANK" if argument.is_positional() => offer(self.all(&["bank", "group"])),
             "BANK" => offer(self.all(&["bank"])),
+            "HEAD" => offer(self.all(&["head"])),
             "VIEW" => offer(self.all(&["view"])),
             "VERB" => offer(verbs().get_subcommands().map(Command::get_name)),
             "CODE" => offer(codes::TABLE.iter().map(|row| row.code)),

@@ -267,7 +267,11 @@ fn levels(document: &Document, live: &LiveControl) -> String {
             None => String::new(),
         };
         let effect = coordinate.bank.and_then(|bank| running.get(&bank));
-        let effect = effect.map_or(String::new(), |name| format!("  effect {name}"));
+        let effect = effect.map_or(String::new(), |name| {
+            let bank = coordinate.bank.unwrap_or_default();
+            let factor = document.timeline().factor(bank, live.time());
+            format!("  effect {name} {:.0} %", 100.0 * factor)
+        });
         let bar = "#".repeat((level * 40.0).round().clamp(0.0, 40.0) as usize);
         let behind = if bent {
             format!(" {:>7.1}", light * 100.0)

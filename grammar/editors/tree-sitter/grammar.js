@@ -169,7 +169,7 @@ module.exports = grammar({
         $.path,
         repeat1(seq('+', $._look_term)),
       )),
-      optional(seq('effect', $.name)),
+      optional(seq('effect', $.name, optional('spread'))),
     )),
   },
 });

@@ -3,7 +3,7 @@
 use super::level::{self, by_bank, clock, motion, time};
 use super::pose::aims;
 use crate::table::Table;
-use footlight_show::model::{Cue, Fade, Link, Part, Show, Trigger};
+use footlight_show::model::{Cue, EffectChange, Fade, Link, Part, Show, Trigger};
 use footlight_show::timeline::{CueTime, Timeline};
 
 /// The cue sheet of a show: a row for each cue, and one for each further part.
@@ -141,11 +141,28 @@ fn does(show: &Show, cue: &Cue, part: &Part, head: bool) -> String {
         }
     }
     words.extend(aims(show, &part.moves));
-    for change in &part.effects {
-        let bank = show.banks.get(change.bank).map_or("", |b| b.name.as_str());
-        let effect = change.effect.and_then(|e| show.effects.get(e));
-        let effect = effect.map_or("none", |e| e.name.as_str());
-        words.push(format!("{bank} effect {effect}"));
+    // The banks of a group, which one move gives an effect, in one word.
+    for alike in part.effects.chunk_by(|a, b| a.id == b.id) {
+        let banks = alike
+            .iter()
+            .filter_map(|change| show.banks.get(change.bank));
+        let banks: Vec<&str> = banks.map(|bank| bank.name.as_str()).collect();
+        let effect = alike
+            .first()
+            .map_or_else(String::new, |change| effect(show, change));
+        words.push(format!("{} effect {effect}", banks.join(" ")));
     }
     words.join(", ")
+}
+
+/// The effect that a bank gets, `none` where one ends: `wave spread`.
+pub fn effect(show: &Show, change: &EffectChange) -> String {
+    let effect = change.effect.and_then(|e| show.effects.get(e));
+    let name = effect.map_or("none", |e| e.name.as_str());
+    let spread = if change.spread.is_some() {
+        " spread"
+    } else {
+        ""
+    };
+    format!("{name}{spread}")
 }

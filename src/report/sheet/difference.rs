@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use self::shift::Shifts;
+use super::cue::effect;
 use super::level::{self, by_bank, clock, motion, number, time, up_down};
 use super::pose;
 use footlight_engine::Version;
@@ -282,7 +283,7 @@ fn parts((old, was): (&Show, &Cue), (new, now): (&Show, &Cue), go: Time) -> Vec<
     let mut out = Vec::new();
     let (before, after) = (moves(old, was), moves(new, now));
     // Heads that aim elsewhere in the same words, since a point or a head moved.
-    let mut elsewhere: Vec<(String, Vec<&str>)> = Vec::new();
+    let mut elsewhere = Alike::default();
     for (
         key @ (name, _),
         Moved {
@@ -319,34 +320,27 @@ fn parts((old, was): (&Show, &Cue), (new, now): (&Show, &Cue), go: Time) -> Vec<
                 let Some(far) = far else { continue };
                 let aim = words.strip_prefix(&format!("{name} ")).unwrap_or(words);
                 let how = format!("{aim} at {at}: {far}");
-                match elsewhere.iter_mut().find(|(other, _)| *other == how) {
-                    Some((_, names)) => names.push(name),
-                    None => elsewhere.push((how, vec![name])),
-                }
+                elsewhere.add(name, how);
             }
         }
     }
-    out.extend(
-        elsewhere
-            .into_iter()
-            .map(|(how, names)| format!("{} {how}", names.join(", "))),
-    );
+    out.extend(elsewhere.lines());
     for (_, was) in before.iter().filter(|(key, _)| !after.contains_key(*key)) {
         out.push(format!("{} removed", was.words));
     }
     let (before, after) = (effects(old, was), effects(new, now));
+    let mut alike = Alike::default();
     for (bank, effect) in &after {
         match before.get(bank) {
-            None => out.push(format!("{bank} effect {effect} added")),
-            Some(was) if was != effect => {
-                out.push(format!("{bank} effect {was} -> {effect}"));
-            }
+            None => alike.add(bank, format!("effect {effect} added")),
+            Some(was) if was != effect => alike.add(bank, format!("effect {was} -> {effect}")),
             Some(_) => {}
         }
     }
     for (bank, effect) in before.iter().filter(|(bank, _)| !after.contains_key(*bank)) {
-        out.push(format!("{bank} effect {effect} removed"));
+        alike.add(bank, format!("effect {effect} removed"));
     }
+    out.extend(alike.lines());
     for part in &now.parts {
         let moved = |p: &Part| p.moves.first().map(|m| m.parameter);
         let same = |p: &&Part| {
@@ -361,6 +355,24 @@ fn parts((old, was): (&Show, &Cue), (new, now): (&Show, &Cue), go: Time) -> Vec<
         }
     }
     out
+}
+
+/// Names of which one line says the same.
+#[derive(Default)]
+struct Alike<'s>(Vec<(String, Vec<&'s str>)>);
+
+impl<'s> Alike<'s> {
+    fn add(&mut self, name: &'s str, how: String) {
+        match self.0.iter_mut().find(|(other, _)| *other == how) {
+            Some((_, names)) => names.push(name),
+            None => self.0.push((how, vec![name])),
+        }
+    }
+
+    fn lines(self) -> impl Iterator<Item = String> {
+        let lines = self.0.into_iter();
+        lines.map(|(how, names)| format!("{} {how}", names.join(", ")))
+    }
 }
 
 /// Where in a cue a move stands.
@@ -409,15 +421,11 @@ fn moves<'s>(show: &'s Show, cue: &'s Cue) -> BTreeMap<(&'s str, Option<Axis>), 
 }
 
 /// The effect that each bank gets in a cue, `none` where one ends.
-fn effects<'s>(show: &'s Show, cue: &Cue) -> BTreeMap<&'s str, &'s str> {
+fn effects<'s>(show: &'s Show, cue: &Cue) -> BTreeMap<&'s str, String> {
     let changes = cue.parts.iter().flat_map(|part| &part.effects);
     let named = changes.filter_map(|change| {
         let bank = show.banks.get(change.bank)?;
-        let effect = change.effect.and_then(|effect| show.effects.get(effect));
-        Some((
-            bank.name.as_str(),
-            effect.map_or("none", |e| e.name.as_str()),
-        ))
+        Some((bank.name.as_str(), effect(show, change)))
     });
     named.collect()
 }

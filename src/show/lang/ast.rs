@@ -344,13 +344,20 @@ pub struct Move<'a> {
     pub motion: Motion<'a>,
     /// Where heads point.
     pub aim: Option<Aim<'a>>,
-    /// After `effect`.
-    pub effect: Option<Word<'a>>,
+    pub effect: Option<EffectBegun<'a>>,
     pub timing: Vec<Timing<'a>>,
     /// Without the timing.
     pub span: Span,
     /// The move before it on its line, where that has no timing of its own.
     pub beside: Option<Span>,
+}
+
+/// `effect wave spread`
+#[derive(Clone, Copy, Debug)]
+pub struct EffectBegun<'a> {
+    pub name: Word<'a>,
+    /// `spread`, where it stands.
+    pub spread: Option<Span>,
 }
 
 /// `to drummer`, `to 2, 1, 0`, `pan 30 tilt -20`

@@ -7,8 +7,8 @@
 use pest::iterators::{Pair, Pairs};
 
 use super::ast::{
-    Aim, Bank, Body, Clause, Cue, Declaration, ImageWords, Knot, Level, Light, Mark, Motion, Move,
-    Part, Path, Solid, Span, Statement, Target, Term, Timing, TimingKind, Word,
+    Aim, Bank, Body, Clause, Cue, Declaration, EffectBegun, ImageWords, Knot, Level, Light, Mark,
+    Motion, Move, Part, Path, Solid, Span, Statement, Target, Term, Timing, TimingKind, Word,
 };
 use super::syntax::Rule;
 use crate::model::Interpolation;
@@ -523,7 +523,12 @@ impl<'a> Builder<'a> {
         let mut pieces = Vec::new();
         for piece in inner.filter(|p| p.as_rule() != Rule::kw_to) {
             match piece.as_rule() {
-                Rule::effect => effect = piece.into_inner().nth(1).map(|p| self.word(&p)),
+                Rule::effect => {
+                    let mut words = piece.into_inner().skip(1);
+                    let name = self.word(&words.next()?);
+                    let spread = words.next().map(|p| self.trimmed(&p));
+                    effect = Some(EffectBegun { name, spread });
+                }
                 Rule::aim | Rule::angle => {
                     let span = self.trimmed(&piece);
                     let start = aim.map_or(span.start, |first| first.start);

@@ -152,10 +152,10 @@ pub fn foreign(word: &str) -> Option<&'static str> {
 
 /// Words with a meaning where names stand, so that nothing can be named so.
 pub fn is_reserved(word: &str) -> bool {
-    const WORDS: [&str; 27] = [
+    const WORDS: [&str; 28] = [
         "assert", "at", "blackout", "block", "channel", "cueonly", "curve", "delay", "dimmer",
         "down", "follow", "full", "gel", "hang", "level", "note", "out", "part", "project",
-        "repeat", "rgb", "snap", "spline", "steps", "time", "to", "up",
+        "repeat", "rgb", "snap", "spline", "spread", "steps", "time", "to", "up",
     ];
     WORDS.contains(&word)
         || STANDING_OFF.contains(&word)

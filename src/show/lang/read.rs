@@ -367,12 +367,12 @@ fn foreign(before: &str, found: &str, word: &str) -> Option<String> {
             format!("a gel is written `gel {word}`")
         }
         ("effect", "chase") => {
-            "a chase is a path of each bank, one later than the other: `a steps 0s 0, 1s 100, 2s 0  \
-             repeat 20`, and for the next bank the same with `delay 1`"
+            "a chase is a `pulse` that is spread over a group: `effect wave = pulse  depth 100%`, and in a \
+             cue `units 60 effect wave spread`"
                 .to_owned()
         }
         ("effect", "phase" | "offset") => {
-            "banks out of step get the effect in parts with a `delay` of their own".to_owned()
+            "banks out of step share an effect in a cue: `units 60 effect wave spread`".to_owned()
         }
         (_, "cue" | "bank" | "light" | "look" | "group" | "view" | "show" | "stage")
             if !in_braces || before.matches('{').count() == before.matches('}').count() =>

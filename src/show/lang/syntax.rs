@@ -233,5 +233,5 @@ const INNER_WORDS: &str = "\
     cueonly cylinder curve delay depth dimmer disc dither down effect exposure field filmic flicker \
     follow forward fov from full gap gel gloss hang hermite image inside layer lens level like linear monotone moves natural \
     note off on one-sided out pan part plain pulse quad radius rate refined reflectance repeat rgb roll scale \
-    seed sides size slope snap speed spline square standing steps tilt time to tolerance tone turn two-sided up via white \
+    seed sides size slope snap speed spline spread square standing steps tilt time to tolerance tone turn two-sided up via white \
     y z zoom";

@@ -35,4 +35,7 @@ pub struct EffectChange {
     pub bank: usize,
     /// Index into [`super::Show::effects`]; `None` ends it.
     pub effect: Option<usize>,
+    /// The bank's place in a group that the effect is spread over, from 0, and the group's number of
+    /// banks: bank i of n runs i/n of a period behind the first.
+    pub spread: Option<(u32, u32)>,
 }

@@ -1,5 +1,8 @@
 //! Effects as factors of the light, from the instant a cue begins one until another ends it.
 //!
+//! Of an effect that is spread over a group, bank i of n reaches each turn i/n of a period after the
+//! first bank. Its first step leads to the first turn that is then still to come.
+//!
 //! Each begins and ends at the light that is there: its first step leads from there, and after its
 //! end a step leads back to 1. Shares of a flicker are eighths of its depth, so that many of its key
 //! settings are the same.
@@ -63,7 +66,8 @@ fn factor(
         let until = runs.get(i + 1).map_or(end, |next| next.start.min(end));
         let effect = run.change.effect.and_then(|e| show.effects.get(e));
         let mut at = run.start;
-        for n in 0.. {
+        let (skipped, first_step) = effect.map_or((0, step), |effect| first_turn(effect, run));
+        for n in skipped.. {
             if at >= until {
                 break;
             }
@@ -76,6 +80,7 @@ fn factor(
             step = effect.map_or(step, step_of);
             let next = match effect {
                 None if n > 0 || step == Time::ZERO => until,
+                _ if n == skipped => at + first_step,
                 _ => at + step,
             };
             let to = effect.map_or(1.0, |effect| share(effect, run.change.bank, n));
@@ -104,6 +109,21 @@ fn step_of(effect: &Effect) -> Time {
         EffectKind::Flicker(_) => 1.0 / effect.rate,
     };
     Time::from_micros((seconds * 1e6).round() as i64)
+}
+
+/// The number of the first step of a bank, and how long it takes. A period is two steps of a pulse and
+/// one of a flicker.
+fn first_turn(effect: &Effect, run: &Run<'_>) -> (u64, Time) {
+    let step = step_of(effect);
+    let (place, banks) = run.change.spread.unwrap_or((0, 1));
+    let behind = f64::from(place) / f64::from(banks.max(1));
+    let (skipped, steps) = match effect.kind {
+        EffectKind::Flicker(_) if place > 0 => (0, behind),
+        EffectKind::Pulse if behind > 0.5 => (0, 2.0 * behind - 1.0),
+        EffectKind::Pulse if place > 0 => (1, 2.0 * behind),
+        _ => (0, 1.0),
+    };
+    (skipped, step.scaled(steps).max(Time::from_micros(1)))
 }
 
 /// The factor at the end of step `n`.

@@ -169,7 +169,7 @@ proptest! {
         show.effects.push(Effect { id, name, kind, rate: 0.7, depth: 0.6 });
         let effect = Some(0);
         let banks = 0..show.banks.len();
-        let begun = banks.map(|bank| EffectChange { id, bank, effect });
+        let begun = banks.map(|bank| EffectChange { id, bank, effect, spread: None });
         show.cues[0].parts[0].effects = begun.collect();
         let Ok(timeline) = Timeline::new(&show) else { return Ok(()) };
         let reference = Reference::new(&show);
@@ -529,6 +529,7 @@ fn with_effect(kind: EffectKind, rate: f64, level: Move, cues: usize) -> Show {
             id: NodeId(9),
             bank: 0,
             effect,
+            spread: None,
         };
         next.parts[0].effects.push(change((i == 0).then_some(0)));
         show.cues.push(next);
@@ -560,6 +561,50 @@ fn a_pulse_on_a_level_that_stands_still_is_exact_and_repeats_its_keys() {
     let keys = KeySequence::new(&timeline).unwrap();
     assert_eq!(keys.segments().len(), 41);
     assert_eq!(keys.keys().len(), 2);
+}
+
+/// Bank i of n is at the top i/n of a period after the first bank, and again a period later.
+#[test]
+fn a_spread_pulse_runs_through_its_group() {
+    let count = 5;
+    let mut show = empty(count);
+    let (id, name) = (NodeId(7), "e".to_owned());
+    show.effects.push(Effect {
+        id,
+        name,
+        kind: EffectKind::Pulse,
+        rate: 0.5,
+        depth: 0.4,
+    });
+    let levels =
+        (0..count).map(|bank| moving(bank, path(Interpolation::Steps, &[(0., 80.), (9., 80.)])));
+    show.cues.push(cue(1, go(0.0), 5.0, levels.collect()));
+    let change = |bank| EffectChange {
+        id: NodeId(9),
+        bank,
+        effect: Some(0),
+        spread: Some((bank as u32, count as u32)),
+    };
+    show.cues[0].parts[0].effects = (0..count).map(change).collect();
+    let timeline = Timeline::new(&show).unwrap();
+    let ease = |u: f64| u * u * (3.0 - 2.0 * u);
+    for (bank, behind) in [0.0, 0.4, 0.8, 1.2, 1.6].into_iter().enumerate() {
+        for k in 20..90 {
+            let t = 0.1 * f64::from(k);
+            let cycle = (t - behind) * 0.5;
+            let down = ease(1.0 - (2.0 * cycle.rem_euclid(1.0) - 1.0).abs());
+            let (want, found) = (
+                0.8 * (1.0 - 0.4 * down),
+                timeline.evaluate(seconds(t))[bank],
+            );
+            assert!(
+                (found - want).abs() < 1e-12,
+                "{bank} at {t}: {found} for {want}"
+            );
+        }
+        // At the start all have the light that is there.
+        assert_eq!(timeline.evaluate(Time::ZERO)[bank], 0.8);
+    }
 }
 
 #[test]

@@ -66,11 +66,13 @@ impl<'a> Lower<'a, '_> {
         Some(())
     }
 
-    /// The effect that a move begins or ends on each of its banks.
+    /// The effect that a move begins or ends on each of its banks; spread over a group, each bank runs
+    /// an equal share of a period behind the one before it.
     pub fn effect_changes(&mut self, written: &ast::Move<'a>, id: NodeId) -> Vec<EffectChange> {
-        let (Some(word), Some(target)) = (written.effect, written.target) else {
+        let (Some(begun), Some(target)) = (written.effect, written.target) else {
             return Vec::new();
         };
+        let word = begun.name;
         if let Some(channel) = target.channel {
             let message = "an effect runs on a bank, not on one of its emitters";
             let at = (channel.span, "one emitter");
@@ -83,8 +85,21 @@ impl<'a> Lower<'a, '_> {
         let Some(effect) = self.effect_called(word) else {
             return Vec::new();
         };
-        let change = |bank| EffectChange { id, bank, effect };
-        banks.into_iter().map(change).collect()
+        let number = banks.len();
+        if let Some(span) = begun.spread.filter(|_| effect.is_none() || number < 2) {
+            let message = "`spread` is for an effect that begins on several banks";
+            let help =
+                "spread it over a group: `group units = a b c`, `units 60 effect wave spread`";
+            self.report
+                .error::<()>(codes::DOES_NOT_FIT, message, (span, "not here"), help);
+        }
+        let change = |(i, bank)| EffectChange {
+            id,
+            bank,
+            effect,
+            spread: begun.spread.map(|_| (i as u32, number as u32)),
+        };
+        banks.into_iter().enumerate().map(change).collect()
     }
 
     /// `none`, or an effect of the show.

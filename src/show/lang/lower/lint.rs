@@ -6,7 +6,7 @@ use super::Lower;
 use crate::diagnostic::Diagnostic;
 use crate::lang::codes;
 use crate::lang::report::Place;
-use crate::model::{Bank, Cue, Interpolation, Motion, NodeId, Part};
+use crate::model::{Bank, Cue, EffectChange, Interpolation, Motion, NodeId, Part};
 use crate::units::percent;
 
 impl Lower<'_, '_> {
@@ -17,6 +17,7 @@ impl Lower<'_, '_> {
         if !self.show.cues.is_empty() {
             self.still_cues();
             self.unused_banks();
+            self.endless_effects();
         }
         self.shared_channels();
         self.fractions();
@@ -244,6 +245,58 @@ impl Lower<'_, '_> {
                 Diagnostic::warning(codes::UNUSED_BANK, message)
                     .place_of(bank.id, &self.spans, "")
                     .help(format!("write `{name} 50` in a cue, or make it `fixed`")),
+            );
+        }
+    }
+
+    /// Effects that run to the end of the show on banks that a cue before the last has taken out for good.
+    fn endless_effects(&mut self) {
+        let mut running: BTreeMap<usize, &EffectChange> = BTreeMap::new();
+        let mut levels: BTreeMap<usize, (f64, NodeId)> = BTreeMap::new();
+        let last = self.show.cues.len().saturating_sub(1);
+        for (number, cue) in self.show.cues.iter().enumerate() {
+            for part in &cue.parts {
+                let began = part.effects.iter().map(|change| (change.bank, change));
+                running.extend(began);
+                for one in part.moves.iter().filter(|_| !cue.cueonly) {
+                    // A bank that goes out in the last cue goes out with the show.
+                    let level = if number < last {
+                        one.motion.target()
+                    } else {
+                        1.0
+                    };
+                    levels.insert(one.parameter, (level, one.id));
+                }
+            }
+        }
+        let mut told = BTreeSet::new();
+        let mut found = Vec::new();
+        for (bank, change) in running {
+            let (Some(effect), Some(level)) = (
+                change
+                    .effect
+                    .and_then(|effect| self.show.effects.get(effect)),
+                self.first_parameters
+                    .get(bank)
+                    .and_then(|first| levels.get(first)),
+            ) else {
+                continue;
+            };
+            if level.0 == 0.0 && told.insert(change.id) {
+                let name = self.show.banks.get(bank).map_or("", |b| b.name.as_str());
+                found.push((effect.name.clone(), name.to_owned(), change.id, level.1));
+            }
+        }
+        for (effect, bank, id, out) in found {
+            let message =
+                format!("the effect `{effect}` of `{bank}` never ends, though `{bank}` goes out");
+            self.report.add(
+                Diagnostic::warning(codes::ENDLESS_EFFECT, message)
+                    .place_of(id, &self.spans, "runs to the end of the show")
+                    .place_of(out, &self.spans, "out from here")
+                    .help(format!(
+                        "levels and `blackout` leave effects running: end it with `{bank} effect none`"
+                    )),
             );
         }
     }
