@@ -52,6 +52,10 @@ pub fn hover(show: &OpenShow, text: &str, at: usize) -> Option<(String, Range<us
             let own = of_name(show, word.trim_start_matches('#'));
             own.or_else(|| of_colour(word))?
         }
+        Token::Text if before == Some("lantern") => {
+            let found = lang::lanterns().find(|lantern| lantern.name == word.trim_matches('"'))?;
+            format!("{}\n\n{}", found.words(), found.source)
+        }
         Token::Name | Token::Text => of_material(show, word.trim_matches('"'))?,
         Token::Word | Token::Statement => {
             let (usage, meaning) = help_of_word(statement, word)?;

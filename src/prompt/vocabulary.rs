@@ -5,6 +5,7 @@
 //! interpreter goes on.
 
 use std::collections::BTreeSet;
+use std::sync::LazyLock;
 
 use clap::{Arg, Command, ValueHint};
 
@@ -332,6 +333,7 @@ impl Vocabulary {
         let (own, more): (&[String], &[&str]) = match (first, last) {
             (_, "dimmer") => (self.declared_by("curve"), &["linear", "square"]),
             ("cue", "effect") => (self.declared_by("effect"), &["none"]),
+            ("light", "lantern") => return LANTERNS.iter().map(String::as_str).collect(),
             ("light", "like") => (self.declared_by("light"), &[]),
             ("light", "panel") | ("surface", "surface") => (&self.materials, &[]),
             ("bank" | "fixed", _) if is_list => (self.declared_by("light"), &[]),
@@ -402,6 +404,13 @@ fn is_named(option: &Arg, token: &str) -> bool {
         .is_some_and(|long| option.get_long() == Some(long))
         || short.is_some() && short == option.get_short()
 }
+
+/// The names of the common lanterns, in quotes.
+static LANTERNS: LazyLock<Vec<String>> = LazyLock::new(|| {
+    lang::lanterns()
+        .map(|lantern| format!("\"{}\"", lantern.name))
+        .collect()
+});
 
 fn strings(names: &[String]) -> impl Iterator<Item = &str> {
     names.iter().map(String::as_str)

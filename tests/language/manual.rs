@@ -79,3 +79,19 @@ fn the_examples_are_shows_without_a_complaint() {
         assert_eq!(complaints, "");
     }
 }
+
+/// The table of lanterns in the manual has the figures of the data file.
+#[test]
+fn the_lanterns_of_the_manual_are_those_of_the_table() {
+    let rows: String = footlight_show::lang::lanterns()
+        .map(|lantern| {
+            let unit = if lantern.is_flux { "lm" } else { "cd" };
+            format!(
+                "| `\"{}\"` | {} | {} | {} {unit} | {} |\n",
+                lantern.name, lantern.beam, lantern.field, lantern.amount, lantern.product
+            )
+        })
+        .collect();
+    let manual = fs::read_to_string(root().join("grammar/README.md")).unwrap();
+    assert!(manual.contains(&rows), "{rows}");
+}

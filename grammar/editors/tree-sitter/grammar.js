@@ -104,7 +104,7 @@ module.exports = grammar({
     ))),
     light_kind: ($) => choice(
       words('spot', 'sphere', 'disc'), seq('panel', choice($.text, $.name)),
-      seq(words('photometric', 'project', 'from'), $.text), seq('like', $.name),
+      seq(words('photometric', 'project', 'from', 'lantern'), $.text), seq('like', $.name),
     ),
     point: ($) => seq('point', field('name', $.name), '=', $.position),
     bank: ($) => seq('bank', field('name', $.name), optional(choice($.image, seq('=', $.names))), repeat(choice(

@@ -16,6 +16,7 @@ mod explain;
 mod format;
 mod gels;
 mod include;
+mod lanterns;
 mod levels;
 pub(crate) mod limits;
 mod lower;
@@ -39,6 +40,7 @@ pub use edit::NamePlace;
 pub use explain::{Explanation, explain, pages};
 pub use format::format;
 pub use gels::gels_of_table;
+pub use lanterns::{Lantern, lanterns};
 pub use levels::{SetLevel, levels};
 pub use names::{Kind, is_reserved, nearest};
 pub use outline::{

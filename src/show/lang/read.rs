@@ -360,8 +360,8 @@ fn foreign(before: &str, found: &str, word: &str) -> Option<String> {
                 .to_owned()
         }
         ("light", "fresnel" | "profile" | "ellipsoidal" | "par" | "pc" | "wash" | "led") => format!(
-            "use `spot` with the beam and field of the lantern: `spot at 0, -2, 4  aim 0, 0, 1  beam \
-             24  field 40  1200 cd`; `{lower}` is no kind of light here"
+            "name a common lantern, `lantern \"profile 26\"  at 0, -2, 4  aim 0, 0, 1`, or use `spot` with its beam \
+             and field: `spot at 0, -2, 4  aim 0, 0, 1  beam 24  field 40  1200 cd`; `{lower}` is no kind of light here"
         ),
         (of, _) if (of == "light" || in_braces) && names::is_gel(word) => {
             format!("a gel is written `gel {word}`")

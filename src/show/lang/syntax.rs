@@ -231,7 +231,7 @@ pub fn is_inner_word(word: &str) -> bool {
 const INNER_WORDS: &str = "\
     aim albedo assert at auto beam bezier blackout box block catmull-rom channel clamped coarse \
     cueonly cylinder curve delay depth dimmer disc dither down effect exposure field filmic flicker \
-    follow forward fov from full gap gel gloss hang hermite image inside layer lens level like linear monotone moves natural \
+    follow forward fov from full gap gel gloss hang hermite image inside lantern layer lens level like linear monotone moves natural \
     note off on one-sided out pan part plain pulse quad radius rate refined reflectance repeat rgb roll scale \
     seed sides size slope snap speed spline spread square standing steps tilt time to tolerance tone turn two-sided up via white \
     y z zoom";

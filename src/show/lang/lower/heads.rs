@@ -226,7 +226,7 @@ impl<'a> Lower<'a, '_> {
                     format!("the head `{name}` is a fixed light: no cue can move it"),
                     own,
                     "declared here",
-                    format!("leave `{name}` out here, and {}", self.into_bank(&name)),
+                    format!("leave `{name}` out here, and {}", self.bank_line(&name)),
                 ),
             };
             self.report.add(
@@ -239,7 +239,7 @@ impl<'a> Lower<'a, '_> {
     }
 
     /// The line that puts a head into a bank: one that has heads already, or a new one.
-    fn into_bank(&self, name: &str) -> String {
+    fn bank_line(&self, name: &str) -> String {
         let heads = self
             .heads
             .iter()
@@ -406,7 +406,7 @@ impl<'a> Lower<'a, '_> {
             let (message, help) = match light {
                 Some(light) if light.head.is_some() => (
                     format!("the head `{name}` is in no bank"),
-                    self.into_bank(name),
+                    self.bank_line(name),
                 ),
                 Some(_) => (
                     format!("the light `{name}` does not move"),

@@ -7,7 +7,8 @@ use crate::geometry::profile::Profile;
 use crate::geometry::shape::Shape;
 use crate::lang::ast::{self, Clause, Span, Word};
 use crate::lang::codes;
-use crate::lang::names::Kind;
+use crate::lang::lanterns::lanterns;
+use crate::lang::names::{Kind, nearest};
 use crate::lang::quantity::{self, Unit, Wanted};
 use crate::model::Spot;
 use crate::model::{ImportedLuminaire, LightKind, Luminaire, Output, Strength};
@@ -65,8 +66,18 @@ const SPOT: Form = Form {
 
 /// The kinds of light. A new one has its row here, its arm in `finished`, and its word in the
 /// grammar.
-static FORMS: [Form; 7] = [
+static FORMS: [Form; 8] = [
     SPOT,
+    Form {
+        word: "lantern",
+        needs: &["at", "aim"],
+        takes: &[
+            "beam", "field", "moves", "pan", "tilt", "zoom", "speed", "standing",
+        ],
+        own_amount: true,
+        example: "lantern \"profile 26\"  at 0, -2, 4  aim 0, 0, 1",
+        ..SPOT
+    },
     Form {
         word: "panel",
         phrase: "panel",
@@ -124,8 +135,7 @@ static FORMS: [Form; 7] = [
 ];
 
 /// What the parser expects where a light has no kind yet.
-pub(in crate::lang) const EXPECTED: &str =
-    "a kind of light (`spot`, `panel`, `sphere`, `disc`, `photometric`, `project`, `from`, `like`)";
+pub(in crate::lang) const EXPECTED: &str = "a kind of light (`spot`, `lantern`, `panel`, `sphere`, `disc`, `photometric`, `project`, `from`, `like`)";
 
 /// The words of the kinds.
 pub(in crate::lang) fn words() -> impl Iterator<Item = &'static str> {
@@ -265,11 +275,42 @@ impl<'a> Lower<'a, '_> {
             spec.form = Some(form);
             spec.of = light.of.map(super::unquoted).unwrap_or_default();
         }
+        if let ("lantern", Some(of)) = (light.kind.text, light.of) {
+            self.lantern(of, spec);
+        }
         self.repeated_clauses(&light.clauses);
         for clause in &light.clauses {
             // What is wrong was said; the clause then changes nothing.
             let _ = self.clause(clause, spec);
         }
+    }
+
+    /// The figures of a lantern's data sheet; what follows its name replaces them.
+    fn lantern(&mut self, name: Word<'a>, spec: &mut Spec) {
+        let Some(found) = lanterns().find(|lantern| lantern.name == spec.of) else {
+            let message = format!("there is no lantern called {}", name.text);
+            let names = lanterns().map(|lantern| lantern.name);
+            let help = match nearest(&spec.of, names) {
+                Some(near) => format!("did you mean \"{near}\"?"),
+                None => {
+                    let names: Vec<&str> = lanterns().map(|lantern| lantern.name).collect();
+                    format!("there are: {}", names.join(", "))
+                }
+            };
+            let at = (name.span, "not in the table");
+            self.report
+                .error::<()>(codes::UNKNOWN_NAME, message, at, help);
+            // Nothing more is known of it.
+            spec.form = None;
+            return;
+        };
+        let unit = if found.is_flux {
+            Unit::Lumen
+        } else {
+            Unit::Candela
+        };
+        spec.amount = Some((found.amount, unit));
+        (spec.beam, spec.field) = (Some(found.beam), Some(found.field));
     }
 
     fn clause(&mut self, clause: &Clause<'a>, spec: &mut Spec) -> Option<()> {
@@ -364,7 +405,7 @@ impl<'a> Lower<'a, '_> {
         self.complete(light, spec, form)?;
         let (of, tint, output) = (spec.of.clone(), spec.tint(), spec.output());
         Some(match form.word {
-            "spot" => LightKind::Spot(self.spot(light, spec)?),
+            "spot" | "lantern" => LightKind::Spot(self.spot(light, spec)?),
             "panel" => LightKind::Panel {
                 material: of,
                 strength: self.panel_strength(light, spec)?,
