@@ -3,6 +3,7 @@
 //! World coordinates are right-handed with Z up, X to stage left (the right-hand side seen from
 //! the house) and Y upstage. This module does not depend on materials, lights or pixels.
 
+pub mod figure;
 pub mod mount;
 pub mod polygon;
 pub mod profile;

@@ -20,7 +20,7 @@ module.exports = grammar({
     source_file: ($) => repeat($.statement),
 
     statement: ($) => choice(
-      $.show, $.preview, $.include, $.gels, $.let, $.stage, $.surface, $.haze, $.view, $.light,
+      $.show, $.preview, $.include, $.gels, $.let, $.stage, $.surface, $.figure, $.haze, $.view, $.light,
       $.point, $.bank, $.fixed, $.group, $.look, $.default, $.curve, $.effect, $.cue,
     ),
 
@@ -86,6 +86,9 @@ module.exports = grammar({
         'inside', 'two-sided',
       )),
     )),
+    figure: ($) => seq('figure', repeat(choice(
+      seq('at', $.position), seq(words('height', 'facing'), $._quantity),
+    ))),
     haze: ($) => seq('haze', choice($.extinction, $._quantity),
       repeat(seq(words('forward', 'albedo'), $._quantity))),
     extinction: () => token(/-?[0-9]+(\.[0-9]+)?\/m/),

@@ -132,7 +132,9 @@ fn bounced(version: &Version) -> Vec<(&str, Pose)> {
 }
 
 /// Statement words whose declarations pictures depend on.
-const SEEN: [&str; 6] = ["stage", "surface", "view", "light", "bank", "fixed"];
+const SEEN: [&str; 7] = [
+    "stage", "surface", "figure", "view", "light", "bank", "fixed",
+];
 
 /// Changes of everything but cues, by the canonical text of each declaration.
 fn declarations(old: &str, new: &str, out: &mut ShowDifference) {

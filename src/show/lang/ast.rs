@@ -71,6 +71,8 @@ pub enum Declaration<'a> {
         clauses: Vec<Clause<'a>>,
         solids: Vec<Solid<'a>>,
     },
+    /// `figure at P …`
+    Figure(Vec<Clause<'a>>),
     /// `haze 60m …`, `haze 0.05/m …`
     Haze {
         amount: Word<'a>,

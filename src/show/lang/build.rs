@@ -49,6 +49,7 @@ impl<'a> Builder<'a> {
             }
             Rule::stage_statement => self.stage(inner)?,
             Rule::surface_statement => self.surface(inner)?,
+            Rule::figure_statement => Declaration::Figure(self.clauses(inner)?),
             Rule::haze_statement => Declaration::Haze {
                 amount: self.next(&mut inner)?,
                 clauses: self.clauses(inner)?,
@@ -182,6 +183,7 @@ impl<'a> Builder<'a> {
                 Rule::stage_clause,
                 Rule::haze_clause,
                 Rule::surface_clause,
+                Rule::figure_clause,
                 Rule::view_clause,
                 Rule::light_clause,
                 Rule::solid_clause,

@@ -12,9 +12,9 @@ use std::ops::Range;
 use super::limits;
 
 /// The words that begin statements.
-pub const STATEMENTS: [&str; 19] = [
-    "show", "preview", "include", "gels", "let", "stage", "surface", "haze", "view", "light",
-    "point", "bank", "fixed", "group", "look", "default", "curve", "effect", "cue",
+pub const STATEMENTS: [&str; 20] = [
+    "show", "preview", "include", "gels", "let", "stage", "surface", "figure", "haze", "view",
+    "light", "point", "bank", "fixed", "group", "look", "default", "curve", "effect", "cue",
 ];
 
 /// One statement, without the blanks and comments around it.

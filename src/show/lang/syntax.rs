@@ -187,6 +187,7 @@ fn words(rule: Rule) -> &'static str {
             "a visibility (like 60m) or an extinction (like 0.05/m)"
         }
         Rule::surface_clause => "a clause (like `gloss 0.2`)",
+        Rule::figure_clause => "a clause (like `at 1, 2, 0` or `facing 30`)",
         Rule::haze_clause => "a clause (like `forward 0.6`)",
         Rule::aim | Rule::angle => "an aim (like `to 2, 1, 0` or `pan 30`)",
         Rule::view_clause => "a clause (like `fov 28`)",
@@ -230,8 +231,8 @@ pub fn is_inner_word(word: &str) -> bool {
 /// Those of [`inner_words`] that no table has elsewhere.
 const INNER_WORDS: &str = "\
     aim albedo assert at auto beam bezier blackout box block catmull-rom channel clamped coarse \
-    cueonly cylinder curve delay depth dimmer disc dither down effect exposure field filmic flicker \
-    follow forward fov from full gap gel gloss hang hermite image inside lantern layer lens level like linear monotone moves natural \
+    cueonly cylinder curve delay depth dimmer disc dither down effect exposure facing field filmic flicker \
+    follow forward fov from full gap gel gloss hang height hermite image inside lantern layer lens level like linear monotone moves natural \
     note off on one-sided out pan part plain pulse quad radius rate refined reflectance repeat rgb roll scale \
     seed sides size slope snap speed spline spread square standing steps tilt time to tolerance tone turn two-sided up via white \
     y z zoom";

@@ -9,12 +9,12 @@
 (stops) @number
 (extinction) @number
 
-["show" "preview" "include" "gels" "let" "stage" "surface" "haze" "view" "light" "point" "bank" "fixed"
+["show" "preview" "include" "gels" "let" "stage" "surface" "figure" "haze" "view" "light" "point" "bank" "fixed"
  "group" "look" "default" "curve" "effect" "cue"] @keyword
 
 ["tolerance" "gap" "rate" "exposure" "white" "tone" "dither" "coarse" "refined" "auto" "filmic"
  "plain" "on" "off" "z" "y" "up" "one-sided" "scale" "at" "turn" "reflectance" "quad" "box" "disc"
- "cylinder" "sphere" "from" "to" "aim" "radius" "sides" "inside" "two-sided" "forward" "albedo" "fov" "lens" "roll"
+ "cylinder" "sphere" "from" "to" "aim" "radius" "sides" "height" "facing" "inside" "two-sided" "forward" "albedo" "fov" "lens" "roll"
  "size" "beam" "field" "moves" "pan" "tilt" "zoom" "speed" "standing" "spot" "lantern" "panel" "photometric" "project" "like" "image" "layer" "channel"
  "dimmer" "rgb" "level" "full" "out" "spline" "spread" "linear" "steps" "natural" "clamped" "catmull-rom"
  "monotone" "hermite" "bezier" "slope" "via" "flicker" "pulse" "depth" "seed" "time" "down" "delay"

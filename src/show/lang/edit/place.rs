@@ -75,6 +75,12 @@ pub fn heading(text: &str) -> Option<(&'static str, Range<usize>)> {
             let end = rest.find(|c: char| !(c.is_ascii_digit() || c == '.'));
             0..end.unwrap_or(rest.len())
         }
+        // Its place names it.
+        "figure" => {
+            let ends = [" height", " facing"].map(|word| rest.find(word).unwrap_or(rest.len()));
+            let end = ends.into_iter().min().unwrap_or_default();
+            0..rest.get(..end)?.trim_end().len()
+        }
         _ if rest.starts_with('"') => 1..rest.get(1..)?.find('"')? + 1,
         _ => 0..first_word(rest).len(),
     };

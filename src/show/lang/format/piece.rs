@@ -185,6 +185,7 @@ fn begins(rule: Rule, within: Rule, first: bool) -> Option<Begin> {
             Rule::stage_clause
             | Rule::haze_clause
             | Rule::surface_clause
+            | Rule::figure_clause
             | Rule::view_clause
             | Rule::light_clause
             | Rule::bank_option

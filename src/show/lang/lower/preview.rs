@@ -63,6 +63,11 @@ impl<'a> Lower<'a, '_> {
                 _ => {}
             }
         }
+        for statement in statements {
+            if let Declaration::Figure(clauses) = &statement.item {
+                self.figure(statement.span, clauses);
+            }
+        }
     }
 
     /// Reports a second one of what stands once; `first` remembers the first.

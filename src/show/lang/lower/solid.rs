@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use super::{Lower, colour};
 use crate::geometry::Vec3;
+use crate::geometry::figure::Figure;
 use crate::geometry::solid::Solid;
 use crate::lang::ast::{self, Clause, Span, Word};
 use crate::lang::codes;
@@ -19,6 +20,10 @@ const SIDES: [(&str, usize); 3] = [("cylinder", 12), ("disc", 16), ("sphere", 15
 const MOST_SIDES: u32 = 64;
 /// The least length of a solid's edge, metres.
 const LEAST: f64 = 1e-4;
+
+/// Colours of a figure, sRGB: of light skin and of dark grey cloth.
+const SKIN: [u8; 3] = [0xc8, 0x9a, 0x7c];
+const CLOTH: [u8; 3] = [0x5a, 0x5c, 0x66];
 
 /// What each kind takes: what it needs, and what it may have.
 fn clauses_of(kind: &str) -> (&'static [&'static str], &'static [&'static str]) {
@@ -88,6 +93,50 @@ impl<'a> Lower<'a, '_> {
             gloss,
             solids,
         });
+    }
+
+    /// A person as solids of two surfaces, whose reflectances a `surface` of their names replaces. The
+    /// surfaces of all figures are the same two.
+    pub fn figure(&mut self, span: Span, clauses: &[Clause<'a>]) {
+        let id = self.node(span);
+        self.repeated_clauses(clauses);
+        let Some(place) = Clause::find(clauses, "at") else {
+            let help = "a whole figure is `figure at 1, 2, 0  height 1.75  facing 30`";
+            let at = (span, "incomplete");
+            let message = "the figure has no `at`";
+            self.report.error::<()>(codes::MISSING, message, at, help);
+            return;
+        };
+        let at = self.position(&place.values);
+        let value = |word| Clause::value(clauses, word).copied();
+        let range = "a figure is 30 cm to 3 m high";
+        let height = value("height").map(|w| self.within(w, Wanted::Length, (0.3, 3.0), range));
+        let range = "a figure faces -360 to 360 degrees from the house";
+        let facing = value("facing").map(|w| self.within(w, Wanted::Angle, (-360.0, 360.0), range));
+        let (Some(at), Some(height), Some(facing)) = (
+            at,
+            height.unwrap_or(Some(1.75)),
+            facing.unwrap_or(Some(0.0)),
+        ) else {
+            return;
+        };
+        let figure = Figure { at, height, facing };
+        let parts = [
+            ("figure.skin", SKIN, figure.skin()),
+            ("figure.cloth", CLOTH, figure.cloth()),
+        ];
+        for (name, srgb, solids) in parts {
+            let mut known = self.show.surfaces.iter_mut();
+            match known.find(|surface| surface.name == name) {
+                Some(surface) => surface.solids.extend(solids),
+                None => self.show.surfaces.push(Surface {
+                    id,
+                    name: name.to_owned(),
+                    reflectance: Rgb::from_srgb8(srgb),
+                    solids,
+                }),
+            }
+        }
     }
 
     fn reflectance(&mut self, values: &[Word<'a>]) -> Option<Rgb> {
