@@ -1,4 +1,4 @@
-//! A standing person of cylinders and balls, some 220 faces: enough to see how light falls on somebody.
+//! A standing person of cylinders and balls, some 240 faces: enough to see how light falls on somebody.
 
 use super::solid::Solid;
 use super::{Vec3, vec3};
@@ -38,13 +38,13 @@ impl Figure {
             from: self.point(from.0, from.1, from.2),
             to: self.point(to.0, to.1, to.2),
             radius: radius * self.height / HEIGHT,
-            sides: 8,
+            sides: 7,
         }
     }
 
     /// Head, neck and hands.
     pub fn skin(&self) -> Vec<Solid> {
-        let hand = |side: f64| self.ball((0.28 * side, 0.04, 0.77), 0.05, 10);
+        let hand = |side: f64| self.ball((0.28 * side, 0.04, 0.77), 0.05, 5);
         vec![
             self.ball((0.0, 0.015, 1.635), 0.115, 15),
             self.limb((0.0, 0.0, 1.42), (0.0, 0.005, 1.56), 0.06),
@@ -102,7 +102,7 @@ mod tests {
             (low.z - 0.5).abs() < 0.02 && (high.z - 2.1).abs() < 0.02,
             "{low:?} {high:?}"
         );
-        assert!((150..300).contains(&faces), "{faces}");
+        assert!((200..260).contains(&faces), "{faces}");
         // The toes are in front: downstage, or to stage left.
         assert!(2.0 - low.y > high.y - 2.0);
         let (low, high, _) = extent(&figure(90.0));
