@@ -132,7 +132,8 @@ impl<'a> Lower<'a, '_> {
                 None => self.show.surfaces.push(Surface {
                     id,
                     name: name.to_owned(),
-                    reflectance: Rgb::from_srgb8(srgb),
+                    reflectance: Some(Rgb::from_srgb8(srgb)),
+                    gloss: None,
                     solids,
                 }),
             }
