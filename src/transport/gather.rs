@@ -378,9 +378,11 @@ impl FinalGather {
                     for (sum, emitter) in sums.iter_mut().zip(&emitters) {
                         let sample = emitter.sample(self.scene(), at, footprint, random);
                         let way = |to: Vec3| (to - place).normalized();
-                        let weight = lobe.zip(emitter.middle()).map_or(1.0, |(lobe, middle)| {
-                            lobe.bounced(normal.dot(way(middle))) as f32
-                        });
+                        let weight = lobe
+                            .zip(emitter.middle(place))
+                            .map_or(1.0, |(lobe, middle)| {
+                                lobe.bounced(normal.dot(way(middle))) as f32
+                            });
                         sum.add(sample, weight);
                     }
                 }

@@ -13,6 +13,7 @@ mod cie;
 mod final_gather;
 mod form_factor;
 mod furnace;
+mod gloss;
 mod haze;
 mod heads;
 mod invariance;

@@ -248,13 +248,13 @@ impl DirectLight<'_> {
             }
             let sample = emitter.sample(scene, here, footprint, random);
             let colour = emitter.colour(random);
-            let reflects = lobe
-                .zip(emitter.middle())
-                .map_or(reflectance, |(lobe, light)| {
-                    let eye = self.rays.camera.origin;
-                    let ways = [eye, light].map(|to| (to - place.point).normalized());
-                    lobe.seen_as(reflectance, here.normal, ways, emitter.is_point())
-                });
+            let reflects =
+                lobe.zip(emitter.middle(place.point))
+                    .map_or(reflectance, |(lobe, light)| {
+                        let eye = self.rays.camera.origin;
+                        let ways = [eye, light].map(|to| (to - place.point).normalized());
+                        lobe.seen_as(reflectance, here.normal, ways, emitter.is_point())
+                    });
             let factors = [0, 1, 2].map(|k| weight * reflects[k] as f32 * colour[k]);
             for (sum, factor) in sums.channels.iter_mut().zip(factors) {
                 sum.add(sample, factor);

@@ -43,8 +43,8 @@ pub struct AreaLight {
     triangles: Vec<Triangle>,
     /// Square metres of each triangle and those before it.
     areas: Vec<f64>,
-    /// The middle of all, by area.
-    middle: Option<Vec3>,
+    /// The middle of all, by area, and how far they reach from there, metres.
+    ball: Option<(Vec3, f64)>,
 }
 
 struct Triangle {
@@ -146,11 +146,14 @@ impl<'a> Emitter<'a> {
             .collect()
     }
 
-    /// Where it stands, about.
-    pub fn middle(&self) -> Option<Vec3> {
+    /// Where it stands as seen from a point; `None` where its light comes from many sides.
+    pub fn middle(&self, from: Vec3) -> Option<Vec3> {
         match self {
             Emitter::Point(beam, _) => Some(beam.position),
-            Emitter::Area(area) => area.middle,
+            Emitter::Area(AreaLight { ball, .. }) => {
+                let (middle, radius) = (*ball)?;
+                ((middle - from).length() > radius).then_some(middle)
+            }
             Emitter::Patches(_) => None,
         }
     }
@@ -260,7 +263,7 @@ impl AreaLight {
             facets,
             triangles: Vec::new(),
             areas: Vec::new(),
-            middle: None,
+            ball: None,
         };
         let (mut area, mut weighted) = (0.0, Vec3::ZERO);
         for piece in pieces.iter().map(|&p| &surfaces.pieces[p]) {
@@ -277,7 +280,11 @@ impl AreaLight {
                 });
             }
         }
-        out.middle = (area > 0.0).then(|| weighted / area);
+        let middle = weighted / area;
+        let corners = out.triangles.iter().flat_map(|triangle| triangle.corners);
+        let radius = corners.map(|corner| (corner - middle).length());
+        let radius = radius.fold(0.0, f64::max);
+        out.ball = (area > 0.0).then_some((middle, radius));
         out
     }
 

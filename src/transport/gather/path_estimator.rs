@@ -282,7 +282,7 @@ impl PathEstimator {
             };
             let at = Receiver::new(facet, place.point, self.offset);
             let reflects = |emitter: &Emitter<'_>| {
-                let Some((lobe, middle)) = lobe.zip(emitter.middle()) else {
+                let Some((lobe, middle)) = lobe.zip(emitter.middle(place.point)) else {
                     return reflectance;
                 };
                 let way = |to: Vec3| (to - place.point).normalized();
