@@ -64,7 +64,7 @@ pub enum Verb {
     /// Write the sequence as numbered pictures, or as layers of an .exr
     #[command(after_help = "frames -o frames/####.png")]
     Frames(play::Frames),
-    /// Draw curves of banks and groups, or keys, spectrum, basis, error
+    /// Draw curves of banks and groups, or rig, keys, spectrum, basis, error
     #[command(after_help = "plot -o curves.svg")]
     Plot(plot::Plot),
     /// The whole loop: pictures, plan, refined ones, page, cues, sheets
@@ -139,6 +139,12 @@ pub enum Verb {
     /// What each cue does, when it starts and how long it takes
     #[command(after_help = "cuesheet -o cues.md")]
     Cuesheet(text::Sheet),
+    /// Every light by channel: what it is, where it hangs and points
+    #[command(after_help = "hookup -o hookup.csv")]
+    Hookup(text::Sheet),
+    /// Every light by place, from the house upstage
+    #[command(after_help = "schedule -o schedule.md")]
+    Schedule(text::Sheet),
     /// Write the show for a desk or QLC+; tell what is lost
     #[command(after_help = "export -o show.asc")]
     Export(export::Export),
@@ -235,6 +241,8 @@ impl Verb {
             Verb::Redo => text::redo(repl),
             Verb::Tracksheet(asked) => text::tracksheet(repl, asked),
             Verb::Cuesheet(asked) => text::cuesheet(repl, asked),
+            Verb::Hookup(asked) => text::hookup(repl, asked),
+            Verb::Schedule(asked) => text::schedule(repl, asked),
             Verb::Export(asked) => export::export(repl, asked),
             Verb::Fmt(asked) => text::fmt(repl, asked),
             Verb::Diff(asked) => text::diff(repl, asked),

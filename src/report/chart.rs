@@ -1,6 +1,6 @@
 //! Charts: what was measured or written, drawn as PNG and SVG from one list of marks.
 //!
-//! A chart function ([`curves`], [`grid()`], [`panels`], [`sheet`]) lays plain data out as a
+//! A chart function ([`curves`], [`grid()`], [`light_plot`], [`panels`], [`sheet`]) lays plain data out as a
 //! [`Drawing`], a flat list of marks with absolute places, which is then painted or written as SVG.
 //! A layout never fails on numbers: NaN, infinities and values that an axis cannot show are left
 //! out, empty data draw an empty chart that says so, long names are shortened, labels that would
@@ -15,6 +15,7 @@ mod font;
 mod frame;
 mod grid;
 mod lane;
+mod light_plot;
 mod marker;
 mod output;
 mod paint;
@@ -32,6 +33,7 @@ pub use curve_chart::{CurveChart, CurveRow, Knot};
 pub use curves::curves;
 pub use drawing::Drawing;
 pub use grid::{Grid, Stand, Tie, grid};
+pub use light_plot::{LightPlot, PlottedLight, PlottedSurface, light_plot};
 pub use marker::Marker;
 pub use panels::{Panel, Series, panels};
 pub use sheet::{Sheet, Tile, sheet};

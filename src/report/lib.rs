@@ -7,7 +7,7 @@
 //! Each module takes one result and writes it in up to three ways: `describe` in words for a terminal,
 //! `drawing` as a chart, `record` as the table that CSV and JSON are made of ([`Record`]).
 //!
-//! - [`document`], [`sheet`], [`versions`] and [`curves`] report a show; [`stage`] its stage.
+//! - [`document`], [`sheet`], [`versions`] and [`curves`] report a show; [`stage`] its stage, [`rig`] its lights.
 //! - [`plan`], [`refine`], [`ways`], [`tasks`], [`farm`] and [`pool`] report the refinement.
 //! - [`quality`], [`tradeoff`] and [`comparison`] report measurements.
 //! - [`run`] and [`results`] write a folder of results. [`target`] writes a sequence: [`film`],
@@ -46,6 +46,7 @@ pub mod quality;
 pub mod record;
 pub mod refine;
 pub mod results;
+pub mod rig;
 pub mod run;
 pub mod sheet;
 pub mod solved;

@@ -27,10 +27,13 @@ const NOTE: &str = "A run of footlight has begun here and not ended: what lies b
                     of one run. The same `run` again makes it whole.\n";
 
 /// What every run leaves.
-const RESULTS: [&str; 8] = [
+const RESULTS: [&str; 11] = [
     "show.html",
     "cue-sheet.csv",
     "track-sheet.csv",
+    "hookup.csv",
+    "schedule.csv",
+    "rig.svg",
     "plan.json",
     "curves.png",
     "error.png",

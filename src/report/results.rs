@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::curves::{curves, moving};
 use super::format::header;
 use super::manifest::{Results, cue_name, key_name, sheet_name};
+use super::rig::{self, RigOrder};
 use super::words::{percent, setting};
 use super::{Error, page, plan, sheet};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Series, Theme};
@@ -216,7 +217,7 @@ fn contact_sheet(engine: &Engine, tiles: Vec<chart::Tile>) -> Result<Drawing, Er
     Ok(chart::sheet(&sheet, Theme::Dark)?)
 }
 
-/// Cue sheet and track sheet.
+/// Cue sheet, track sheet, and the rig on paper.
 fn write_sheets(engine: &Engine, to: &mut Results<'_>) -> Result<(), Error> {
     let document = engine.document();
     let cues = sheet::cue_sheet(document.show(), document.timeline());
@@ -225,7 +226,16 @@ fn write_sheets(engine: &Engine, to: &mut Results<'_>) -> Result<(), Error> {
     check_memory("the track sheet", tracks.bytes(), engine.work().memory)
         .map_err(engine::Error::from)?;
     let tracks = tracks.words().map_err(engine::Error::from)?;
-    to.write(engine, "track-sheet.csv", tracks.csv().as_bytes())
+    to.write(engine, "track-sheet.csv", tracks.csv().as_bytes())?;
+    for (name, order) in [
+        ("hookup.csv", RigOrder::Channel),
+        ("schedule.csv", RigOrder::Place),
+    ] {
+        let lights = rig::table(document, order);
+        to.write(engine, name, lights.csv().as_bytes())?;
+    }
+    let (plot, _) = rig::plot(document, Theme::Light);
+    to.write(engine, "rig.svg", plot.svg().as_bytes())
 }
 
 /// Writes key images as linear EXR, one file each, with the setting in the header.

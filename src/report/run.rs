@@ -69,7 +69,7 @@ struct Loop {
 
 /// Coarse images, refinement until the goal, whose count is that of the pool's refined images
 /// in all, plan, key images; the results go to `folder`: `show.html`, `cues/*.png`, `contact-sheet.png`,
-/// `cue-sheet.csv`, `track-sheet.csv`, `plan.json`, `curves.png`, `error.png`, `channels.png`, with
+/// `cue-sheet.csv`, `track-sheet.csv`, `hookup.csv`, `schedule.csv`, `rig.svg`, `plan.json`, `curves.png`, `error.png`, `channels.png`, with
 /// `with_keys` also `keys/*.exr`, and `files.sha256`, which lists them. Of what lies there only what
 /// an earlier run listed and is unchanged since is replaced or removed. While they are written, and
 /// where that is cut off, `unfinished.txt` says so.

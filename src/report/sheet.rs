@@ -11,8 +11,8 @@ mod track;
 
 pub use cue::{cue_sheet, fades};
 pub use difference::{CurveChange, ShowChange, ShowDifference, difference};
-pub(crate) use level::up_down;
 pub use level::{clock, hex, link, time};
+pub(crate) use level::{number, up_down};
 pub(crate) use pose::heads;
 pub use track::{Held, TrackSheet, track_sheet};
 

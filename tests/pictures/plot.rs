@@ -174,3 +174,49 @@ fn a_last_picture_that_leaves_nothing_is_seen_on_the_spectrum() {
     assert!(said.starts_with("3 refined pictures of 3 reach"), "{said}");
     assert!(svg.contains("3 pictures: nothing left"), "{svg}");
 }
+
+/// The lights on paper: two tables and the light plot.
+#[test]
+fn the_rig_is_drawn_and_listed_by_channel_and_by_place() {
+    let text = SHOW
+        .replace("bank cold = c", "bank cold = c  channel 2")
+        .replace("rgb\n", "channel 7  rgb\n")
+        .replace(
+            "light c  spot at 1, 0, 2 ",
+            "light c  spot at 1, -4, 2  moves  2700 K",
+        );
+    let (mut show, store) = open(&text);
+    let hookup = show.execute("hookup").unwrap().text;
+    assert_eq!(
+        String::from(hookup),
+        "\
+channel  light  purpose       kind  x   y   z  aim x  aim y  aim z  beam  field  colour
+2        c      cold (sides)  spot  1   -4  2  1      1      0      30    50     2700 K
+7        b      warm          spot  0   0   2  0      1      0      30    50     rgb
+         a      keys (sides)  spot  -1  0   2  -1     1      0      30    50
+
+channel  light  moves
+2        c      pan -270 to 270, tilt -135 to 135, zoom 4 to 60
+7        b
+         a
+
+Metres: x to stage left, y upstage, z up. Beam and field in degrees. Moving heads stand at home.
+"
+    );
+    show.execute("schedule -o s.csv").unwrap();
+    let csv = store.read(Path::new("s.csv"), 1 << 16).unwrap();
+    let csv = String::from_utf8(csv).unwrap();
+    let order: Vec<&str> = csv.lines().filter_map(|line| line.get(..4)).collect();
+    assert_eq!(order, ["ligh", "c,1,", "b,0,", "a,-1"]);
+    let (said, svg) = drawn(&mut show, &store, "rig");
+    assert!(said.starts_with("3 lights of Knots, 1:40 on A4"), "{said}");
+    for label in [
+        ">2<",
+        ">7<",
+        ">keys<",
+        ">moving head<",
+        ">2 m    1:40 on A4<",
+    ] {
+        assert!(svg.contains(label), "{label}");
+    }
+}

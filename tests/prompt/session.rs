@@ -276,6 +276,9 @@ fn run_leaves_its_results_and_no_keys_of_an_earlier_run() {
         "o/show.html",
         "o/cue-sheet.csv",
         "o/track-sheet.csv",
+        "o/hookup.csv",
+        "o/schedule.csv",
+        "o/rig.svg",
         "o/contact-sheet.png",
         "o/cues/0001.png",
     ] {
@@ -292,7 +295,7 @@ fn run_leaves_its_results_and_no_keys_of_an_earlier_run() {
     let manifest = store.read(Path::new("o/files.sha256"), 1 << 20).unwrap();
     let manifest = String::from_utf8(manifest).unwrap();
     let cues = show.engine().show().cues.len();
-    assert_eq!(manifest.lines().count(), keys + cues + 9, "{manifest}");
+    assert_eq!(manifest.lines().count(), keys + cues + 12, "{manifest}");
     for line in manifest.lines() {
         let (digest, name) = line.split_once("  ").unwrap();
         let content = store.read(&Path::new("o").join(name), 1 << 28).unwrap();

@@ -12,6 +12,7 @@ use footlight_engine::{self as engine, ManyKeys, StageMaterial, UnlitBank, Versi
 use footlight_host::files::is_same;
 use footlight_host::work::Cancelled;
 use footlight_report::format::{self, DRAWING, TABLE, WIDTH};
+use footlight_report::rig::{self, RigOrder};
 use footlight_report::table::Table;
 use footlight_report::versions::VersionComparison;
 use footlight_report::words::count;
@@ -192,6 +193,19 @@ pub fn cuesheet(repl: &mut Repl, asked: &Sheet) -> Result<Reply, Error> {
     let document = repl.engine.document();
     let sheet = sheet::cue_sheet(document.show(), document.timeline());
     table(repl, asked, &|| Ok(sheet.clone()), &|| Ok(sheet.clone()))
+}
+
+pub fn hookup(repl: &mut Repl, asked: &Sheet) -> Result<Reply, Error> {
+    rig(repl, asked, RigOrder::Channel)
+}
+
+pub fn schedule(repl: &mut Repl, asked: &Sheet) -> Result<Reply, Error> {
+    rig(repl, asked, RigOrder::Place)
+}
+
+fn rig(repl: &Repl, asked: &Sheet, order: RigOrder) -> Result<Reply, Error> {
+    let lights = rig::table(repl.engine.document(), order);
+    table(repl, asked, &|| Ok(lights.clone()), &|| Ok(lights.clone()))
 }
 
 /// A table in words, or into a file: Markdown, or `plain` as CSV.

@@ -56,7 +56,7 @@ impl Marker {
 }
 
 /// A circle of four cubics; 0.5523 keeps them within 0.03 % of the radius.
-fn disc((x, y): Point, radius: f32) -> Vec<Step> {
+pub(super) fn disc((x, y): Point, radius: f32) -> Vec<Step> {
     let (r, k) = (radius, radius * 0.5523);
     vec![
         Step::Move(x + r, y),

@@ -368,6 +368,8 @@ mod tests {
             id: NodeId(0),
             name: "mh".to_owned(),
             kind,
+            form: "spot".to_owned(),
+            colour: String::new(),
             head: Some(head),
         }
     }

@@ -16,6 +16,10 @@ pub struct Luminaire {
     pub name: String,
     /// What it is.
     pub kind: LightKind,
+    /// Its kind as the text names it: `spot`, `panel lamp_glass`.
+    pub form: String,
+    /// Its colour as the text writes it, `2700 K gel L201`; empty where the text has none.
+    pub colour: String,
     /// How it moves; `None` where it stands still.
     pub head: Option<Head>,
 }

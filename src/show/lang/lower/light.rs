@@ -157,6 +157,8 @@ pub(super) struct Spec {
     amount: Option<(f64, Unit)>,
     kelvin: Option<Rgb>,
     gel: Option<Rgb>,
+    /// White and colour as they are written.
+    written: [String; 2],
     /// It moves.
     pub(super) head: Option<heads::Ranges>,
 }
@@ -187,6 +189,17 @@ impl Spec {
         white.filtered(self.gel.unwrap_or(Rgb::WHITE))
     }
 
+    /// Kind and colour in the words of the text.
+    fn words(&self) -> [String; 2] {
+        // A lantern's name says that it is one.
+        let form = self
+            .form
+            .map(|form| form.word)
+            .filter(|word| *word != "lantern");
+        let form = form.unwrap_or_default();
+        [format!("{form} {}", self.of), self.written.join(" ")].map(|text| text.trim().to_owned())
+    }
+
     /// How bright a surface is, where the text says so.
     fn strength(&self) -> Option<Strength> {
         let (amount, unit) = self.amount?;
@@ -211,11 +224,14 @@ impl<'a> Lower<'a, '_> {
             let spec = spec.unwrap_or_default();
             let kind = self.finished(light, &spec);
             let head = kind.as_ref().and_then(|kind| self.head(light, &spec, kind));
+            let [form, colour] = spec.words();
             self.show.lights.push(Luminaire {
                 id,
                 name: light.name.text.to_owned(),
-                // A placeholder: there is an error, so that lowering returns no show.
+                form,
+                colour,
                 head,
+                // A placeholder: there is an error, so that lowering returns no show.
                 kind: kind.unwrap_or(LightKind::Panel {
                     material: String::new(),
                     strength: None,
@@ -320,8 +336,10 @@ impl<'a> Lower<'a, '_> {
             return self.head_clause(clause, spec);
         }
         if clause.values.is_empty() {
-            if colour::is_colour(&self.text(word)?) {
-                spec.gel = Some(self.colour(word)?)
+            let text = self.text(word)?;
+            if colour::is_colour(&text) {
+                spec.gel = Some(self.colour(word)?);
+                spec.written[1] = text.into_owned();
             } else {
                 self.amount(word, spec)?
             }
@@ -375,6 +393,7 @@ impl<'a> Lower<'a, '_> {
         let unit = quantity::unit(&text);
         if unit == Ok(Unit::Kelvin) {
             spec.kelvin = Some(self.kelvin(word)?);
+            spec.written[0] = text.into_owned();
             return Some(());
         }
         let form = spec.form.unwrap_or(&SPOT);

@@ -101,6 +101,8 @@ impl<'a> Lower<'a, '_> {
                 Some(layer) => format!("image {} layer {}", path.text, layer.text),
             },
             kind: LightKind::Image(file),
+            form: "image".to_owned(),
+            colour: String::new(),
             head: None,
         });
         vec![self.show.lights.len() - 1]

@@ -1,0 +1,468 @@
+//! A light plot: the rig and the set from above and from the side, to one scale on A4.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use super::colour::{Palette, Theme};
+use super::drawing::{Drawing, Label, MARGIN, Step, Stroke, closed};
+use super::font;
+use super::frame::{Frame, Point};
+use super::marker::disc;
+use footlight_show::geometry::{Vec3, bounds, newell, vec3};
+
+/// What a light plot shows; lengths are metres, X to stage left, Y upstage, Z up.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LightPlot {
+    /// The show.
+    pub title: String,
+    /// Lights with a place.
+    pub lights: Vec<PlottedLight>,
+    /// The set.
+    pub surfaces: Vec<PlottedSurface>,
+}
+
+/// A light at its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlottedLight {
+    /// Where it hangs.
+    pub at: Vec3,
+    /// The point that it is focused on.
+    pub aim: Option<Vec3>,
+    /// Its channel, or its name.
+    pub label: String,
+    /// It is a moving head.
+    pub moves: bool,
+}
+
+/// A polygon of the set.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlottedSurface {
+    /// Its corners in order.
+    pub vertices: Vec<Vec3>,
+    /// The channel or name of the light that it is, if it shines.
+    pub label: Option<String>,
+}
+
+/// Pixels of a metre on paper: 96 an inch, as SVG has them.
+const METRE: f64 = 96.0 / 0.0254;
+/// A4 upright.
+const A4: (f32, f32) = (794.0, 1123.0);
+/// Room for the title and for the foot.
+const HEAD: f32 = 44.0;
+const FOOT: f32 = 40.0;
+/// Room for the name of a view.
+const NAME: f32 = 20.0;
+/// Room for symbols and labels around the places of a view.
+const RIM: f32 = 26.0;
+/// Half the length of a light's symbol.
+const SYMBOL: f32 = 6.0;
+const TEXT: f32 = 10.0;
+/// The widest label.
+const LONGEST: f32 = 120.0;
+/// Width of the edges of surfaces that shine.
+const SHINING: f32 = 1.6;
+/// Edges shorter than this are left out.
+const SHORTEST: f32 = 2.0;
+
+/// One of the two views.
+struct View {
+    from_side: bool,
+    /// The room of the places on paper.
+    frame: Frame,
+    /// The corner of the stage at the lower left corner of the frame.
+    low: Vec3,
+    /// Pixels of a metre of the stage.
+    scale: f64,
+}
+
+impl View {
+    fn point(&self, at: Vec3) -> Point {
+        let by = (at - self.low) * self.scale;
+        let (x, y) = if self.from_side {
+            (by.y, by.z)
+        } else {
+            (by.x, by.y)
+        };
+        (self.frame.x + x as f32, self.frame.bottom() - y as f32)
+    }
+
+    fn name(&self) -> &'static str {
+        if self.from_side {
+            "From stage left (house to the left)"
+        } else {
+            "From above (house below, stage left to the right)"
+        }
+    }
+
+    /// The room of symbols and labels.
+    fn room(&self) -> Frame {
+        let Frame {
+            x,
+            y,
+            width,
+            height,
+        } = self.frame;
+        Frame::new(x - RIM, y - RIM, width + 2.0 * RIM, height + 2.0 * RIM)
+    }
+}
+
+/// Draws the plot; also the denominator of its scale.
+pub fn light_plot(data: &LightPlot, theme: Theme) -> (Drawing, u64) {
+    let palette = theme.palette();
+    let (views, denominator) = layout(data);
+    let title = format!("{}: light plot", data.title);
+    let mut drawing = Drawing::titled(&title, A4.0, A4.1, &palette);
+    for view in &views {
+        set(&mut drawing, data, view, &palette);
+        lights(&mut drawing, data, view, &palette);
+        let at = (view.frame.x - RIM, view.frame.y - RIM - 5.0);
+        drawing.text(Label::new(view.name(), at, 12.0, palette.ink));
+    }
+    foot(&mut drawing, denominator, &palette);
+    (drawing, denominator)
+}
+
+/// The view from above over the one from the side, and the denominator of their scale.
+fn layout(data: &LightPlot) -> ([View; 2], u64) {
+    let [low, high] = extent(data);
+    let Vec3 {
+        x: wide,
+        y: deep,
+        z: tall,
+    } = high - low;
+    let between = 2.0 * RIM + NAME;
+    let width = f64::from(A4.0 - 2.0 * (MARGIN + RIM)) / wide.max(deep);
+    let height = f64::from(A4.1 - HEAD - FOOT - 2.0 * between) / (deep + tall);
+    let denominator = round_scale(METRE / width.min(height));
+    let scale = METRE / denominator as f64;
+    let view = |y: f32, across: f64, up: f64, from_side: bool| {
+        let (width, height) = ((scale * across) as f32, (scale * up) as f32);
+        let frame = Frame::new(MARGIN + RIM, y, width, height);
+        View {
+            from_side,
+            frame,
+            low,
+            scale,
+        }
+    };
+    let plan = view(HEAD + NAME + RIM, wide, deep, false);
+    let side = view(plan.frame.bottom() + between, deep, tall, true);
+    ([plan, side], denominator)
+}
+
+/// The box around all lights and surfaces, at least a metre along each axis.
+fn extent(data: &LightPlot) -> [Vec3; 2] {
+    let lights = data.lights.iter().map(|light| light.at);
+    let surfaces = data
+        .surfaces
+        .iter()
+        .flat_map(|surface| surface.vertices.iter().copied());
+    let [low, high] = bounds(lights.chain(surfaces).filter(|at| at.is_finite()));
+    [low, high.max(low + vec3(1.0, 1.0, 1.0))]
+}
+
+/// The least denominator of a scale rule that is no less than `least`.
+fn round_scale(least: f64) -> u64 {
+    let steps = [10, 15, 20, 25, 30, 40, 50, 75];
+    let decades = (0..12).map(|power| 10_u64.pow(power));
+    let mut all = decades.flat_map(|ten| steps.map(|step| step * ten));
+    all.find(|scale| *scale as f64 >= least).unwrap_or(u64::MAX)
+}
+
+/// The edges of the set, thin, and those of surfaces that shine, strong.
+fn set(drawing: &mut Drawing, data: &LightPlot, view: &View, palette: &Palette) {
+    for shines in [false, true] {
+        let mut edges = BTreeSet::new();
+        for surface in data.surfaces.iter().filter(|s| s.label.is_some() == shines) {
+            let points: Vec<Point> = surface.vertices.iter().map(|at| view.point(*at)).collect();
+            let ends = points.iter().zip(points.iter().cycle().skip(1));
+            for (a, b) in ends.filter(|(a, b)| (a.0 - b.0).hypot(a.1 - b.1) >= SHORTEST) {
+                // In half pixels, so that edges that cover each other are drawn once.
+                let [a, b] =
+                    [a, b].map(|p| ((2.0 * p.0).round() as i64, (2.0 * p.1).round() as i64));
+                edges.insert((a.min(b), a.max(b)));
+            }
+        }
+        let place = |(x, y): (i64, i64)| (x as f32 / 2.0, y as f32 / 2.0);
+        let edge = |(a, b): ((i64, i64), (i64, i64))| {
+            let (a, b) = (place(a), place(b));
+            [Step::Move(a.0, a.1), Step::Line(b.0, b.1)]
+        };
+        let (colour, width) = if shines {
+            (palette.ink, SHINING)
+        } else {
+            (palette.frame, 0.4)
+        };
+        drawing.path(
+            edges.into_iter().flat_map(edge).collect(),
+            Stroke::solid(colour, width),
+        );
+    }
+}
+
+/// Lights whose symbols would cover each other.
+struct Cluster<'d> {
+    at: Point,
+    lights: Vec<&'d PlottedLight>,
+}
+
+impl Cluster<'_> {
+    fn distance(&self, (x, y): Point) -> f32 {
+        (self.at.0 - x).hypot(self.at.1 - y)
+    }
+}
+
+/// Aim lines, then a symbol and a label for each cluster of lights, then labels of surfaces that shine.
+fn lights(drawing: &mut Drawing, data: &LightPlot, view: &View, palette: &Palette) {
+    let mut clusters: Vec<Cluster<'_>> = Vec::new();
+    for light in &data.lights {
+        let at = view.point(light.at);
+        match clusters.iter_mut().find(|c| c.distance(at) < SYMBOL) {
+            Some(cluster) => cluster.lights.push(light),
+            None => clusters.push(Cluster {
+                at,
+                lights: vec![light],
+            }),
+        }
+        if let Some(aim) = light.aim {
+            aim_line(drawing, (at, view.point(aim)), view.room(), palette);
+        }
+    }
+    let around = |(x, y): Point| Frame::new(x - SYMBOL, y - SYMBOL, 2.0 * SYMBOL, 2.0 * SYMBOL);
+    let mut taken: Vec<Frame> = clusters.iter().map(|cluster| around(cluster.at)).collect();
+    for Cluster { at, lights } in &clusters {
+        let aim = lights.iter().find_map(|light| light.aim);
+        let aim = aim.map_or(*at, |aim| view.point(aim));
+        let moves = lights.iter().any(|light| light.moves);
+        symbol(drawing, *at, aim, moves, palette);
+    }
+    for Cluster { at, lights } in &clusters {
+        let text = joined(lights.iter().map(|light| light.label.as_str()).collect());
+        label(drawing, (*at, &text), view.room(), &mut taken, palette);
+    }
+    for (name, at) in shining(data, view) {
+        let near = clusters.iter().filter(|c| c.distance(at) < 5.0 * SYMBOL);
+        let mut near = near.flat_map(|cluster| &cluster.lights);
+        if !near.any(|light| light.label == name) {
+            label(drawing, (at, name), view.room(), &mut taken, palette);
+        }
+    }
+}
+
+/// A dashed line from a light to its aim, as far as there is room.
+fn aim_line(drawing: &mut Drawing, (from, to): (Point, Point), room: Frame, palette: &Palette) {
+    let along = |t: f32| (from.0 + t * (to.0 - from.0), from.1 + t * (to.1 - from.1));
+    let mut ends = (0..=64).rev().map(|part| along(part as f32 / 64.0));
+    let end = ends.find(|(x, y)| room.holds(&Frame::new(*x, *y, 0.0, 0.0)));
+    let end = end.unwrap_or(from);
+    drawing.line(from, end, dashed(palette));
+    drawing.area(disc(end, 1.2), palette.quiet);
+}
+
+/// The labels of surfaces that shine, each at its largest polygon.
+fn shining<'d>(data: &'d LightPlot, view: &View) -> impl Iterator<Item = (&'d str, Point)> {
+    let mut largest: BTreeMap<&str, (f64, Vec3)> = BTreeMap::new();
+    for PlottedSurface { vertices, label } in &data.surfaces {
+        if let Some(label) = label {
+            let (area, [low, high]) = (newell(vertices).length(), bounds(vertices));
+            let known = largest.entry(label).or_default();
+            if area > known.0 {
+                *known = (area, (low + high) * 0.5);
+            }
+        }
+    }
+    let placed = largest.into_iter();
+    placed.map(|(name, (_, at))| (name, view.point(at)))
+}
+
+/// A fixed light: a lantern that points to its aim, or a square where that is along the view. A moving
+/// head: a circle around a dot.
+fn symbol(drawing: &mut Drawing, at: Point, aim: Point, moves: bool, palette: &Palette) {
+    let line = Stroke::solid(palette.ink, 1.2);
+    if moves {
+        drawing.area(disc(at, 5.0), palette.ground);
+        drawing.path(disc(at, 5.0), line);
+        drawing.area(disc(at, 1.8), palette.ink);
+        return;
+    }
+    let (dx, dy) = (aim.0 - at.0, aim.1 - at.1);
+    let length = dx.hypot(dy);
+    let (half, (x, y)): (&[Point], Point) = if length < SYMBOL {
+        (&[(-4.0, 4.0), (4.0, 4.0)], (1.0, 0.0))
+    } else {
+        let lantern = &[(-6.0, 2.5), (1.0, 2.5), (6.0, 4.5)];
+        (lantern, (dx / length, dy / length))
+    };
+    let other = half.iter().rev().map(|(u, v)| (*u, -v));
+    let corners = half.iter().copied().chain(other);
+    let placed = |(u, v): Point| (at.0 + u * x - v * y, at.1 + u * y + v * x);
+    let outline = closed(&corners.map(placed).collect::<Vec<_>>());
+    drawing.area(outline.clone(), palette.ground);
+    drawing.path(outline, line);
+}
+
+/// Writes a text near a place, where it covers no symbol and no other text; further away it has a line
+/// to the place. A text without room is left out.
+fn label(
+    drawing: &mut Drawing,
+    (at, text): (Point, &str),
+    room: Frame,
+    taken: &mut Vec<Frame>,
+    palette: &Palette,
+) {
+    let text = font::fit(text, TEXT, LONGEST);
+    let (width, height) = (font::width(&text, TEXT) + 5.0, TEXT + 1.0);
+    let rings = (0..8).map(|ring| SYMBOL + 2.0 + 9.0 * ring as f32);
+    let mut places = rings.flat_map(|away| {
+        (0..16).map(move |turn| {
+            let (up, across) = (turn as f32 * std::f32::consts::TAU / 16.0).sin_cos();
+            let x = at.0 + across * (away + width / 2.0) - width / 2.0;
+            let y = at.1 - up * (away + height / 2.0) - height / 2.0;
+            (away, Frame::new(x, y, width, height))
+        })
+    });
+    let is_free = |(_, frame): &(f32, Frame)| {
+        room.holds(frame) && !taken.iter().any(|other| other.overlaps(frame))
+    };
+    let Some((away, frame)) = places.find(is_free) else {
+        return;
+    };
+    if away > 2.0 * SYMBOL {
+        drawing.line(at, frame.centre(), Stroke::solid(palette.quiet, 0.5));
+    }
+    drawing.rectangle(frame, palette.ground);
+    drawing.text_around(&text, frame.centre(), TEXT, palette.ink);
+    taken.push(frame);
+}
+
+/// Channels in their order, three and more that follow each other as a range; then names.
+fn joined(labels: Vec<&str>) -> String {
+    let mut numbers: Vec<u32> = labels
+        .iter()
+        .filter_map(|label| label.parse().ok())
+        .collect();
+    numbers.sort_unstable();
+    numbers.dedup();
+    let runs = numbers.chunk_by(|a, b| a + 1 == *b);
+    let run = |run: &[u32]| match run {
+        [first, _, .., last] => format!("{first}–{last}"),
+        few => few
+            .iter()
+            .map(u32::to_string)
+            .collect::<Vec<_>>()
+            .join(", "),
+    };
+    let names: BTreeSet<&str> = labels
+        .into_iter()
+        .filter(|label| label.parse::<u32>().is_err())
+        .collect();
+    let all = runs.map(run).chain(names.into_iter().map(str::to_owned));
+    all.collect::<Vec<_>>().join(", ")
+}
+
+/// Scale bar, scale, and what the symbols mean.
+fn foot(drawing: &mut Drawing, denominator: u64, palette: &Palette) {
+    let (y, scale) = (A4.1 - MARGIN - 6.0, METRE / denominator as f64);
+    let decades = (-1..12).map(|power| 10_f64.powi(power));
+    let lengths = decades.flat_map(|ten| [ten, 2.0 * ten, 5.0 * ten]);
+    let metres = lengths
+        .take_while(|metres| metres * scale <= 200.0)
+        .last()
+        .unwrap_or(0.1);
+    let length = (metres * scale) as f32;
+    drawing.rectangle(Frame::new(MARGIN, y - 6.0, length, 6.0), palette.ink);
+    for part in [1.0, 3.0] {
+        let frame = Frame::new(
+            MARGIN + 0.25 * part * length,
+            y - 5.0,
+            0.25 * length - 1.0,
+            4.0,
+        );
+        drawing.rectangle(frame, palette.ground);
+    }
+    let mut x = MARGIN + length + 8.0;
+    let text = format!("{metres} m    1:{denominator} on A4");
+    drawing.text(Label::new(&text, (x, y), TEXT, palette.ink));
+    x += font::width(&text, TEXT) + 20.0;
+    for (index, text) in ["fixed light", "moving head", "shining surface", "aim"]
+        .into_iter()
+        .enumerate()
+    {
+        let (from, to) = ((x, y - 4.0), (x + 18.0, y - 4.0));
+        match index {
+            0 | 1 => symbol(drawing, (x + 9.0, y - 4.0), to, index == 1, palette),
+            2 => drawing.line(from, to, Stroke::solid(palette.ink, SHINING)),
+            _ => drawing.line(from, to, dashed(palette)),
+        }
+        drawing.text(Label::new(text, (x + 24.0, y), TEXT, palette.ink));
+        x += font::width(text, TEXT) + 40.0;
+    }
+}
+
+fn dashed(palette: &Palette) -> Stroke {
+    Stroke::dashed(palette.quiet, 0.5, (4.0, 3.0))
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::indexing_slicing, reason = "tests")]
+
+    use super::*;
+
+    fn light(at: Vec3, label: &str) -> PlottedLight {
+        PlottedLight {
+            at,
+            aim: Some(vec3(0.0, 0.0, 0.0)),
+            label: label.to_owned(),
+            moves: false,
+        }
+    }
+
+    #[test]
+    fn a_metre_on_paper_is_a_metre_over_the_scale() {
+        let data = LightPlot {
+            lights: vec![
+                light(vec3(-5.0, -8.0, 6.0), "1"),
+                light(vec3(5.0, 2.0, 6.0), "2"),
+            ],
+            ..LightPlot::default()
+        };
+        let ([plan, side], denominator) = layout(&data);
+        let metres = |pixels: f32| f64::from(pixels) / 96.0 * 0.0254 * denominator as f64;
+        let [a, b] = [0, 1].map(|light| plan.point(data.lights[light].at));
+        assert!((metres(b.0 - a.0) - 10.0).abs() < 1e-4);
+        assert!((metres(a.1 - b.1) - 10.0).abs() < 1e-4);
+        let [a, b] = [0, 1].map(|light| side.point(data.lights[light].at));
+        assert!((metres(b.0 - a.0) - 10.0).abs() < 1e-4 && a.1 == b.1);
+        assert!(plan.room().bottom() < side.room().y && side.room().bottom() < A4.1 - FOOT);
+    }
+
+    /// Forty lights at four pipes: every channel is written once in the plan, and no text covers another.
+    #[test]
+    fn labels_do_not_cover_each_other() {
+        let at = |n: u32| vec3(0.5 * f64::from(n % 10), f64::from(n / 10), 5.0);
+        let lights = (0..40).map(|n| light(at(n), &(100 + 2 * n).to_string()));
+        let data = LightPlot {
+            lights: lights.collect(),
+            ..LightPlot::default()
+        };
+        let (drawing, _) = light_plot(&data, Theme::Light);
+        let texts = drawing.text_boxes();
+        for (index, (text, frame)) in texts.iter().enumerate() {
+            let covers = |(_, other): &&(String, Frame)| {
+                let line = |f: &Frame| Frame::new(f.x, f.centre().1 - 5.0, f.width, 10.0);
+                line(frame).overlaps(&line(other))
+            };
+            let covered = texts[index + 1..].iter().find(covers);
+            assert_eq!(covered, None, "{text}");
+        }
+        for channel in (0..40).map(|n| (100 + 2 * n).to_string()) {
+            assert_eq!(texts.iter().filter(|(text, _)| *text == channel).count(), 1);
+        }
+    }
+
+    #[test]
+    fn channels_that_follow_each_other_are_a_range() {
+        let said = joined(vec!["12", "spill", "3", "2", "1", "11", "12"]);
+        assert_eq!(said, "1–3, 11, 12, spill");
+    }
+}
