@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::Error;
-use super::words::count;
+use super::words::{count, qualities};
 use crate::sheet::{fades, link, time, up_down};
 use footlight_engine::playback::Playback;
 use footlight_engine::playback::page::{self, Contents, Cue, Fader, Law, Mixer};
@@ -73,6 +73,7 @@ pub fn contents<'a>(
     let faders = coordinates.iter().enumerate();
     Contents {
         title: visible(&show.title),
+        quality: quality(engine),
         faders: faders.map(|(i, c)| fader(show, c, i)).collect(),
         mixers: mixers(document),
         cues: cues(document, coordinates.len()),
@@ -84,10 +85,26 @@ pub fn contents<'a>(
     }
 }
 
+/// Quality of the pictures: `Pictures at quality 2 and 3 refined pictures; the finest quality is 3`. Empty
+/// where the renderer has one quality. A measured error would differ from run to run.
+fn quality(engine: &Engine) -> String {
+    let estimate = engine.estimate();
+    if estimate.is_final() {
+        return String::new();
+    }
+    let refined = match estimate.refined() {
+        0 => String::new(),
+        n => format!(" and {}", count(n, "refined picture")),
+    };
+    let (at, finest) = (qualities(engine), estimate.finest().0);
+    format!("Pictures {at}{refined}; the finest quality is {finest}")
+}
+
 fn fader(show: &Show, coordinate: &Coordinate, picture: usize) -> Fader {
     let bank = coordinate.bank.and_then(|b| show.banks.get(b));
     Fader {
         name: coordinate.name.clone(),
+        channel: bank.and_then(|bank| bank.channel),
         picture,
         varies: bank.is_some(),
         law: bank

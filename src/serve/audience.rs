@@ -58,6 +58,8 @@ pub struct Run {
     playing: bool,
     /// Whether the whole sequence plays, and not a cue.
     sequence: bool,
+    /// Level of the grand master, 0 in a blackout; full where there is none.
+    grand: Option<f64>,
     /// Levels held by hand.
     held: BTreeMap<String, f64>,
     /// Older light, and the seconds that it fades.

@@ -41,7 +41,7 @@ fn pool(centre: f32, colour: [f32; 3], below: f32) -> Image {
 /// A title that HTML and scripts would trip over, a dimmer of each kind, jumps, curves and holds.
 pub const SHOW: &str = "show \"A </script> & <b>title</b> \u{e4}\"
 preview { exposure -5.4 }
-bank warm image \"warm.exr\"
+bank warm image \"warm.exr\"  channel 3
 bank cool image \"cool.exr\"  dimmer square
 bank edge image \"edge.exr\"  dimmer slow
 bank wash image \"wash.exr\" rgb
@@ -272,6 +272,7 @@ fn the_desk_is_played_by_keyboard_and_tells_what_it_does() {
     let said = show.execute("go").unwrap().text;
     assert!(said.starts_with("at 10s, cue 5"), "{said}");
     colours_are_mixed_by_hand(&browser);
+    the_grand_master_dims_what_cues_move(&browser);
     keys_do_the_same_wherever_the_focus_is(&browser);
     the_page_fits(&browser);
     // Every control has a name.
@@ -307,6 +308,43 @@ fn colours_are_mixed_by_hand(browser: &Browser) {
     browser.press("Escape");
     browser
         .wait("desk.held.size === 0 && document.querySelector('[type=color]').value === '#ff8000'");
+}
+
+/// Blackout and grand master scale every term of a frame, but not the fixed lights.
+fn the_grand_master_dims_what_cues_move(browser: &Browser) {
+    browser.run("toCue(3)");
+    browser.press("0");
+    browser.wait("document.getElementById('blackout').getAttribute('aria-pressed') === 'true'");
+    browser.wait("document.getElementById('left').textContent === 'Blackout'");
+    let terms = "behindGrand(momentAt(show, desk.time), lightOf(show, desk), null)";
+    assert_eq!(
+        browser.run(&format!("return {terms}.length")),
+        json!(0),
+        "a blackout leaves nothing"
+    );
+    browser.press("0");
+    browser.press("-");
+    browser.wait("document.getElementById('grand').value === '95'");
+    let sum = format!("return {terms}.reduce((sum, term) => sum + term.weight, 0).toFixed(6)");
+    assert_eq!(browser.run(&sum), json!("0.950000"));
+    // A fixed light gets back what the grand master takes.
+    let fixed = browser.run(&format!(
+        "const edge = show.coordinates[2]; edge.varies = false; \
+         const term = {terms}.at(-1), whole = lightOf(show, desk)[2]; edge.varies = true; \
+         return [term.picture === show.keys + edge.picture, (term.weight / whole).toFixed(6)]"
+    ));
+    assert_eq!(fixed, json!([true, "0.050000"]));
+    browser.press("+");
+    browser.wait("document.getElementById('left').textContent === ''");
+    let label = "return document.querySelector('label[for=bank-0]').textContent";
+    assert_eq!(browser.run(label), json!("channel 3 warm"));
+    // Dark and light, and back.
+    let ground = "getComputedStyle(document.body).backgroundColor";
+    let before = browser.run(&format!("return {ground}"));
+    browser.press("d");
+    assert_ne!(browser.run(&format!("return {ground}")), before);
+    browser.press("d");
+    assert_eq!(browser.run(&format!("return {ground}")), before);
 }
 
 fn keys_do_the_same_wherever_the_focus_is(browser: &Browser) {

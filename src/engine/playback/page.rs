@@ -45,6 +45,8 @@ pub enum PageError {
 pub struct Fader {
     /// Its name.
     pub name: String,
+    /// The channel of its bank on the desk.
+    pub channel: Option<u32>,
     /// Where its picture alone at full stands among [`Contents::banks`].
     pub picture: usize,
     /// Whether a fader moves it; the fixed lights have none.
@@ -103,6 +105,8 @@ pub struct Cue {
 pub struct Contents<'a> {
     /// The show's title.
     pub title: Cow<'a, str>,
+    /// How good its pictures are, in a line; may be empty.
+    pub quality: String,
     /// Its coordinates, in order.
     pub faders: Vec<Fader>,
     /// Its banks of colour mixers, in order.
@@ -176,6 +180,7 @@ struct Data<'a> {
     start: f64,
     end: f64,
     curve: &'a str,
+    quality: &'a str,
     made: String,
     coordinates: &'a [Fader],
     mixers: &'a [Mixer],
@@ -277,6 +282,7 @@ fn json<'a>(
             ToneCurve::Filmic => "filmic",
             ToneCurve::Plain => "plain",
         },
+        quality: &contents.quality,
         made: remark(contents, keys, size, full),
         coordinates: &contents.faders,
         mixers: &contents.mixers,
@@ -402,6 +408,7 @@ mod tests {
     fn fader(name: &str) -> Fader {
         Fader {
             name: name.to_owned(),
+            channel: None,
             picture: 0,
             varies: true,
             law: Law::Power(2),
@@ -413,6 +420,7 @@ mod tests {
         let keys = KeySequence::new(&timeline).unwrap();
         let contents = Contents {
             title: title.into(),
+            quality: String::new(),
             faders: vec![fader("{{show}}")],
             mixers: Vec::new(),
             cues: Vec::new(),

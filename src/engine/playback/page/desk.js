@@ -29,7 +29,7 @@ const cueName = (i) => `${show.cues[i].number}${show.cues[i].label ? " " + show.
 
 /// The show's state; everything on the page follows from it. `moved` says that a person changed it,
 /// `follows` that this page only looks on.
-const desk = { playing: false, held: new Map(), renderer: null, dirty: true, moved: false, follows: false };
+const desk = { playing: false, held: new Map(), grand: 1, isDark: false, renderer: null, dirty: true, moved: false, follows: false };
 
 /// The last cue that has begun; -1 before the first.
 function cueAt(time) {
@@ -50,6 +50,31 @@ function sumOf(settings) {
 function sumAt(settings) {
   if (show.keys > 0 && desk.held.size === 0 && !desk.rest) return null;
   return sumOf(settings.map((setting, i) => (desk.held.has(i) ? settingOf(show.coordinates[i].law, desk.held.get(i)) : setting)));
+}
+
+/// The level of everything that cues move.
+const grandLevel = () => (desk.isDark ? 0 : desk.grand);
+
+/// What is drawn of a moment behind the grand master, which the fixed lights do not follow.
+function behindGrand(moment, light, sum) {
+  const level = grandLevel();
+  if (level === 1) return sum;
+  const [f0, f1, f2] = moment.factors;
+  const keys = [(1 - f2) * (1 - f0), (1 - f2) * f0, f2 * (1 - f1), f2 * f1].map((weight, k) => ({ picture: moment.keys[k], weight }));
+  const scaled = (sum ?? keys).map(({ picture, weight }) => ({ picture, weight: weight * level }));
+  const fixed = sumOf(light.map((setting, i) => (show.coordinates[i].varies ? 0 : setting * (1 - level))));
+  return [...scaled, ...fixed].filter(({ weight }) => weight !== 0);
+}
+
+function setGrand(level, isDark = false) {
+  Object.assign(desk, { grand: Math.min(Math.max(level, 0), 1), isDark, dirty: true, moved: true });
+  tell(isDark ? "Blackout" : `Grand master ${percent(desk.grand)}`);
+}
+
+/// The other of dark and light, whichever the page has now.
+function switchScheme() {
+  const is = document.documentElement.style.colorScheme || (matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark");
+  document.documentElement.style.colorScheme = is === "light" ? "dark" : "light";
 }
 
 // ---- what can be done -------------------------------------------------------------------------
@@ -135,7 +160,9 @@ function buildCues() {
     }
     timing.append(cue.timing);
     const when = made("span", { className: "when" });
-    const button = made("button", { type: "button" }, thumbnail, name, when, timing,
+    const complete = made("span", { className: "complete", title: "when it is complete" });
+    if (cue.complete > cue.go) complete.append(made("span", { className: "hidden" }, "complete at "), `\u2192 ${clock(cue.complete, cue.complete % 1 ? 1 : 0)}`);
+    const button = made("button", { type: "button" }, thumbnail, name, when, timing, complete,
       made("span", { className: "note" }, cue.note), made("span", { className: "done" }));
     thumbnail.setAttribute("aria-hidden", "true");
     button.addEventListener("click", () => toCue(i));
@@ -150,8 +177,8 @@ function buildCues() {
 }
 
 let pictured = 0;
-/// Draws the next cues, complete, into their rows, for so many milliseconds at most; the picture
-/// itself is drawn again with the next frame.
+/// Draws the next cues, complete, into their rows, for so many milliseconds at most. The picture itself
+/// must be drawn again before it is seen.
 function drawThumbnails(milliseconds) {
   const until = performance.now() + milliseconds;
   while (pictured < cueRows.length && performance.now() < until) {
@@ -165,13 +192,13 @@ function drawThumbnails(milliseconds) {
 }
 
 /// What stands at a cue's right: the seconds that it has left, or until it starts by itself; else
-/// when it starts.
+/// when its GO is.
 function whenOf(i, current) {
   const { go: from, complete, starts } = show.cues[i];
   if (i === current && complete > desk.time) return seconds(complete - desk.time);
   const follows = current >= 0 && i === current + 1 && show.cues[current].starts;
   if (follows && desk.playing) return `in ${seconds(Math.max(from - desk.time, 0))}`;
-  return clock(from, from % 1 ? 1 : 0);
+  return `GO ${clock(from, from % 1 ? 1 : 0)}`;
 }
 
 function refreshCues(current, next) {
@@ -197,7 +224,11 @@ function refresh(settings) {
   const left = desk.playing && !desk.sequence ? remaining(desk) : 0;
   const standing = current >= 0 ? `Cue ${cueName(current)}` : "";
   element("clock").textContent = clock(time);
-  element("left").textContent = left > 0 ? `${seconds(left)} left` : "";
+  const grand = desk.isDark ? "Blackout" : desk.grand < 1 ? `Grand master ${percent(desk.grand)}` : "";
+  element("left").textContent = [left > 0 ? `${seconds(left)} left` : "", grand].filter(Boolean).join(", ");
+  if (document.activeElement !== element("grand") || !desk.isDark) element("grand").value = percent(desk.grand);
+  element("grand-level").textContent = percent(desk.grand);
+  element("blackout").setAttribute("aria-pressed", String(desk.isDark));
   element("current").textContent = standing;
   element("next").textContent = next < 0 ? "" : `GO: ${cueName(next)}${show.cues[next].note ? ` (${show.cues[next].note})` : ""}`;
   const scrub = element("scrub");
@@ -217,13 +248,14 @@ function frame(now) {
     if (desk.sequence) desk.cue = cueAt(desk.time);
     desk.dirty = true;
   }
+  if (!desk.dirty && desk.renderer && !desk.playing) drawThumbnails(8);
   if (desk.dirty && desk.renderer) {
     desk.dirty = false;
     const moment = momentAt(show, desk.time);
     const light = lightOf(show, desk);
-    desk.renderer.draw(moment, sumAt(light));
+    desk.renderer.draw(moment, behindGrand(moment, light, sumAt(light)));
     refresh(light);
-  } else if (desk.renderer && !desk.playing) drawThumbnails(8);
+  }
   if (desk.moved) {
     desk.moved = false;
     desk.tells?.();
@@ -238,7 +270,8 @@ function onKey(event) {
   const current = cueAt(desk.time);
   const actions = {
     " ": go, g: go, b: back, s: stop, Escape: stop, p: () => play(!desk.playing), r: () => release(),
-    f: () => element("frame").requestFullscreen?.(),
+    f: () => element("frame").requestFullscreen?.(), d: switchScheme, 0: () => setGrand(desk.grand, !desk.isDark),
+    "+": () => setGrand(desk.grand + 0.05), "=": () => setGrand(desk.grand + 0.05), "-": () => setGrand(desk.grand - 0.05),
     ...(slider ? {} : {
       ArrowLeft: () => { running(false); seek(desk.time - step); },
       ArrowRight: () => { running(false); seek(desk.time + step); },
@@ -250,10 +283,10 @@ function onKey(event) {
   };
   const name = event.key.length === 1 ? event.key.toLowerCase() : event.key;
   const action = actions[name];
-  if (!action || desk.follows && name !== "f" || event.key === "Escape" && slider) return;
+  if (!action || desk.follows && name !== "f" && name !== "d" || event.key === "Escape" && slider) return;
   event.preventDefault();
-  // A key that is held down is pressed once, but for the arrows.
-  if (!event.repeat || event.key.startsWith("Arrow")) action();
+  // A key that is held down is pressed once, but for arrows, plus and minus.
+  if (!event.repeat || /^Arrow|^[-+=]$/.test(event.key)) action();
 }
 
 /// What a version of the show says on the page.
@@ -264,7 +297,9 @@ function fill() {
   document.title = element("title").textContent = show.title;
   element("facts").textContent = `${counted(show.cues.length, "cue")}, ${counted(faders.length, "bank")}, ${clock(length, 0)}`;
   element("of").textContent = `of ${clock(show.end)}`;
+  element("quality").textContent = show.quality;
   element("made").textContent = show.made;
+  for (const id of ["grand", "blackout"]) element(id).disabled = desk.follows;
   Object.assign(element("scrub"), { min: show.start, max: show.end, value: show.start, disabled: desk.follows });
   buildCues();
   element("cues").scrollTop = scrolled;
@@ -287,6 +322,9 @@ function listen() {
   element("stop").addEventListener("click", stop);
   element("full").addEventListener("click", () => element("frame").requestFullscreen?.());
   element("play").addEventListener("click", () => play(!desk.playing));
+  element("scheme").addEventListener("click", switchScheme);
+  element("grand").addEventListener("input", () => setGrand(Number(element("grand").value) / 100));
+  element("blackout").addEventListener("click", () => setGrand(desk.grand, !desk.isDark));
   element("release").addEventListener("click", () => release());
   document.addEventListener("keydown", onKey);
   // A button takes Space when the key is let go.

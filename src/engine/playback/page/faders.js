@@ -122,9 +122,10 @@ function curve(fader) {
 // ---- on the page -------------------------------------------------------------------------------
 
 function buildFader(fader) {
-  const { name, first, mixer } = fader;
+  const { name, first, mixer } = fader, { channel } = show.coordinates[first];
   const id = `bank-${first}`;
-  const label = made("label", { htmlFor: id, title: name }, name);
+  const label = made("label", { htmlFor: id, title: channel === null ? name : `${name}, channel ${channel}` }, name);
+  if (channel !== null) label.prepend(made("span", { className: "hidden" }, "channel "), made("span", { className: "channel" }, channel), " ");
   const range = made("input", { id, type: "range", min: 0, max: 100, step: 1, value: 0, disabled: desk.follows });
   // The fader itself tells its level; this would be read out with every frame.
   const output = made("span", { className: "level", "aria-hidden": "true" });

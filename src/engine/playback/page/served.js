@@ -16,7 +16,7 @@ function stateOfDesk() {
   const { rest, until, playing, sequence } = desk;
   return {
     by: own, cue: show.cues[desk.cue]?.number ?? null, time: desk.time + passed, until, ran: desk.ran + passed, playing,
-    sequence: Boolean(sequence), held: named([...desk.held]),
+    sequence: Boolean(sequence), grand: grandLevel(), held: named([...desk.held]),
     rest: rest && named(rest.light.map((light, i) => [i, [light, rest.lasts[i]]]).filter(([, [, lasts]]) => lasts > 0)),
   };
 }
@@ -29,7 +29,7 @@ function follow() {
   for (const fader of faders) fader.kept = null;
   running(run.playing);
   const held = Object.entries(run.held).map(([name, level]) => [indexOf(show, name), level]);
-  Object.assign(desk, { cue, time: run.time, until: run.until, ran: run.ran, rest, held: new Map(held.filter(([i]) => i >= 0)) });
+  Object.assign(desk, { grand: run.grand ?? 1, isDark: false, cue, time: run.time, until: run.until, ran: run.ran, rest, held: new Map(held.filter(([i]) => i >= 0)) });
   if (run.playing) {
     if (!goOn(show, desk, age)) running(false);
     desk.last = performance.now();
