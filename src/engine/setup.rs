@@ -374,6 +374,7 @@ fn options(stage: &show::Stage, show: &Show) -> Options {
     Options {
         z_up: stage.z_up,
         one_sided: stage.one_sided,
+        matt: stage.matt,
         place: stage.place,
         parts: replaced.map(|s| &s.name).chain(panels).cloned().collect(),
     }
@@ -474,7 +475,11 @@ fn apply_materials(show: &Show, spans: &SpanMap, scene: &mut Scene) -> Vec<Diagn
             .iter_mut()
             .filter(|m| m.name == surface.name);
         if let Some(roughness) = surface.gloss {
-            own.for_each(|material| material.gloss = Some(Gloss::varnish(roughness)));
+            own.for_each(|material| match &mut material.gloss {
+                // A metal keeps its colour.
+                Some(gloss) if gloss.is_metal => gloss.roughness = roughness,
+                gloss => *gloss = (roughness < 1.0).then(|| Gloss::varnish(roughness)),
+            });
         }
     }
     errors

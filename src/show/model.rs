@@ -120,6 +120,8 @@ pub struct Stage {
     pub place: Place,
     /// Double-sided materials of a glTF file get a front only.
     pub one_sided: bool,
+    /// No material of it is glossy, whatever the file says.
+    pub matt: bool,
 }
 
 /// A material given in the show: replaces the stage's material of that name, or is the material of

@@ -9,7 +9,7 @@
 //! Only the crate's description of the JSON is used: its validation panics on an index of a
 //! position accessor that is out of range, and its reader of GLB on a length below 12.
 //!
-//! Not read: textures of what is no colour, vertex colours, roughness, metalness, skins, morph targets
+//! Not read: textures of what is no colour, vertex colours, clear coats, skins, morph targets
 //! (meshes stand as modelled), animations.
 
 mod accessor;
@@ -36,7 +36,7 @@ use self::container::Document;
 pub use self::container::named_files;
 use self::description::Root;
 use super::Scene;
-use super::stage_file::{Imported, SceneError};
+use super::stage_file::{Imported, Options, SceneError};
 use super::texture::reader::TextureReader;
 use footlight_host::files::Files;
 
@@ -96,13 +96,13 @@ pub(super) fn import(
     files: &dyn Files,
     path: &str,
     bytes: &[u8],
-    parts: &[String],
+    options: &Options,
     memory: usize,
 ) -> Result<Imported, SceneError> {
     let document = Document::read(files, path, bytes)?;
     let mut textures = TextureReader::new(memory);
-    let materials = material::all(files, &document, &mut textures);
-    assemble(&document, materials, parts).map_err(|fault| fault.of_file(path))
+    let materials = material::all(files, &document, &mut textures, options.matt);
+    assemble(&document, materials, &options.parts).map_err(|fault| fault.of_file(path))
 }
 
 fn assemble(

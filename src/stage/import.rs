@@ -47,7 +47,7 @@ pub fn read(
     let is_gltf =
         bytes.starts_with(b"glTF") || [".gltf", ".glb"].iter().any(|e| lower.ends_with(e));
     let mut import = if is_gltf {
-        let mut import = gltf::import(files, path, &bytes, &options.parts, memory)?;
+        let mut import = gltf::import(files, path, &bytes, options, memory)?;
         if options.z_up {
             import.turn(|v| vec3(v.x, v.z, -v.y));
         }

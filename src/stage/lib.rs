@@ -296,7 +296,7 @@ impl Scene {
             .extend(polygons.map(|vertices| Polygon::new(vertices, material)));
     }
 
-    /// Gives every material called `name` this reflectance; false when there is none, or when a
+    /// Gives every material called `name` this reflectance, a metal in its gloss; false when there is none, or when a
     /// channel is outside 0..1 (nothing is changed then).
     pub fn set_reflectance(&mut self, name: &str, rgb: Rgb) -> bool {
         if !rgb.0.iter().all(|c| (0.0..=1.0).contains(c)) {
@@ -304,6 +304,11 @@ impl Scene {
         }
         let mut found = false;
         for material in self.materials.iter_mut().filter(|m| m.name == name) {
+            found = true;
+            if let Some(metal) = material.gloss.as_mut().filter(|gloss| gloss.is_metal) {
+                metal.normal = rgb;
+                continue;
+            }
             material.reflectance = rgb;
             // What was cut out stays cut out.
             material.texture = material
@@ -311,7 +316,6 @@ impl Scene {
                 .take()
                 .filter(Texture::is_cut)
                 .map(|t| t.painted(rgb));
-            found = true;
         }
         found
     }

@@ -7,7 +7,7 @@
 //!
 //! Not read: lines, points, curves, faces of two corners and colours of vertices, which are noted;
 //! textures of what is no colour. Kd is the diffuse reflectance, Ke the emitted luminance; either is
-//! black where the MTL does not give it.
+//! black where the MTL does not give it. Ns, Ks and illum are gloss as Blender writes it.
 
 mod material;
 mod read;
@@ -100,7 +100,7 @@ pub(super) fn parse(
     let mut by_name = std::mem::take(&mut materials.by_name);
     let mut textures = TextureReader::new(memory);
     let mut checked = materials.checked();
-    let (list, mut moved) = materials.finish(files, &mut textures, &mut left_out);
+    let (list, mut moved) = materials.finish(files, &mut textures, options.matt, &mut left_out);
     let mut out = Imported {
         scene: Scene {
             materials: list,

@@ -1,6 +1,6 @@
 //! Shared by the readers of all formats: options, limits, errors, and what a reader hands on.
 
-use super::{Lamp, Material, Scene, StageCamera};
+use super::{Gloss, Lamp, Material, Scene, StageCamera};
 use footlight_host::files::FileError;
 use footlight_show::geometry::{Place, Vec3};
 use footlight_show::units::Rgb;
@@ -14,12 +14,17 @@ pub const VERTEX_LIMIT: usize = 8_000_000;
 /// The largest coordinate, metres: products of such lengths stay far from overflow.
 pub const FAR: f64 = 1e9;
 
-/// How far above 1 a reflectance may be and still count as 1: rounding of the program that wrote it.
-const REFLECTANCE_ROUNDING: f64 = 1e-3;
+/// How far a number may be outside its range and still count as its end: rounding of the program that
+/// wrote it.
+const ROUNDING: f64 = 1e-3;
+
+/// The highest roughness of a file's material that becomes gloss. A rougher surface looks like a matt
+/// one, which takes a fraction of the time.
+pub(crate) const ROUGHEST: f64 = 0.4;
 
 /// The reflectance that a file means by `value`; `None` outside 0 to 1.
 pub(crate) fn reflectance(value: f64) -> Option<f64> {
-    let range = -REFLECTANCE_ROUNDING..=1.0 + REFLECTANCE_ROUNDING;
+    let range = -ROUNDING..=1.0 + ROUNDING;
     range.contains(&value).then_some(value.clamp(0.0, 1.0))
 }
 
@@ -41,6 +46,8 @@ pub struct Options {
     pub z_up: bool,
     /// Materials that glTF calls double-sided, or whose texture cuts them out, get a front only.
     pub one_sided: bool,
+    /// No material is glossy, whatever the file says.
+    pub matt: bool,
     /// Where it stands and how large it is.
     pub place: Place,
     /// Groups and objects of an OBJ file that become materials of their own, by name.
@@ -108,6 +115,46 @@ pub struct ImportSummary {
     pub backs: usize,
     /// What the file has and this program leaves out, a sentence each.
     pub left_out: Vec<String>,
+}
+
+/// Gloss as a file describes it, in the terms of glTF.
+pub(crate) struct Finish {
+    /// 0 to 1.
+    pub roughness: f64,
+    /// Share that is metal, 0 to 1.
+    pub metallic: f64,
+    /// Reflectance from right above of the rest.
+    pub normal: [f64; 3],
+}
+
+impl Material {
+    /// Gives a material the gloss of its file. A metal reflects its colour in its gloss, and nothing
+    /// matt. A material stays matt where its gloss would not be seen: it is rough, shines, or is clear.
+    pub(crate) fn polish(&mut self, finish: Finish) {
+        let metallic = finish.metallic.clamp(0.0, 1.0);
+        let mut normal = finish.normal.map(|n| n.clamp(0.0, 1.0));
+        for (normal, base) in normal.iter_mut().zip(self.reflectance.0) {
+            *normal += metallic * (base - *normal);
+        }
+        let texture = self.texture.as_mut();
+        let is_clear = texture
+            .as_ref()
+            .is_some_and(|t| t.factor.last() == Some(&0.0));
+        let is_lit = self.emission != Rgb::default();
+        if finish.roughness > ROUGHEST + ROUNDING || normal == [0.0; 3] || is_lit || is_clear {
+            return;
+        }
+        self.reflectance = Rgb(self.reflectance.0.map(|c| c * (1.0 - metallic)));
+        if let Some(texture) = texture {
+            let colour = texture.factor.iter_mut().take(3);
+            colour.for_each(|c| *c *= 1.0 - metallic);
+        }
+        self.gloss = Some(Gloss {
+            roughness: finish.roughness.max(0.0),
+            normal: Rgb(normal),
+            is_metal: metallic >= 0.5,
+        });
+    }
 }
 
 /// What a file holds, before triangles are merged and backs added.

@@ -70,10 +70,12 @@ module.exports = grammar({
     let: ($) => seq('let', field('name', $.name), '=', choice($.colour, $._sum)),
 
     stage: ($) => seq('stage', $.text, repeat(choice(
-      seq('z', 'up'), seq('y', 'up'), 'one-sided', seq('scale', $._quantity), seq('at', $.position),
+      seq('z', 'up'), seq('y', 'up'), 'one-sided', 'matt', seq('scale', $._quantity), seq('at', $.position),
       seq('turn', $._quantity),
     ))),
-    surface: ($) => seq('surface', $._material, repeat(choice($.reflectance, $.solid))),
+    surface: ($) => seq('surface', $._material, repeat(choice(
+      $.reflectance, seq('gloss', $._quantity), $.solid,
+    ))),
     _material: ($) => choice($.text, field('name', $.name)),
     reflectance: ($) => seq('reflectance', choice(
       $.colour,

@@ -58,7 +58,7 @@ pub enum Declaration<'a> {
         /// A colour, or a sum.
         value: Word<'a>,
     },
-    /// `stage "…" z up one-sided`
+    /// `stage "…" z up one-sided matt`
     Stage {
         path: Word<'a>,
         clauses: Vec<Clause<'a>>,

@@ -201,7 +201,7 @@ fn words(rule: Rule) -> &'static str {
 
 /// Keywords that a message asks for.
 const KEYWORDS: &str = "\
-    `aim` `at` `auto` `beam` `curve` `field` `fov` `from` `image` `layer` `lens` `level` `one-sided` \
+    `aim` `at` `auto` `beam` `curve` `field` `fov` `from` `image` `layer` `lens` `level` `matt` `one-sided` \
     `radius` `reflectance` `repeat` `roll` `scale` `size` `slope` `time` `to` `turn` `up` `via`";
 
 /// The keyword of a rule such as `kw_aim` or `slope`; empty where no message asks for it.
@@ -232,7 +232,7 @@ pub fn is_inner_word(word: &str) -> bool {
 const INNER_WORDS: &str = "\
     aim albedo assert at auto beam bezier blackout box block catmull-rom channel clamped coarse \
     cueonly cylinder curve delay depth dimmer disc dither down effect exposure facing field filmic flicker \
-    follow forward fov from full gap gel gloss hang height hermite image inside lantern layer lens level like linear monotone moves natural \
+    follow forward fov from full gap gel gloss hang height hermite image inside lantern layer lens level like linear matt monotone moves natural \
     note off on one-sided out pan part plain pulse quad radius rate refined reflectance repeat rgb roll scale \
     seed sides size slope snap speed spline spread square standing steps tilt time to tolerance tone turn two-sided up via white \
     y z zoom";

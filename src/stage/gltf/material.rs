@@ -1,4 +1,4 @@
-//! Materials: names, diffuse reflectance with its textures, emitted luminance.
+//! Materials: names, diffuse reflectance with its textures, gloss, emitted luminance.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,11 +11,10 @@ use gltf_json::validation::Checked;
 use super::container::Document;
 use super::description::Root;
 use super::{Fault, LeftOut, outside, place};
-use crate::Material;
-use crate::stage_file::UNSTATED;
-use crate::stage_file::reflectance;
+use crate::stage_file::{Finish, UNSTATED, reflectance};
 use crate::texture::reader::{Channels, TextureReader};
 use crate::texture::{Alpha, Texture, Wrap};
+use crate::{Gloss, Material};
 use footlight_host::files::Files;
 use footlight_show::units::Rgb;
 
@@ -69,8 +68,13 @@ impl Places {
     }
 }
 
-/// All materials, used or not, because a show may name them.
-pub fn all(files: &dyn Files, document: &Document<'_>, textures: &mut TextureReader) -> Materials {
+/// All materials, used or not, because a show may name them; `matt` leaves their gloss out.
+pub fn all(
+    files: &dyn Files,
+    document: &Document<'_>,
+    textures: &mut TextureReader,
+    matt: bool,
+) -> Materials {
     let root = &document.root;
     let mut out = Materials {
         materials: Vec::new(),
@@ -126,6 +130,16 @@ pub fn all(files: &dyn Files, document: &Document<'_>, textures: &mut TextureRea
         }
         out.places
             .push(material.texture.as_ref().and(base.texture).map(Places::of));
+        let mean = |info: &Info| mean(files, document, textures, info);
+        let gloss = (!matt && !is_unlit(described)).then(|| finish(described, mean));
+        match gloss.transpose() {
+            Ok(finish) => finish.into_iter().for_each(|f| material.polish(f)),
+            Err(reason) => {
+                let name = &material.name;
+                out.left_out
+                    .insert(format!("the gloss of `{name}`: {reason}; it is matt"));
+            }
+        }
         out.materials.push(material);
         out.double_sided.push(described.double_sided || is_cut_out);
     }
@@ -174,6 +188,50 @@ impl Base<'_> {
     }
 }
 
+/// How glossy a material is, of either model; `mean` reads the image of its roughness and metalness.
+fn finish(
+    described: &Described,
+    mean: impl FnOnce(&Info) -> Result<[f64; 4], String>,
+) -> Result<Finish, String> {
+    let extensions = described.extensions.as_ref();
+    if let Some(glossy) = extensions.and_then(|e| e.pbr_specular_glossiness.as_ref()) {
+        let finish = Finish {
+            roughness: 1.0 - f64::from(glossy.glossiness_factor.0),
+            metallic: 0.0,
+            normal: glossy.specular_factor.0.map(f64::from),
+        };
+        let image = glossy.specular_glossiness_texture.as_ref();
+        let unread = "textures of KHR_materials_pbrSpecularGlossiness are not read";
+        return image.map_or(Ok(finish), |_| Err(unread.to_owned()));
+    }
+    let factors = &described.pbr_metallic_roughness;
+    let image = factors.metallic_roughness_texture.as_ref();
+    let [_, rough, metal, _] = image.map(mean).transpose()?.unwrap_or([1.0; 4]);
+    let index = extensions.and_then(|e| e.ior.as_ref());
+    let normal = index.map_or(Gloss::COMMON, |index| {
+        let index = f64::from(index.ior.0);
+        ((index - 1.0) / (index + 1.0)).powi(2)
+    });
+    let specular = extensions.and_then(|e| e.specular.as_ref());
+    let tint = specular.map_or([1.0; 3], |specular| {
+        let factor = f64::from(specular.specular_factor.0);
+        specular
+            .specular_color_factor
+            .0
+            .map(|c| factor * f64::from(c))
+    });
+    Ok(Finish {
+        roughness: rough * f64::from(factors.roughness_factor.0),
+        metallic: metal * f64::from(factors.metallic_factor.0),
+        normal: tint.map(|tint| tint * normal),
+    })
+}
+
+fn is_unlit(described: &Described) -> bool {
+    let extensions = described.extensions.as_ref();
+    extensions.is_some_and(|e| e.others.contains_key("KHR_materials_unlit"))
+}
+
 /// Share of the light that a glass lets through.
 fn transmission(described: &Described) -> f64 {
     let extensions = described.extensions.as_ref();
@@ -209,24 +267,7 @@ fn image(
     info: &Info,
 ) -> Result<Texture, String> {
     let root = &document.root;
-    let missing = || "it does not exist".to_owned();
-    let texture = root.textures.get(info.index.value()).ok_or_else(missing)?;
-    let others = texture.extensions.as_ref().map(|e| &e.others);
-    let webp = || {
-        let source = others?.get("EXT_texture_webp")?.get("source")?;
-        usize::try_from(source.as_u64()?).ok()
-    };
-    let own = texture.source.value();
-    let numbered = |index: usize| root.images.get(index).map(|image| (index, image));
-    let (index, image) =
-        numbered(own)
-            .or_else(|| numbered(webp()?))
-            .ok_or_else(|| match others {
-                Some(others) if !others.is_empty() => {
-                    "it is neither PNG nor JPEG nor WebP".to_owned()
-                }
-                _ => missing(),
-            })?;
+    let (texture, index, image) = found(root, info)?;
     let content = || document.image(files, image);
     let pixels = textures.read(&format!("image {index}"), channels, content)?;
     let sampler = texture.sampler.and_then(|s| root.samplers.get(s.value()));
@@ -236,6 +277,40 @@ fn image(
         wrap,
         ..Texture::plain([1.0; 4], Alpha::Opaque)
     })
+}
+
+/// The mean of a texture that holds numbers.
+fn mean(
+    files: &dyn Files,
+    document: &Document<'_>,
+    textures: &mut TextureReader,
+    info: &Info,
+) -> Result<[f64; 4], String> {
+    let (_, index, image) = found(&document.root, info)?;
+    let content = || document.image(files, image);
+    textures.mean(&format!("image {index}"), content)
+}
+
+/// The texture that a material refers to, and its image with its index.
+fn found<'r>(
+    root: &'r Root,
+    info: &Info,
+) -> Result<(&'r gltf_json::Texture, usize, &'r gltf_json::Image), String> {
+    let missing = || "it does not exist".to_owned();
+    let texture = root.textures.get(info.index.value()).ok_or_else(missing)?;
+    let others = texture.extensions.as_ref().map(|e| &e.others);
+    let webp = || {
+        let source = others?.get("EXT_texture_webp")?.get("source")?;
+        usize::try_from(source.as_u64()?).ok()
+    };
+    let own = texture.source.value();
+    let numbered = |index: usize| Some((texture, index, root.images.get(index)?));
+    numbered(own)
+        .or_else(|| numbered(webp()?))
+        .ok_or_else(|| match others {
+            Some(others) if !others.is_empty() => "it is neither PNG nor JPEG nor WebP".to_owned(),
+            _ => missing(),
+        })
 }
 
 fn wrap(mode: &Checked<WrappingMode>) -> Wrap {

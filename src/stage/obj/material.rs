@@ -1,14 +1,14 @@
-//! MTL files: materials with their textures.
+//! MTL files: materials with their textures and gloss.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use super::super::texture::reader::{Channels, TextureReader};
 use super::super::texture::{Alpha, Texture, Wrap};
-use super::super::{Material, gltf};
+use super::super::{Gloss, Material, gltf};
 use super::read::{colour, each_line, named, numbers, split};
 use super::{SceneError, UNSTATED};
-use crate::stage_file::reflectance;
+use crate::stage_file::{Finish, reflectance};
 use footlight_host::files::Files;
 use footlight_show::units::Rgb;
 
@@ -26,9 +26,19 @@ struct Described {
     mask: Option<String>,
     /// Has it a `map_Ke`?
     shines_by_image: bool,
+    /// The numbers of keywords that describe its gloss.
+    gloss: BTreeMap<String, [f64; 3]>,
+    /// Why they cannot be read: it is matt.
+    gloss_fault: Option<String>,
     /// What is wrong with it: only faces of it are refused.
     fault: Option<SceneError>,
 }
+
+/// Keywords of gloss.
+const GLOSS: [&str; 6] = ["Ns", "Ks", "Ka", "illum", "Pr", "Pm"];
+
+/// Reflectance from right above where `Ks` is 1, as Blender has it.
+const MOST_NORMAL: f64 = 0.08;
 
 /// `map_Kd`: a file and how it lies.
 #[derive(Clone, Default)]
@@ -115,14 +125,14 @@ impl Materials {
             return Ok(());
         }
         let known = ["Kd", "Ke", "d", "Tr", "map_Kd", "map_Ke", "map_d"].contains(&keyword);
-        if !known || rest.is_empty() {
+        if !(known || GLOSS.contains(&keyword)) || rest.is_empty() {
             return Ok(());
         }
         let open = self.open.and_then(|index| self.list.get_mut(index));
         let material = open.ok_or("`newmtl` needs a name")?;
         match keyword {
             // A spectrum, or a colour in CIE XYZ.
-            "Kd" if ["spectral", "xyz"].contains(&split(rest).0) => {}
+            "Kd" | "Ka" | "Ks" if ["spectral", "xyz"].contains(&split(rest).0) => {}
             "Kd" => {
                 let kd = colour("Kd", rest)?;
                 let mut diffuse = [0.0; 3];
@@ -139,6 +149,10 @@ impl Materials {
                 }
                 material.emission = ke;
             }
+            _ if GLOSS.contains(&keyword) => match colour(keyword, rest) {
+                Ok(value) => drop(material.gloss.insert(keyword.to_owned(), value)),
+                Err(reason) => material.gloss_fault = Some(reason),
+            },
             "d" => material.stops = Some(share("d", rest.trim_start_matches("-halo"))?),
             "Tr" => material.lets = Some(share("Tr", rest)?),
             "map_Ke" => material.shines_by_image = true,
@@ -153,6 +167,7 @@ impl Materials {
         self,
         files: &dyn Files,
         textures: &mut TextureReader,
+        matt: bool,
         left_out: &mut gltf::LeftOut,
     ) -> (Vec<Material>, Vec<Option<Moved>>) {
         let mut out = (Vec::new(), Vec::new());
@@ -164,7 +179,11 @@ impl Materials {
         for (i, described) in self.list.into_iter().enumerate() {
             let folder = self.folders.iter().rev().find(|(first, _)| *first <= i);
             let folder = folder.map_or("", |(_, folder)| folder.as_str());
-            let (material, moved) = described.finish(files, folder, textures, left_out);
+            let gloss = described.gloss().filter(|_| !matt);
+            let (mut material, moved) = described.finish(files, folder, textures, left_out);
+            if let Some(finish) = gloss {
+                material.polish(finish);
+            }
             out.0.push(material);
             out.1.push(moved);
         }
@@ -173,6 +192,27 @@ impl Materials {
 }
 
 impl Described {
+    /// How glossy it is, by the rule of Blender's exporter; `None` where it is matt.
+    fn gloss(&self) -> Option<Finish> {
+        let of = |keyword| self.gloss.get(keyword).copied();
+        let number = |keyword| of(keyword).map(|[value, ..]| value);
+        let (illum, metallic) = (number("illum"), number("Pm"));
+        let has_highlight = illum.is_none_or(|illum| illum >= 2.0);
+        let exponent = number("Ns").filter(|_| has_highlight);
+        let of_exponent = |ns: f64| 1.0 - (ns / 1000.0).clamp(0.0, 1.0).sqrt();
+        let roughness = number("Pr").or(exponent.map(of_exponent))?;
+        // Of others than Blender it is a mirror, of which `Ks` is the colour.
+        let mirrors = illum == Some(3.0) && metallic.is_none();
+        let scale = if mirrors { 1.0 } else { MOST_NORMAL };
+        let unstated = number("Pr").map_or(0.0, |_| Gloss::COMMON / MOST_NORMAL);
+        let share = number("Ka").filter(|_| mirrors);
+        self.gloss_fault.is_none().then(|| Finish {
+            roughness,
+            metallic: metallic.or(share).unwrap_or(0.0),
+            normal: of("Ks").unwrap_or([unstated; 3]).map(|ks| ks * scale),
+        })
+    }
+
     fn finish(
         self,
         files: &dyn Files,
@@ -204,6 +244,9 @@ impl Described {
             left_out.insert(format!(
                 "`map_d` of `{name}`: only the alpha of `map_Kd` cuts out"
             ));
+        }
+        if let Some(reason) = &self.gloss_fault {
+            left_out.insert(format!("the gloss of `{name}`: {reason}; it is matt"));
         }
         if self.shines_by_image {
             left_out.insert(format!(

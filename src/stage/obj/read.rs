@@ -305,7 +305,7 @@ pub(super) fn named<'t>(keyword: &'static str, rest: &'t str) -> Result<&'t str,
 }
 
 /// Three channels, or one number for all three, as MTL allows.
-pub(super) fn colour(keyword: &'static str, rest: &str) -> Result<[f64; 3], String> {
+pub(super) fn colour(keyword: &str, rest: &str) -> Result<[f64; 3], String> {
     if rest.split_whitespace().count() == 1 {
         let [grey, ..] = numbers(keyword, rest, 1)?;
         return Ok([grey; 3]);

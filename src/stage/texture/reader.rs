@@ -30,6 +30,8 @@ pub struct TextureReader {
     refused: u64,
     /// By name and channels; why it was not read.
     known: BTreeMap<(String, Channels), Result<Arc<Pixels>, String>>,
+    /// Means of images that hold numbers.
+    means: BTreeMap<String, Result<[f64; 4], String>>,
 }
 
 impl TextureReader {
@@ -40,6 +42,7 @@ impl TextureReader {
             taken: 0,
             refused: 0,
             known: BTreeMap::new(),
+            means: BTreeMap::new(),
         }
     }
 
@@ -63,6 +66,35 @@ impl TextureReader {
         };
         self.known.insert(key, pixels.clone());
         pixels
+    }
+
+    /// The mean of each channel of the image of this name, which holds numbers and no colours: 0 to 1.
+    ///
+    /// # Errors
+    /// Why it cannot be read, as the end of a sentence.
+    pub fn mean(
+        &mut self,
+        name: &str,
+        content: impl FnOnce() -> Result<Vec<u8>, String>,
+    ) -> Result<[f64; 4], String> {
+        if let Some(known) = self.means.get(name) {
+            return known.clone();
+        }
+        let left = self.limit.saturating_sub(self.taken);
+        let texels = content().and_then(|bytes| {
+            let (_, texels) = codes(&bytes, left).map_err(|error| self.in_words(error))?;
+            Ok(texels)
+        });
+        let mean = texels.map(|texels| {
+            let mut sums = [0_u64; 4];
+            for texel in &texels {
+                let channels = sums.iter_mut().zip(texel);
+                channels.for_each(|(sum, code)| *sum += u64::from(*code));
+            }
+            sums.map(|sum| sum as f64 / (255.0 * texels.len().max(1) as f64))
+        });
+        self.means.insert(name.to_owned(), mean.clone());
+        mean
     }
 
     fn pixels(&mut self, bytes: &[u8], channels: Channels) -> Result<Arc<Pixels>, String> {

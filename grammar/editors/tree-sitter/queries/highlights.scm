@@ -13,7 +13,7 @@
  "group" "look" "default" "curve" "effect" "cue"] @keyword
 
 ["tolerance" "gap" "rate" "exposure" "white" "tone" "dither" "coarse" "refined" "auto" "filmic"
- "plain" "on" "off" "z" "y" "up" "one-sided" "scale" "at" "turn" "reflectance" "quad" "box" "disc"
+ "plain" "on" "off" "z" "y" "up" "one-sided" "matt" "scale" "at" "turn" "reflectance" "gloss" "quad" "box" "disc"
  "cylinder" "sphere" "from" "to" "aim" "radius" "sides" "height" "facing" "inside" "two-sided" "forward" "albedo" "fov" "lens" "roll"
  "size" "beam" "field" "moves" "pan" "tilt" "zoom" "speed" "standing" "spot" "lantern" "panel" "photometric" "project" "like" "image" "layer" "channel"
  "dimmer" "rgb" "level" "full" "out" "spline" "spread" "linear" "steps" "natural" "clamped" "catmull-rom"

@@ -214,7 +214,7 @@ fn role(rule: Rule) -> &'static str {
         Rule::kw_forward => "forward",
         Rule::kw_albedo => "albedo",
         Rule::kw_gloss => "gloss",
-        Rule::kw_y | Rule::kw_z | Rule::kw_one_sided => "option",
+        Rule::kw_y | Rule::kw_z | Rule::kw_one_sided | Rule::kw_matt => "option",
         Rule::kw_channel => "channel",
         Rule::kw_dimmer => "dimmer",
         Rule::kw_rgb => "rgb",

@@ -247,6 +247,7 @@ impl<'a> Lower<'a, '_> {
             path: text,
             z_up: find("z").is_some(),
             one_sided: find("one-sided").is_some(),
+            matt: find("matt").is_some(),
             place,
         });
     }
