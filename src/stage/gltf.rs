@@ -26,6 +26,8 @@ mod primitive;
 mod vertices;
 
 #[cfg(test)]
+mod gloss_test;
+#[cfg(test)]
 mod hostile_test;
 #[cfg(test)]
 mod tests;

@@ -279,6 +279,69 @@ fn wrong_materials_are_named() {
     assert!(matches!(read("", MTL), Err(SceneError::Empty { .. })));
 }
 
+/// Roughness, reflectance from right above, and the matt reflectance of a material of `Kd` 0.5.
+type Finished = (f64, f64, f64);
+
+#[test]
+fn highlights_become_gloss_as_blender_writes_them() {
+    let cases: [(&str, Option<Finished>); 15] = [
+        ("Ns 640\nKs 0.5 0.5 0.5\nillum 2", Some((0.2, 0.04, 0.5))),
+        ("Ks 0.25\nNs 360", Some((0.4, 0.02, 0.5))),
+        // Above 1, as no exporter of Blender's writes.
+        ("Ks 3 3 3\nNs 4000", Some((0.0, 0.08, 0.5))),
+        ("Ns 640\nKs 0.5 0.5 0.5\nillum 1", None),
+        ("Ns 640\nKs 0 0 0\nillum 2", None),
+        ("Ns 640", None),
+        // Blender's default, and the exponent of most other programs.
+        ("Ns 250\nKs 0.5 0.5 0.5\nillum 2", None),
+        ("Ns 96\nKs 1 1 1\nillum 2", None),
+        ("Ks 1 1 1", None),
+        // A metal of Blender's, a mirror of others.
+        (
+            "Ns 640\nKa 1 1 1\nKs 0.5 0.5 0.5\nillum 3",
+            Some((0.2, 0.5, 0.0)),
+        ),
+        (
+            "Ns 1000\nKa 0 0 0\nKs 0.75 0.75 0.75\nillum 3",
+            Some((0.0, 0.75, 0.5)),
+        ),
+        ("Pr 0.25", Some((0.25, 0.04, 0.5))),
+        ("Ns 10\nPr 0.25\nPm 1\nillum 1", Some((0.25, 0.5, 0.0))),
+        ("Ns 1000\nKs 1 1 1\nPr 0.5", None),
+        ("Ns 640\nKs 0.5 0.5 0.5\nKe 1 1 1", None),
+    ];
+    let obj = format!("{HEAD}f 1 2 3\n");
+    for (lines, wanted) in cases {
+        let scene = read(&obj, &format!("newmtl wall\nKd 0.5 0.5 0.5\n{lines}\n")).unwrap();
+        let material = &scene.materials[0];
+        let found = material.gloss.as_ref();
+        let found = found.map(|g| (g.roughness, g.normal.0[0], material.reflectance.0[0]));
+        assert_eq!(found.is_some(), wanted.is_some(), "{lines}");
+        let near = |a: f64, b: f64| (a - b).abs() < 1e-9;
+        let (found, wanted) = (found.unwrap_or_default(), wanted.unwrap_or_default());
+        assert!(
+            near(found.0, wanted.0) && near(found.1, wanted.1) && near(found.2, wanted.2),
+            "{lines}: {found:?}"
+        );
+    }
+}
+
+#[test]
+fn highlights_that_cannot_be_read_refuse_no_stage() {
+    let files = Memory::default()
+        .with(
+            "a.obj",
+            "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nusemtl wall\nf 1 2 3",
+        )
+        .with("a.mtl", "newmtl wall\nKd 1 1 1\nKs 1 1 1\nNs -nan(ind)\n");
+    let read = import::read(&files, "a.obj", &Options::default(), usize::MAX).unwrap();
+    assert_eq!(read.scene.materials[0].gloss, None);
+    assert_eq!(
+        read.summary.left_out,
+        ["the gloss of `wall`: `-nan(ind)` is not a finite number; it is matt"]
+    );
+}
+
 /// A square with a square hole, the outline led to the hole and back along one edge.
 #[test]
 fn holes_are_bridged() {

@@ -181,11 +181,12 @@ impl Choices<'_> {
             self.end();
         }
         if self.chance(40) {
-            let option = self.one(&["", " z up", " one-sided", " one-sided z up"]);
+            let option = self.one(&["", " z up", " one-sided", " one-sided z up matt"]);
             self.say(&format!("stage \"set.obj\"{option}"));
             self.end();
             let colour = self.one(&["#6B4a2f", "#fB6", "0.4", "0.1 0.2 0.3", "0.1 , 0.2 , 0.3"]);
-            self.say(&format!("surface boards reflectance {colour}"));
+            let gloss = self.one(&["", " gloss 0.2"]);
+            self.say(&format!("surface boards reflectance {colour}{gloss}"));
             self.end();
         }
         let value = self.one(&["40", "2 * 20 + 5", "- ( 3 - 60 ) / 2", "40%", "full"]);
