@@ -93,9 +93,14 @@ fn of_name(show: &OpenShow, name: &str) -> Option<String> {
 fn of_material(show: &OpenShow, name: &str) -> Option<String> {
     let materials = &show.document()?.setup()?.scene.materials;
     let material = materials.iter().find(|material| material.name == name)?;
-    let [r, g, b] = material.reflectance.0.map(|c| percent(c).round());
+    let gloss = material.gloss.as_ref();
+    let metal = gloss.filter(|gloss| gloss.is_metal);
+    let reflectance = metal.map_or(material.reflectance, |metal| metal.normal);
+    let [r, g, b] = reflectance.0.map(|c| percent(c).round());
+    let gloss = gloss.map(|gloss| format!("; gloss of roughness {:.2}", gloss.roughness));
+    let gloss = gloss.unwrap_or_default();
     Some(format!(
-        "material of the stage: reflects {r} % of red, {g} % of green, {b} % of blue"
+        "material of the stage: reflects {r} % of red, {g} % of green, {b} % of blue{gloss}"
     ))
 }
 

@@ -541,6 +541,7 @@ fn words_of_the_language_are_explained_where_they_stand() {
     let text = format!(
         "{SHOW}light spare spot at 0, 0, 3 aim 0, 0, 0 beam 20 field 30 900 cd\n\
          let dusk = #203060\nbank cyc = spare  dimmer square rgb\ncurve dawn = linear 0 0, 1 100\n\
+         surface riser reflectance 0.5 gloss 0.2 box from 0, 0, 0 to 1, 1, 0.4\n\
          effect candle = flicker seed 3\nhaze 70m forward 0.6\n\
          cue 4 {{ cyc #steelblue }}\ncue 5 {{ cyc #dusk\n  curve dawn\n}}\n"
     );
@@ -553,6 +554,8 @@ fn words_of_the_language_are_explained_where_they_stand() {
         ("out }", "100 and 0"),
         ("80\n", "percent"),
         ("floor reflectance", "reflects 50 % of red"),
+        ("riser", "gloss of roughness 0.20"),
+        ("gloss 0.2", "0 (a mirror)"),
         ("square r", "25 %"),
         ("rgb\n", "see \"rgb banks\""),
         ("#steelblue", "linear light"),

@@ -442,7 +442,7 @@ fn units(before: &str, word: &str) -> impl Iterator<Item = String> {
         "tolerance" => &["%", " steps"],
         "depth" => &["%"],
         "haze" => &["m", "ft", "/m"],
-        "forward" | "albedo" => &[],
+        "forward" | "albedo" | "gloss" => &[],
         "at" | "aim" | "from" | "to" | "radius" | "scale" => LENGTHS,
         last if last.ends_with(',') && !before.starts_with("cue") => LENGTHS,
         _ => &["%"],
@@ -523,6 +523,9 @@ mod tests {
         offers("haze 60m ", &["albedo", "forward"]);
         offers("haze 60m albedo 0.9", &[]);
         offers("haze 0.05/m f", &["forward"]);
+        offers("stage \"a.obj\" ma", &["matt"]);
+        offers("surface boards g", &["gloss"]);
+        offers("surface boards gloss 0.2", &[]);
         offers("preview { t", &["tolerance", "tone"]);
         offers("preview { tone ", &["filmic", "plain"]);
         offers("preview { gap ", &[]);

@@ -201,7 +201,7 @@ fn words(rule: Rule) -> &'static str {
 
 /// Keywords that a message asks for.
 const KEYWORDS: &str = "\
-    `aim` `at` `auto` `beam` `curve` `field` `fov` `from` `image` `layer` `lens` `level` `matt` `one-sided` \
+    `aim` `at` `auto` `beam` `curve` `field` `fov` `from` `gloss` `image` `layer` `lens` `level` `matt` `one-sided` \
     `radius` `reflectance` `repeat` `roll` `scale` `size` `slope` `time` `to` `turn` `up` `via`";
 
 /// The keyword of a rule such as `kw_aim` or `slope`; empty where no message asks for it.

@@ -209,7 +209,9 @@ impl Described {
         self.gloss_fault.is_none().then(|| Finish {
             roughness,
             metallic: metallic.or(share).unwrap_or(0.0),
-            normal: of("Ks").unwrap_or([unstated; 3]).map(|ks| ks * scale),
+            normal: of("Ks")
+                .unwrap_or([unstated; 3])
+                .map(|ks| ks.min(1.0) * scale),
         })
     }
 

@@ -66,7 +66,7 @@ impl<'a> Lower<'a, '_> {
             .and_then(|w| self.within(*w, Wanted::Number, (0.0, 1.0), range));
         let reflectance = match reflectances {
             // A stage's material keeps its own.
-            [] if gloss.is_some() && solids.is_empty() => None,
+            [] if Clause::find(clauses, "gloss").is_some() && solids.is_empty() => None,
             [] => {
                 let message = format!("the surface `{name}` has no reflectance");
                 let help = "add how much light it gives back: `reflectance 0.5`, or a colour";
