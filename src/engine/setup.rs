@@ -1,6 +1,8 @@
 //! Reads what a show renders from its files: scene, rig and view, as one [`Setup`].
 
 mod diagnostics;
+#[cfg(test)]
+mod gloss_test;
 mod luminaires;
 
 use std::f64::consts::PI;

@@ -296,8 +296,8 @@ impl Scene {
             .extend(polygons.map(|vertices| Polygon::new(vertices, material)));
     }
 
-    /// Gives every material called `name` this reflectance, a metal in its gloss; false when there is none, or when a
-    /// channel is outside 0..1 (nothing is changed then).
+    /// Gives every material called `name` this reflectance, a metal in its gloss; false when there is
+    /// none, or when a channel is outside 0..1 (nothing is changed then).
     pub fn set_reflectance(&mut self, name: &str, rgb: Rgb) -> bool {
         if !rgb.0.iter().all(|c| (0.0..=1.0).contains(c)) {
             return false;

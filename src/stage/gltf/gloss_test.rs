@@ -139,6 +139,22 @@ fn images_of_roughness_and_metalness_count_by_their_mean() {
 }
 
 #[test]
+fn numbers_out_of_range_refuse_no_stage() {
+    let smooth = pbr(r#","roughnessFactor":0,"metallicFactor":0"#);
+    for rest in [
+        format!(r#"{smooth},"extensions":{{"KHR_materials_ior":{{"ior":-1}}}}"#),
+        pbr(r#","roughnessFactor":1e39,"metallicFactor":0"#),
+    ] {
+        let found = import(&rest, &Options::default());
+        assert_eq!(found.scene.materials[0].gloss, None);
+        assert_eq!(
+            found.summary.left_out,
+            ["the gloss of `wall`: one of its numbers is out of range; it is matt"]
+        );
+    }
+}
+
+#[test]
 fn a_file_that_is_to_be_matt_keeps_its_colours() {
     let brass = pbr(r#","roughnessFactor":0.25"#);
     let matt = Options {

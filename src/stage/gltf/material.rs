@@ -220,11 +220,17 @@ fn finish(
             .0
             .map(|c| factor * f64::from(c))
     });
-    Ok(Finish {
+    let finish = Finish {
         roughness: rough * f64::from(factors.roughness_factor.0),
         metallic: metal * f64::from(factors.metallic_factor.0),
         normal: tint.map(|tint| tint * normal),
-    })
+    };
+    let [r, g, b] = finish.normal;
+    let is_finite = [finish.roughness, finish.metallic, r, g, b]
+        .iter()
+        .all(|number| number.is_finite());
+    let wrong = || "one of its numbers is out of range".to_owned();
+    is_finite.then_some(finish).ok_or_else(wrong)
 }
 
 fn is_unlit(described: &Described) -> bool {
