@@ -62,9 +62,12 @@ impl Source<'_> {
 #[derive(Clone, Debug, PartialEq)]
 struct Inputs {
     stages: Vec<(String, Options)>,
-    surfaces: Vec<(String, Option<Rgb>, Option<f64>, Vec<Solid>)>,
+    surfaces: Vec<SurfaceInput>,
     shapes: Vec<(String, Shape)>,
 }
+
+/// Name, reflectance, gloss and solids.
+type SurfaceInput = (String, Option<Rgb>, Option<f64>, Vec<Solid>);
 
 impl Inputs {
     fn of(show: &Show) -> Inputs {

@@ -137,7 +137,7 @@ fn solids_stand_on_lines_of_their_own_where_they_were() {
     );
     becomes(
         "stage \"hall.glb\" matt scale 1mm\nsurface floor gloss 0.2 reflectance #fff box from 0,0,0 to 1,1,1",
-        "stage \"hall.glb\"  matt  scale 1mm\nsurface floor  gloss 0.2  reflectance #fff\n    box  from 0, 0, 0  to 1, 1, 1\n",
+        "stage \"hall.glb\"  matt  scale 1mm\nsurface floor  gloss 0.2  reflectance #fff  box  from 0, 0, 0  to 1, 1, 1\n",
     );
     becomes(
         "surface t reflectance 0.5\n quad 0,0,0 1,0,0 1,1,0 0,1,0 two-sided\n box from 0,0,0 to 1,1,1 inside",

@@ -212,6 +212,12 @@ impl Spec {
     }
 }
 
+/// A word of the text however it is spaced and in whatever case.
+fn plain(text: &str) -> String {
+    let text = text.chars().filter(|c| !c.is_whitespace());
+    text.collect::<String>().to_lowercase()
+}
+
 impl<'a> Lower<'a, '_> {
     /// Lowers all lights, in order.
     pub fn lights(&mut self, lights: &[(&ast::Light<'a>, Span)]) {
@@ -339,7 +345,7 @@ impl<'a> Lower<'a, '_> {
             let text = self.text(word)?;
             if colour::is_colour(&text) {
                 spec.gel = Some(self.colour(word)?);
-                spec.written[1] = text.into_owned();
+                spec.written[1] = plain(&text);
             } else {
                 self.amount(word, spec)?
             }
@@ -393,7 +399,8 @@ impl<'a> Lower<'a, '_> {
         let unit = quantity::unit(&text);
         if unit == Ok(Unit::Kelvin) {
             spec.kelvin = Some(self.kelvin(word)?);
-            spec.written[0] = text.into_owned();
+            let number = plain(&text);
+            spec.written[0] = format!("{} K", number.trim_end_matches('k'));
             return Some(());
         }
         let form = spec.form.unwrap_or(&SPOT);
