@@ -195,7 +195,7 @@ pub fn cost(setup: &Setup, quality: Quality) -> Result<Cost, TransportError> {
     })
 }
 
-/// Which share of the view's pixels shows more than one surface, counted at one sample a pixel; of a
+/// Which share of the view's pixels shows more than one surface, on edges or in gloss, counted at one sample a pixel; of a
 /// large picture on a smaller one.
 fn mixed_share(surfaces: &Surfaces, view: &View) -> Result<f64, TransportError> {
     let pixels = (view.width * view.height) as f64;
@@ -221,7 +221,9 @@ fn mixed_share(surfaces: &Surfaces, view: &View) -> Result<f64, TransportError> 
         let (mut all, mut different) = (0.0_f64, 0.0);
         for (a, b) in pairs {
             all += 1.0;
-            different += f64::from(u8::from(differ(surfaces, [*a, *b])));
+            // A glossy pixel shows what stands before it too.
+            let is_mixed = differ(surfaces, [*a, *b]) || surfaces.lobe(*a).is_some();
+            different += f64::from(u8::from(is_mixed));
         }
         different / all.max(1.0)
     };
