@@ -113,7 +113,7 @@ fn what_cannot_be_drawn_says_what_could() {
     for (line, said) in [
         (
             "plot wram",
-            "there is no bank or group `wram`; did you mean `warm`?",
+            "there is no bank, group or head `wram`; did you mean `warm`?",
         ),
         ("plot side", "did you mean `sides`?"),
         ("plot spectrums", "did you mean `spectrum`?"),
