@@ -64,7 +64,7 @@ pub enum Verb {
     /// Write the sequence as numbered pictures, or as layers of an .exr
     #[command(after_help = "frames -o frames/####.png")]
     Frames(play::Frames),
-    /// Draw curves of banks and groups, or rig, keys, spectrum, basis, error
+    /// Draw curves of banks and groups, or rig, keys, spectrum, basis
     #[command(after_help = "plot -o curves.svg")]
     Plot(plot::Plot),
     /// The whole loop: pictures, plan, refined ones, page, cues, sheets
