@@ -60,7 +60,7 @@ struct Hung {
     address: Option<String>,
     /// CIE x, y, Y of the gel.
     colour: Option<[f64; 3]>,
-    /// What it is set to, degrees.
+    /// The angles that it is set to, degrees.
     zoom: Option<f64>,
     pan: Option<f64>,
     tilt: Option<f64>,

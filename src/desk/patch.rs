@@ -27,7 +27,7 @@ pub struct Slot {
     pub offset: usize,
     /// Two bytes, the higher first.
     pub fine: bool,
-    /// What is sent, from 0 to 1, where the value is 0 and where it is 1.
+    /// The parts of full that are sent where the value is 0 and where it is 1.
     pub ends: [f64; 2],
 }
 
@@ -227,10 +227,10 @@ impl Patch {
     }
 }
 
-/// What a line about `name` places, and where.
+/// The values that a line about `name` places, and where.
 ///
 /// # Errors
-/// What is wrong with the line, and what to write.
+/// A message that says what is wrong with the line, and what to write.
 fn placed<'t>(show: &Show, name: &str, rest: &[&'t str]) -> Result<Vec<Placed<'t>>, String> {
     let axis = |word: &str| Axis::ALL.into_iter().find(|axis| axis.word() == word);
     let heads = show.heads();

@@ -190,7 +190,7 @@ fn heads_are_sent_over_their_ranges() {
         at(last - 1.0).1,
         (65535.0 * 225.0 / 540.0_f64).round() as u16
     );
-    // What the head is given to is beyond what the fixture has.
+    // The head reaches further than the fixture.
     let wide = Patch::parse(&show, "mh pan 1/1 0 to 80 tilt 1/3 -45 to 135").unwrap();
     let mut frames = wide.dark();
     wide.fill(

@@ -60,7 +60,7 @@ use crate::unit_lights::UnitLights;
 use crate::{Quality, Setup, TransportError};
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
-use footlight_show::geometry::{Vec3, frame};
+use footlight_show::geometry::frame;
 use footlight_show::model::Haze;
 use footlight_stage::Light;
 use rayon::prelude::*;
@@ -377,13 +377,8 @@ impl FinalGather {
                     let lobe = self.surfaces.lobe(facet);
                     for (sum, emitter) in sums.iter_mut().zip(&emitters) {
                         let sample = emitter.sample(self.scene(), at, footprint, random);
-                        let way = |to: Vec3| (to - place).normalized();
-                        let weight = lobe
-                            .zip(emitter.middle(place))
-                            .map_or(1.0, |(lobe, middle)| {
-                                lobe.bounced(normal.dot(way(middle))) as f32
-                            });
-                        sum.add(sample, weight);
+                        let [weight, ..] = emitter.reflectance(lobe, (at, None), [1.0; 3]);
+                        sum.add(sample, weight as f32);
                     }
                 }
                 for (out, sum) in out.iter_mut().zip(&sums) {

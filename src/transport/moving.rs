@@ -339,20 +339,17 @@ impl MovingLights {
     /// What a place reflects of each channel.
     fn reflectance(&self, look: Look, facet: u32, point: Vec3, share: f64) -> [f64; 3] {
         let own = &self.surfaces.facets[facet as usize];
-        let tint = |facet| self.surfaces.lobe(facet).map_or([1.0; 3], |lobe| lobe.tint);
-        let sides = || footprint(&self.camera, point, own.normal, share);
-        match (look, self.surfaces.lobe(facet)) {
-            (Look::Gloss, _) => tint(facet),
-            (Look::Mirrored(mirror), _) => {
-                let tint = tint(mirror);
-                let found = self.surfaces.reflectance_at(own, point, || [Vec3::ZERO; 2]);
+        let (surfaces, eye) = (&self.surfaces, self.camera.origin);
+        match look {
+            Look::Gloss => surfaces.tint(facet),
+            Look::Mirrored(mirror) => {
+                let tint = surfaces.tint(mirror);
+                let found = surfaces.reflectance_at(own, point, || [Vec3::ZERO; 2]);
                 [0, 1, 2].map(|c| found[c] * tint[c])
             }
-            (Look::Matt, Some(lobe)) => {
-                let seen = (point, point - self.camera.origin);
-                self.surfaces.matt_at((own, lobe), seen, sides)
-            }
-            (Look::Matt, None) => self.surfaces.reflectance_at(own, point, sides),
+            Look::Matt => surfaces.reflectance_to(eye, (own, point), || {
+                footprint(&self.camera, point, own.normal, share)
+            }),
         }
     }
 

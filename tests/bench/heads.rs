@@ -1,4 +1,4 @@
-//! Frames a second of moving heads, on one thread: `cargo bench --bench heads`.
+//! Frames a second of moving heads, on one thread: `RAYON_NUM_THREADS=1 cargo bench --bench heads`.
 //!
 //! Eight narrow heads sweep over a small stage, 640x360, without haze and with it: milliseconds of a whole
 //! frame, the part of the heads' light, and the seconds of the pictures that come before.

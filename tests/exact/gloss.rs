@@ -5,7 +5,7 @@ use footlight_show::geometry::{Vec3, View, vec3};
 use footlight_show::units::Rgb;
 use footlight_stage::Gloss;
 use footlight_transport::radiosity::Radiosity;
-use footlight_transport::{Quality, Setup, Transport};
+use footlight_transport::{Setup, Transport};
 use std::f64::consts::{PI, TAU};
 
 const MIRROR: Gloss = Gloss {
@@ -186,18 +186,7 @@ fn wide() -> View {
 
 #[test]
 fn gloss_is_linear_in_the_lights() {
-    let room = stage();
-    let setup = Setup::new(room.scene.clone(), room.rig(), wide());
-    let mut operator = Radiosity.prepare(&setup, Quality(1), work()).unwrap();
-    let mix = [0.3, 1.7];
-    let settings = [vec![1.0, 0.0], vec![0.0, 1.0], mix.to_vec()];
-    let images = operator.render(&settings, work()).unwrap();
-    let [a, b, both] = [0, 1, 2].map(|i| images[i].data());
-    let most = both.iter().copied().fold(0.0, f32::max);
-    for ((a, b), both) in a.iter().zip(b).zip(both) {
-        let sum = mix[0] * f64::from(*a) + mix[1] * f64::from(*b);
-        assert!((sum - f64::from(*both)).abs() < 1e-6 * f64::from(most));
-    }
+    stage().assert_linear(&wide());
 }
 
 /// Measuring knows the gloss: the estimator's mean is the picture's.

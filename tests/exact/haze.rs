@@ -4,7 +4,7 @@ use crate::meter::{Room, work};
 use footlight_show::geometry::{Vec3, View, vec3};
 use footlight_show::model::Haze;
 use footlight_transport::radiosity::{MANY_POLYGONS, Radiosity};
-use footlight_transport::{Quality, Setup, Transport};
+use footlight_transport::{Setup, Transport};
 use std::f64::consts::PI;
 
 const HAZE: Haze = Haze {
@@ -120,21 +120,7 @@ fn a_wall_and_the_haze_before_it_meet_the_integral() {
 #[test]
 fn haze_is_linear_in_the_lights() {
     for side in [2, 51] {
-        let room = room(side);
-        let setup = Setup::new(room.scene.clone(), room.rig(), view());
-        let mut operator = Radiosity.prepare(&setup, Quality(1), work()).unwrap();
-        let mix = [0.3, 1.7];
-        let settings = [vec![1.0, 0.0], vec![0.0, 1.0], mix.to_vec()];
-        let images = operator.render(&settings, work()).unwrap();
-        let [a, b, both] = [0, 1, 2].map(|i| images[i].data());
-        let most = both.iter().copied().fold(0.0, f32::max);
-        for ((a, b), both) in a.iter().zip(b).zip(both) {
-            let sum = mix[0] * f64::from(*a) + mix[1] * f64::from(*b);
-            assert!(
-                (sum - f64::from(*both)).abs() < 1e-6 * f64::from(most),
-                "{side}"
-            );
-        }
+        room(side).assert_linear(&view());
     }
 }
 

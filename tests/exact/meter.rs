@@ -132,6 +132,21 @@ impl Room {
         red.collect()
     }
 
+    /// Asserts that the picture of a mixture of its two lights is that mixture of theirs.
+    pub fn assert_linear(&self, view: &View) {
+        let setup = Setup::new(self.scene.clone(), self.rig(), view.clone());
+        let mut operator = Radiosity.prepare(&setup, Quality(1), work()).unwrap();
+        let mix = [0.3, 1.7];
+        let settings = [vec![1.0, 0.0], vec![0.0, 1.0], mix.to_vec()];
+        let images = operator.render(&settings, work()).unwrap();
+        let [a, b, both] = [0, 1, 2].map(|i| images[i].data());
+        let most = both.iter().copied().fold(0.0, f32::max);
+        for ((a, b), both) in a.iter().zip(b).zip(both) {
+            let sum = mix[0] * f64::from(*a) + mix[1] * f64::from(*b);
+            assert!((sum - f64::from(*both)).abs() < 1e-6 * f64::from(most));
+        }
+    }
+
     /// Illuminance at the meter's points, on a wall of this reflectance.
     pub fn illuminances(&self, meter: &Meter, reflectance: f64, quality: u8) -> Vec<f64> {
         let radiances = self.radiances(&meter.view(), quality);

@@ -45,7 +45,7 @@ pub struct Fixture {
     pub rgb: [Option<(u16, Option<u16>)>; 3],
     /// It mixes colours in another way, or has more emitters.
     pub mixes_otherwise: bool,
-    /// What turns its head, and the angle of its field.
+    /// The channels that turn its head, and that of its field.
     pub pan: Option<Turn>,
     pub tilt: Option<Turn>,
     pub zoom: Option<Turn>,

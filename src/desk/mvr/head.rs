@@ -1,6 +1,6 @@
 //! Fixtures that turn their heads, as lights that move.
 //!
-//! GDTF turns a head about the axes of its own geometries, and a plan hangs the fixture anywhere. A
+//! GDTF turns a head about the axes of the fixture's geometries, and a plan hangs the fixture anywhere. A
 //! head of a show hangs level or stands: how its base is turned about the vertical goes into the range
 //! of its pan.
 

@@ -225,22 +225,16 @@ impl DirectLight<'_> {
         let footprint = || self.rays.sides(view, share);
         let reflectance = self.rays.reflectance(view, share);
         let here = Receiver::new(facet, place.point, scene.offset);
-        let lobe = scene
-            .surfaces
-            .lobe(place.facet)
-            .filter(|_| view.mirror == DARK);
-        let tint = scene
-            .surfaces
-            .lobe(view.mirror)
-            .map_or([1.0; 3], |lobe| lobe.tint);
+        let lobe = scene.surfaces.lobe(place.facet);
+        let lobe = lobe.filter(|_| view.mirror == DARK);
+        let tint = scene.surfaces.tint(view.mirror);
+        let seen = (here, Some(self.rays.camera.origin));
         let lights = self.emitters.iter().zip(sums).zip(levels).zip(ends);
         for (((emitter, sums), level), _) in lights.filter(|(_, end)| k < **end) {
             if emitter.is_of(facet.material) {
-                let seen = tint.map(|t| weight * t as f32);
-                sums.shining
-                    .iter_mut()
-                    .zip(seen)
-                    .for_each(|(sum, s)| *sum += s);
+                for (sum, tint) in sums.shining.iter_mut().zip(tint) {
+                    *sum += weight * tint as f32;
+                }
                 *level += weight;
             }
             if facet.is_black() {
@@ -248,13 +242,7 @@ impl DirectLight<'_> {
             }
             let sample = emitter.sample(scene, here, footprint, random);
             let colour = emitter.colour(random);
-            let reflects =
-                lobe.zip(emitter.middle(place.point))
-                    .map_or(reflectance, |(lobe, light)| {
-                        let eye = self.rays.camera.origin;
-                        let ways = [eye, light].map(|to| (to - place.point).normalized());
-                        lobe.seen_as(reflectance, here.normal, ways, emitter.is_point())
-                    });
+            let reflects = emitter.reflectance(lobe, seen, reflectance);
             let factors = [0, 1, 2].map(|k| weight * reflects[k] as f32 * colour[k]);
             for (sum, factor) in sums.channels.iter_mut().zip(factors) {
                 sum.add(sample, factor);

@@ -11,6 +11,7 @@ use crate::gather::lamp_patches::LampPatches;
 use crate::gather::ray_scene::RayScene;
 use crate::gather::sampling::cosine_direction;
 use crate::surfaces::facet::Facet;
+use crate::surfaces::lobe::Lobe;
 use crate::surfaces::surface::Surfaces;
 use arrayvec::ArrayVec;
 use footlight_show::geometry::Vec3;
@@ -146,8 +147,30 @@ impl<'a> Emitter<'a> {
             .collect()
     }
 
+    /// Reflectance of a glossy place for this light, given that for light from all sides: to an eye that
+    /// sees it, with the highlight of a point, or to all sides.
+    pub fn reflectance(
+        &self,
+        lobe: Option<&Lobe>,
+        (at, eye): (Receiver, Option<Vec3>),
+        reflectance: [f64; 3],
+    ) -> [f64; 3] {
+        let Some((lobe, middle)) = lobe.zip(self.middle(at.point)) else {
+            return reflectance;
+        };
+        let way = |to: Vec3| (to - at.point).normalized();
+        let light = way(middle);
+        let Some(eye) = eye.map(way) else {
+            let bounced = lobe.bounced(at.normal.dot(light));
+            return reflectance.map(|r| r * bounced);
+        };
+        // Rays meet what is no point.
+        let is_point = matches!(self, Emitter::Point(..));
+        lobe.seen_as(reflectance, at.normal, [eye, light], is_point)
+    }
+
     /// Where it stands as seen from a point; `None` where its light comes from many sides.
-    pub fn middle(&self, from: Vec3) -> Option<Vec3> {
+    fn middle(&self, from: Vec3) -> Option<Vec3> {
         match self {
             Emitter::Point(beam, _) => Some(beam.position),
             Emitter::Area(AreaLight { ball, .. }) => {
@@ -156,11 +179,6 @@ impl<'a> Emitter<'a> {
             }
             Emitter::Patches(_) => None,
         }
-    }
-
-    /// Is it a point, which no ray meets?
-    pub fn is_point(&self) -> bool {
-        matches!(self, Emitter::Point(..))
     }
 
     /// Is this the material of the panel that shines?

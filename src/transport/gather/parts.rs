@@ -4,9 +4,7 @@
 //! pixel on an edge is as free of noise as its neighbours, and one behind gauze shows both the gauze
 //! and what lies behind it. This module depends on geometry alone.
 
-#[cfg(test)]
-use crate::gather::ray_scene::DARK;
-use crate::gather::ray_scene::SurfacePoint;
+use crate::gather::ray_scene::{SurfacePoint, View};
 use crate::surfaces::facet::Facet;
 use crate::surfaces::lists::Lists;
 use crate::surfaces::surface::Surfaces;
@@ -151,10 +149,8 @@ fn is_one_surface(a: &Facet, b: &Facet) -> bool {
 /// A place that a sample of a pixel shows.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
-    pub place: SurfacePoint,
+    pub view: View,
     pub hit: Hit,
-    /// Metres of the way from the eye.
-    pub length: f64,
 }
 
 /// Groups samples of a pixel by surface: those of one material, about one direction, within `thickness`
@@ -169,16 +165,19 @@ pub fn by_surface(
     // The material of the mirror that it is seen in.
     let mirror = |hit: Hit| surfaces.facets.get(hit.mirror as usize).map(|f| f.material);
     for sample in samples {
-        let own = facet(sample.place);
+        let own = facet(sample.view.place);
         let is_same = |group: &&mut Vec<Sample>| {
-            let first = group[0].place;
+            let first = group[0].view.place;
             if mirror(group[0].hit) != mirror(sample.hit) {
                 return false;
             }
             let other = facet(first);
-            let heights = [own.height(first.point), other.height(sample.place.point)];
+            let heights = [
+                own.height(first.point),
+                other.height(sample.view.place.point),
+            ];
             let height = heights[0].abs().min(heights[1].abs());
-            first.facet == sample.place.facet
+            first.facet == sample.view.place.facet
                 || is_one_surface(own, other) && height <= thickness(&group[0])
         };
         match groups.iter_mut().find(is_same) {
@@ -192,6 +191,7 @@ pub fn by_surface(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gather::ray_scene::DARK;
     use crate::surfaces::rectangle;
     use footlight_show::geometry::vec3;
 
@@ -199,14 +199,18 @@ mod tests {
         assert!(surfaces.facets[facet].height(point).abs() < 1e-9);
         let facet = facet as u32;
         Sample {
-            place: SurfacePoint { facet, point },
+            view: View {
+                place: SurfacePoint { facet, point },
+                mirror: DARK,
+                share: 1.0,
+                length: 1.0,
+            },
             hit: Hit {
                 facet,
                 mirror: DARK,
                 sample: 0,
                 opacity: u16::MAX,
             },
-            length: 1.0,
         }
     }
 

@@ -183,12 +183,12 @@ impl PathEstimator {
             return [f64::NAN; 3];
         }
         let length = distance * way.length();
-        if let Some(haze) = self.surfaces.haze {
-            let airlight = Airlight {
-                scene,
-                haze,
-                nodes: 1,
-            };
+        let nodes = 1;
+        let airlight = self
+            .surfaces
+            .haze
+            .map(|haze| Airlight { scene, haze, nodes });
+        if let Some(airlight) = airlight {
             let own = (way, distance);
             for source in sources {
                 let scattered =
@@ -202,9 +202,7 @@ impl PathEstimator {
         {
             let (end, distance) = scene.shoot(place, way);
             let mut weight = [0, 1, 2].map(|c| weight[c] * share * lobe.tint[c]);
-            if let Some(haze) = self.surfaces.haze {
-                let nodes = 1;
-                let airlight = Airlight { scene, haze, nodes };
+            if let Some(airlight) = airlight {
                 let sight = Sight {
                     eye: place.point,
                     way,
@@ -272,31 +270,18 @@ impl PathEstimator {
                 None => frame(facet.normal).map(|axis| axis * side),
             };
             let lobe = self.surfaces.lobe(place.facet);
-            let gloss = eye.zip(lobe);
-            let reflectance = match gloss {
-                Some((eye, lobe)) => {
-                    let seen = (place.point, place.point - eye);
-                    self.surfaces.matt_at((facet, lobe), seen, sides)
-                }
+            let reflectance = match eye {
+                Some(eye) => self
+                    .surfaces
+                    .reflectance_to(eye, (facet, place.point), sides),
                 None => self.surfaces.reflectance_at(facet, place.point, sides),
             };
             let at = Receiver::new(facet, place.point, self.offset);
-            let reflects = |emitter: &Emitter<'_>| {
-                let Some((lobe, middle)) = lobe.zip(emitter.middle(place.point)) else {
-                    return reflectance;
-                };
-                let way = |to: Vec3| (to - place.point).normalized();
-                let light = way(middle);
-                match eye.map(way) {
-                    Some(eye) => {
-                        let ways = [eye, light];
-                        lobe.seen_as(reflectance, at.normal, ways, emitter.is_point())
-                    }
-                    None => reflectance.map(|r| r * lobe.bounced(at.normal.dot(light))),
-                }
-            };
+            let reflects =
+                |emitter: &Emitter<'_>| emitter.reflectance(lobe, (at, eye), reflectance);
             let highest = reflectance.into_iter().fold(0.0, f64::max);
-            if highest == 0.0 && gloss.is_none() {
+            let has_highlight = eye.is_some() && lobe.is_some();
+            if highest == 0.0 && !has_highlight {
                 break;
             }
             expect(&mut expected, at);

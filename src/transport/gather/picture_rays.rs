@@ -193,14 +193,13 @@ impl PictureRays<'_> {
     /// How many samples a pixel has, and what they show by surface.
     fn split(&self, seen: &[u32], pixel: usize) -> (u32, Vec<Vec<Sample>>) {
         let sample = |view: View, k: u32| Sample {
-            place: view.place,
+            view,
             hit: Hit {
                 facet: view.place.facet,
                 mirror: view.mirror,
                 sample: k as u16,
                 opacity: (view.share * f64::from(u16::MAX)).round() as u16,
             },
-            length: view.length,
         };
         if let Some(facet) = self.sole_facet(seen, pixel) {
             let place = |k| sample(self.view(pixel, k, [facet, DARK], 1.0), k);
@@ -211,7 +210,7 @@ impl PictureRays<'_> {
         let views = |k: u32| self.views(pixel, k).map(move |view| sample(view, k));
         let samples = (0..self.step.edge).flat_map(views);
         let surfaces = self.scene.surfaces;
-        let groups = by_surface(surfaces, samples, |s| self.footprint(s.length));
+        let groups = by_surface(surfaces, samples, |s| self.footprint(s.view.length));
         (self.step.edge, groups)
     }
 
@@ -321,13 +320,13 @@ impl PictureRays<'_> {
             |s: &Sample| s.hit.facet == first.hit.facet && s.hit.opacity == first.hit.opacity;
         let is_plain = !is_mirrored && samples.len() as u32 == count && samples.iter().all(is_like);
         let share = samples.iter().map(|s| s.hit.share()).sum::<f32>() / count as f32;
-        let own = facet(first.place);
+        let own = facet(first.view.place);
         let rays = self.step.rays_of_part(share, is_mirrored);
         let place = |ray: u32| {
             if is_plain {
                 self.on_facet(pixel, ray, first.hit.facet)
             } else {
-                samples[ray as usize % samples.len()].place
+                samples[ray as usize % samples.len()].view.place
             }
         };
         let ray = |ray: u32| {
@@ -343,9 +342,9 @@ impl PictureRays<'_> {
         let near: f64 = landings.iter().map(Landing::nearness).sum();
         let (mut middle, mut normal, mut length) = (Vec3::ZERO, Vec3::ZERO, 0.0);
         for sample in samples {
-            middle += sample.place.point;
-            length += sample.length / samples.len() as f64;
-            normal += facet(sample.place).normal_at(sample.place.point);
+            middle += sample.view.place.point;
+            length += sample.view.length / samples.len() as f64;
+            normal += facet(sample.view.place).normal_at(sample.view.place.point);
         }
         let middle = middle / samples.len() as f64;
         // In corners too, where light changes over less than a pixel, neighbours share what they have.
@@ -386,20 +385,17 @@ impl PictureRays<'_> {
     /// Reflectance to the eye of the matt part of what a view shows, averaged over a part of a pixel.
     pub fn reflectance(&self, view: View, share: f64) -> [f64; 3] {
         let surfaces = self.scene.surfaces;
-        let View { place, mirror, .. } = view;
-        let facet = &surfaces.facets[place.facet as usize];
+        let SurfacePoint { facet, point } = view.place;
+        let facet = &surfaces.facets[facet as usize];
         let sides = || self.sides(view, share);
-        if let Some(lobe) = surfaces.lobe(mirror) {
-            let found = surfaces.reflectance_at(facet, place.point, sides);
-            return [0, 1, 2].map(|c| found[c] * lobe.tint[c]);
+        if view.mirror == DARK {
+            return surfaces.reflectance_to(self.camera.origin, (facet, point), sides);
         }
-        match surfaces.lobe(place.facet) {
-            None => surfaces.reflectance_at(facet, place.point, sides),
-            Some(lobe) => {
-                let way = place.point - self.camera.origin;
-                surfaces.matt_at((facet, lobe), (place.point, way), sides)
-            }
-        }
+        let (found, tint) = (
+            surfaces.reflectance_at(facet, point, sides),
+            surfaces.tint(view.mirror),
+        );
+        [0, 1, 2].map(|c| found[c] * tint[c])
     }
 
     /// Mean reflectance to the eye of what samples of a pixel show; `None` where it is the facet's.
@@ -417,13 +413,7 @@ impl PictureRays<'_> {
         let count = some.len() as f64;
         let mut sum = [0.0; 3];
         for sample in some {
-            let view = View {
-                place: sample.place,
-                mirror: sample.hit.mirror,
-                share: 1.0,
-                length: sample.length,
-            };
-            let found = self.reflectance(view, 1.0 / first as f64);
+            let found = self.reflectance(sample.view, 1.0 / first as f64);
             sum.iter_mut().zip(found).for_each(|(s, r)| *s += r);
         }
         Some(sum.map(|s| (s / count) as f32))

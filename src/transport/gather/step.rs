@@ -195,7 +195,8 @@ pub fn cost(setup: &Setup, quality: Quality) -> Result<Cost, TransportError> {
     })
 }
 
-/// Which share of the view's pixels shows more than one surface, on edges or in gloss, counted at one sample a pixel; of a
+/// Which share of the view's pixels shows more than one surface, on edges or in gloss, counted at one
+/// sample a pixel; of a
 /// large picture on a smaller one.
 fn mixed_share(surfaces: &Surfaces, view: &View) -> Result<f64, TransportError> {
     let pixels = (view.width * view.height) as f64;

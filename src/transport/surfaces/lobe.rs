@@ -2,8 +2,8 @@
 //!
 //! Microfacets with normals distributed after Trowbridge and Reitz (GGX), their shadowing after Smith, to
 //! the light and to the eye by themselves (Walter, Marschner, Li and Torrance, *Microfacet Models for
-//! Refraction through Rough Surfaces*, 2007); directions by visible normals (Dupuy and Benyoub, *Sampling Visible GGX Normals with Spherical
-//! Caps*, 2023). Fresnel's formula is exact for what is no metal, Schlick's for metals. The matt part gets
+//! Refraction through Rough Surfaces*, 2007); directions by visible normals (Dupuy and Benyoub, *Sampling
+//! Visible GGX Normals with Spherical Caps*, 2023). Fresnel's formula is exact for what is no metal, Schlick's for metals. The matt part gets
 //! what the lobe leaves, both from the light and to the eye: `(1 - A(v)) (1 - A(l)) / (1 - mean A)`, with
 //! `A` the share of light that the lobe reflects (Kelemen and Szirmay-Kalos 2001), so that no surface
 //! returns more than it gets. This module does not depend on scenes.
@@ -16,7 +16,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Angles at which the lobe's share is known, evenly spaced in the cosine.
 const ANGLES: usize = 64;
-/// Samples of each, a square of so many.
+/// Side of the square of samples of each.
 const SIDE: usize = 24;
 /// Widths of the lobe below which it is a mirror.
 const MIRROR: f64 = 1e-4;

@@ -148,15 +148,24 @@ impl Surfaces {
         self.lobes.get(own.material)?.as_ref()
     }
 
-    /// The matt reflectance of what is glossy, at a point of a facet that is seen in a way.
-    pub fn matt_at(
+    /// The colour of what is seen in a facet as in a mirror; white of none.
+    pub fn tint(&self, mirror: u32) -> [f64; 3] {
+        self.lobe(mirror).map_or([1.0; 3], |lobe| lobe.tint)
+    }
+
+    /// Reflectance at a point of a facet to an eye that sees it itself, averaged over a parallelogram of
+    /// these sides: of what is glossy the matt part's.
+    pub fn reflectance_to(
         &self,
-        (facet, lobe): (&Facet, &Lobe),
-        (point, way): (Vec3, Vec3),
+        eye: Vec3,
+        (facet, point): (&Facet, Vec3),
         footprint: impl FnOnce() -> [Vec3; 2],
     ) -> [f64; 3] {
+        let Some(lobe) = self.lobes.get(facet.material).and_then(Option::as_ref) else {
+            return self.reflectance_at(facet, point, footprint);
+        };
         let matt = self.texture_at(facet, point, footprint);
-        let cosine = -facet.normal_at(point).dot(way.normalized());
+        let cosine = facet.normal_at(point).dot((eye - point).normalized());
         lobe.matt_to(matt.unwrap_or(lobe.matt), cosine.max(0.0))
     }
 

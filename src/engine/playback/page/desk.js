@@ -177,7 +177,7 @@ function buildCues() {
 }
 
 let pictured = 0;
-/// Draws the next cues, complete, into their rows, for so many milliseconds at most. The picture itself
+/// Draws the next cues, complete, into their rows, within these milliseconds. The picture itself
 /// must be drawn again before it is seen.
 function drawThumbnails(milliseconds) {
   const until = performance.now() + milliseconds;
