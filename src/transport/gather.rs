@@ -46,7 +46,7 @@ use crate::gather::emitter::{Emitter, Receiver, SampleSum};
 use crate::gather::first_bounce::FirstBounces;
 use crate::gather::irradiance_filter::{even_out, filter};
 use crate::gather::lamp_patches::{KernelBounds, LampPatches, MOST_BOUNCES, Met};
-use crate::gather::parts::Parts;
+use crate::gather::parts::{Look, Parts};
 use crate::gather::picture_rays::PictureRays;
 use crate::gather::ray_scene::{RayScene, SurfacePoint};
 use crate::gather::sampling::{hash, point};
@@ -324,7 +324,7 @@ impl FinalGather {
         };
         let ends = |pixel: usize| {
             let parts = self.parts.pixels.get(pixel).iter();
-            let seen = parts.filter(|part| !part.is_mirrored);
+            let seen = parts.filter(|part| part.look == Look::Matt);
             seen.map(|part| {
                 let (facet, point) = (part.facet, part.point);
                 (part.share, SurfacePoint { facet, point })

@@ -280,7 +280,7 @@ impl MovingLights {
             };
             let way = self.camera.ray(x as f64 + u, y as f64 + v);
             let random = point(k as u32, !seed);
-            for view in scene.views(self.camera.origin, way, random) {
+            for view in scene.views((self.camera.origin, way), random, |_| true) {
                 self.add_view(view, heads, &mut seen);
             }
         }

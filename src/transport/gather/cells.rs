@@ -26,6 +26,10 @@ use std::ops::Range;
 pub const CAMERA_RAY: u32 = 16;
 /// Points of a cell that only rays of cells end in, as a share.
 const LATER_POINTS: f64 = 0.5;
+/// Side of a cell that rays over the hemisphere end in, as a share of their length.
+pub const HEMISPHERE: f64 = 0.5;
+/// Rays of a lobe may end in cells of this share of the least side.
+const FINER: f64 = 0.25;
 /// Bounces after which new cells are no longer evaluated.
 const GENERATIONS: usize = 6;
 /// Points that one task works on.
@@ -68,6 +72,14 @@ impl Landing {
         distance: f32::INFINITY,
         passed: 0,
     };
+
+    /// Counts all light of lamps' patches.
+    pub fn past_all_bounds(self) -> Landing {
+        Landing {
+            passed: KernelBounds::MOST,
+            ..self
+        }
+    }
 
     /// One over the ray's length, at least a millimetre.
     pub fn nearness(&self) -> f64 {
@@ -150,7 +162,7 @@ impl CellSettings {
         scene: RayScene<'_>,
         from: SurfacePoint,
         way: Vec3,
-        cosine: f64,
+        (cosine, width): (f64, f64),
         random: [f64; 4],
     ) -> Landing {
         let (place, distance) = scene.shoot(from, way);
@@ -164,9 +176,9 @@ impl CellSettings {
         let facet = &scene.surfaces.facets[place.facet as usize];
         let kernel = cosine * -way.dot(facet.normal) / (distance * distance);
         let [least, most] = self.sides;
-        // Half the ray's length, within the limits.
-        let level = (0.5 * distance / least)
-            .clamp(1.0, most / least)
+        let finest = if width < HEMISPHERE { FINER } else { 1.0 };
+        let level = (width * distance / least)
+            .clamp(finest, most / least)
             .log2()
             .floor();
         let side = least * level.exp2();
@@ -178,7 +190,7 @@ impl CellSettings {
         let key = Key::new(
             [index(moved.x), index(moved.y), index(moved.z)],
             facet.material as u32,
-            direction(facet.normal) | (level as u32) << 8,
+            direction(facet.normal) | (level as i32 as u32) << 8,
         );
         let way = place.point - facet.vertices[0];
         Landing {
@@ -408,7 +420,13 @@ impl<'a> CellFinder<'a> {
                 for ray in 0..count as u32 {
                     let way = cosine_direction(normal, point(ray, seed));
                     let ([u, v], [w, x]) = (point(ray, seed ^ 0x99), point(ray, seed ^ 0x77));
-                    out.push(settings.land(scene, place, way, way.dot(normal), [u, v, w, x]));
+                    out.push(settings.land(
+                        scene,
+                        place,
+                        way,
+                        (way.dot(normal), HEMISPHERE),
+                        [u, v, w, x],
+                    ));
                 }
             }
             Ok(out)

@@ -1,10 +1,10 @@
 //! Direct light in pixels and their parts: more samples where the first ones differ.
 
 use crate::gather::BLOCK;
-use crate::gather::emitter::{Emitter, Receiver, SampleSum};
-use crate::gather::parts::Parts;
+use crate::gather::emitter::{Emitter, LobeRay, Receiver, SampleSum};
+use crate::gather::parts::{Look, Parts};
 use crate::gather::picture_rays::PictureRays;
-use crate::gather::ray_scene::{DARK, View};
+use crate::gather::ray_scene::{DARK, SurfacePoint, View};
 use crate::gather::sampling::point;
 use crate::gather::step::{GatherStep, more_pixels};
 use footlight_host::work::{Cancelled, Work};
@@ -195,6 +195,7 @@ impl DirectLight<'_> {
         let mut add =
             |view, weight| self.add_view((view, weight), random, (sums, &mut levels), (k, ends));
         match self.unit {
+            Unit::Part if self.parts.all()[unit].look == Look::Gloss => return,
             Unit::Part => {
                 let view = self.rays.on_part(self.parts, unit, pixel, u32::from(k));
                 add(view, view.share as f32);
@@ -207,6 +208,23 @@ impl DirectLight<'_> {
         for (sums, level) in sums.iter_mut().zip(levels) {
             sums.level += level;
             sums.square += level * level;
+        }
+    }
+
+    /// A ray by the lobe of a place.
+    fn lobe_ray(&self, place: SurfacePoint, [u, v]: [f64; 2]) -> LobeRay {
+        // The same pair turned by half the square is another even pair.
+        let random = [(u + 0.5).fract(), (v + 0.5).fract()];
+        let scene = self.rays.scene;
+        let normal = scene.surfaces.facets[place.facet as usize].normal;
+        let reflected = scene.reflected(place, self.rays.camera.origin, random);
+        let ends = |(way, _)| scene.layers(place.point + normal * scene.offset, way);
+        let (way, weight) = reflected.unwrap_or((normal, 0.0));
+        LobeRay {
+            place,
+            way,
+            weight,
+            ends: reflected.map(ends).unwrap_or_default(),
         }
     }
 
@@ -228,7 +246,10 @@ impl DirectLight<'_> {
         let lobe = scene.surfaces.lobe(place.facet);
         let lobe = lobe.filter(|_| view.mirror == DARK);
         let tint = scene.surfaces.tint(view.mirror);
-        let seen = (here, Some(self.rays.camera.origin));
+        let eye = self.rays.camera.origin;
+        let seen = (here, Some(eye));
+        let wide = lobe.filter(|lobe| lobe.is_wide());
+        let ray = wide.map(|lobe| (lobe, self.lobe_ray(place, random)));
         let lights = self.emitters.iter().zip(sums).zip(levels).zip(ends);
         for (((emitter, sums), level), _) in lights.filter(|(_, end)| k < **end) {
             if emitter.is_of(facet.material) {
@@ -246,6 +267,15 @@ impl DirectLight<'_> {
             let factors = [0, 1, 2].map(|k| weight * reflects[k] as f32 * colour[k]);
             for (sum, factor) in sums.channels.iter_mut().zip(factors) {
                 sum.add(sample, factor);
+            }
+            if let Some(((lobe, ray), end)) = ray.as_ref().zip(sample.end) {
+                let way = (eye - place.point).normalized();
+                let light = emitter.in_gloss(scene, (*lobe, here.normal, way), &end, ray);
+                let light = weight * light as f32;
+                for (sum, tint) in sums.shining.iter_mut().zip(lobe.tint) {
+                    *sum += light * tint as f32;
+                }
+                *level += light;
             }
             if sample.visible > 0.0 {
                 let highest = factors.iter().copied().fold(0.0, f32::max);
@@ -332,8 +362,8 @@ impl DirectLight<'_> {
 impl DirectLight<'_> {
     /// True of a pixel that shows something in a glossy surface: few of its samples may meet what is bright.
     fn is_mirrored(&self, unit: usize) -> bool {
-        let own = || self.parts.pixels.get(unit);
-        self.unit == Unit::Pixel && own().iter().any(|part| part.is_mirrored)
+        let own = || self.parts.pixels.get(unit).iter();
+        self.unit == Unit::Pixel && own().any(|part| part.look == Look::Mirrored)
     }
 
     /// About the standard deviation of a sample of each unit, as a share of its pixel: that of its first

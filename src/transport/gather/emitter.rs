@@ -8,7 +8,7 @@ use crate::direct::beam::Beam;
 use crate::direct::lambert::closed_form;
 use crate::direct::projector::Projector;
 use crate::gather::lamp_patches::LampPatches;
-use crate::gather::ray_scene::RayScene;
+use crate::gather::ray_scene::{MOST_LAYERS, RayScene, SurfacePoint};
 use crate::gather::sampling::cosine_direction;
 use crate::surfaces::facet::Facet;
 use crate::surfaces::lobe::Lobe;
@@ -87,6 +87,30 @@ pub struct Sample {
     pub sampled: f64,
     /// The same past what stands in the way.
     pub visible: f64,
+    /// The point of a panel that was sampled.
+    pub end: Option<PanelPoint>,
+}
+
+/// A point of a panel, as seen from a receiver.
+#[derive(Clone, Copy, Debug)]
+pub struct PanelPoint {
+    /// Unit direction.
+    way: Vec3,
+    /// Density of the direction, per steradian.
+    density: f64,
+    /// Square metres that points are chosen from.
+    area: f64,
+    /// Share of its light that nothing stops.
+    passed: f64,
+}
+
+/// A ray by the lobe of a glossy place.
+pub struct LobeRay {
+    pub place: SurfacePoint,
+    pub way: Vec3,
+    pub weight: f64,
+    /// What it meets, with the share of each that is seen.
+    pub ends: ArrayVec<(SurfacePoint, f64), MOST_LAYERS>,
 }
 
 /// Sums over samples of one light at several points, in single precision, as there is one for every
@@ -169,6 +193,35 @@ impl<'a> Emitter<'a> {
         lobe.seen_as(reflectance, at.normal, [eye, light], is_point)
     }
 
+    /// Radiance that the wide lobe of a place reflects of a panel: by the point of the panel that was
+    /// sampled and by a ray of the lobe, weighted by the balance heuristic.
+    pub fn in_gloss(
+        &self,
+        scene: RayScene<'_>,
+        (lobe, normal, eye): (&Lobe, Vec3, Vec3),
+        end: &PanelPoint,
+        ray: &LobeRay,
+    ) -> f64 {
+        let Emitter::Area(area) = self else {
+            return 0.0;
+        };
+        let light = lobe.value(normal, eye, end.way) * normal.dot(end.way) * end.passed;
+        let mut sum = light / (end.density + lobe.density(normal, eye, end.way));
+        let density = lobe.density(normal, eye, ray.way);
+        for (place, share) in &ray.ends {
+            if area.facets.binary_search(&(place.facet as usize)).is_err() {
+                continue;
+            }
+            let facet = &scene.surfaces.facets[place.facet as usize];
+            let way = place.point - ray.place.point;
+            let length = way.length();
+            let other = length.powi(3) / (end.area * -way.dot(facet.normal));
+            let passed = share * scene.clearness(length);
+            sum += passed * ray.weight * density / (density + other);
+        }
+        sum
+    }
+
     /// Where it stands as seen from a point; `None` where its light comes from many sides.
     fn middle(&self, from: Vec3) -> Option<Vec3> {
         match self {
@@ -244,6 +297,7 @@ impl<'a> Emitter<'a> {
                     unoccluded: light,
                     sampled: light,
                     visible: light,
+                    end: None,
                 }
             }
             Emitter::Point(beam, projector) => {
@@ -264,6 +318,7 @@ impl<'a> Emitter<'a> {
                     unoccluded: light,
                     sampled: light,
                     visible,
+                    end: None,
                 }
             }
         }
@@ -341,7 +396,14 @@ impl AreaLight {
             if cosine > 0.0 && away > 0.0 && square > 0.0 {
                 out.sampled = area * cosine * away / (square * square);
                 let end = (at.point + way, triangle.normal);
-                out.visible = out.sampled * scene.visibility((at.point, at.normal), end);
+                let passed = scene.visibility((at.point, at.normal), end);
+                out.visible = out.sampled * passed;
+                out.end = Some(PanelPoint {
+                    way: way / square.sqrt(),
+                    density: square * square.sqrt() / (area * away),
+                    area,
+                    passed,
+                });
             }
             return out;
         }
@@ -366,8 +428,16 @@ impl AreaLight {
         let way = end - point;
         let length = way.length();
         let (cosine, away) = (way.dot(normal) / length, -way.dot(triangle.normal));
+        let mut sampled = PanelPoint {
+            way: way / length,
+            density: 1.0,
+            area,
+            passed: 0.0,
+        };
         if cosine > 0.0 && away > 0.0 {
             let visible = scene.visibility((point, normal), (end, triangle.normal));
+            sampled.density = by_area(way, away);
+            sampled.passed = visible;
             sum += visible * cosine / (by_area(way, away) + cosine / PI);
         }
         // The same pair turned by half the square is another even pair.
@@ -387,6 +457,7 @@ impl AreaLight {
             unoccluded: sum,
             sampled: sum,
             visible: sum,
+            end: Some(sampled),
         }
     }
 

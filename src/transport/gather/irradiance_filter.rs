@@ -5,7 +5,7 @@
 //! neighbours, so that a gradient stays and only noise is evened out. Weights depend on geometry
 //! alone.
 
-use crate::gather::parts::{ALIKE, Part, Parts};
+use crate::gather::parts::{ALIKE, Look, Part, Parts};
 use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::{Vec3, frame};
 use nalgebra::{Matrix3, Vector3};
@@ -71,7 +71,8 @@ pub fn filter(
     let mut out = values.to_vec();
     let rows = parts.pixels.count() / columns.max(1);
     // Most of a glossy pixel's neighbours are passed over by this alone.
-    let materials: Vec<u32> = parts.all().iter().map(|part| part.material).collect();
+    let kind = |part: &Part| 2 * part.material + u32::from(part.look == Look::Gloss);
+    let kinds: Vec<u32> = parts.all().iter().map(kind).collect();
     let lines = parts.rows(columns, width, &mut out).into_par_iter();
     lines.enumerate().try_for_each(|(y, line)| {
         work.check()?;
@@ -84,12 +85,13 @@ pub fn filter(
                 };
                 near.clear();
                 let axes = frame(own.normal);
-                let step = if own.is_mirrored { MIRRORED_STEP } else { 1 };
+                let is_dim = own.look != Look::Matt;
+                let step = if is_dim { MIRRORED_STEP } else { 1 };
                 let pixels = around([x, y], [columns, rows], step);
                 for (at, fade) in pixels
                     .flat_map(|(pixel, fade)| parts.pixels.range(pixel).map(move |at| (at, fade)))
                 {
-                    if materials[at] != own.material {
+                    if kinds[at] != kind(own) {
                         continue;
                     }
                     let found = own.weight(axes, &parts.all()[at]);

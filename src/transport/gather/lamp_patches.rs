@@ -50,7 +50,7 @@ pub struct KernelBounds {
 impl KernelBounds {
     /// Bits of a number of passed bounds.
     const BITS: u32 = 4;
-    const MOST: u32 = (1 << KernelBounds::BITS) - 1;
+    pub const MOST: u32 = (1 << KernelBounds::BITS) - 1;
 
     /// Number of bounds that a ray of this kernel passes: bound `b` with the probability `(1 - b / G)+`.
     pub fn passed(self, kernel: f64, random: f64) -> u32 {

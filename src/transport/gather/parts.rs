@@ -36,8 +36,19 @@ pub struct Part {
     pub radius: f32,
     /// Metres of the way from the eye.
     pub length: f32,
-    /// True where it is seen in a glossy surface.
-    pub is_mirrored: bool,
+    /// How it is seen.
+    pub look: Look,
+}
+
+/// How a part of a pixel is seen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Look {
+    /// By the light that it reflects to all sides.
+    Matt,
+    /// In a glossy surface that is nearly a mirror.
+    Mirrored,
+    /// By the light that its own wide lobe reflects; panels and lamps excepted.
+    Gloss,
 }
 
 /// The part has neither a texture nor gloss, and is seen itself.
@@ -259,7 +270,7 @@ mod tests {
             material: 0,
             radius: 1.0,
             length: 1.0,
-            is_mirrored: false,
+            look: Look::Matt,
         };
         for count in [1, 0, 2, 3] {
             parts.pixels.push((0..count).map(|_| part));

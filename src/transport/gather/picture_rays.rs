@@ -5,14 +5,15 @@
 
 use crate::TransportError;
 use crate::direct::projector::pixel as footprint;
-use crate::gather::cells::{CAMERA_RAY, CellFinder, CellSettings, Landing};
+use crate::gather::cells::{CAMERA_RAY, CellFinder, CellSettings, HEMISPHERE, Landing};
 use crate::gather::lamp_patches::{KernelBounds, receiver_way};
-use crate::gather::parts::{Hit, NO_PAINT, Part, Parts, Sample, by_surface, differ};
+use crate::gather::parts::{Hit, Look, NO_PAINT, Part, Parts, Sample, by_surface, differ};
 use crate::gather::ray_scene::{DARK, RayScene, SurfacePoint, View};
 use crate::gather::sampling::{cosine_direction, morton, point};
 use crate::gather::step::GatherStep;
 use crate::memory::MemoryBudget;
 use crate::surfaces::camera::Camera;
+use crate::surfaces::lobe::Lobe;
 use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::{Vec3, frame};
 use rayon::prelude::*;
@@ -33,6 +34,7 @@ const SEED_WAY: u32 = 202;
 const SEED_CELL: u32 = 303;
 const SEED_BOUND: u32 = 404;
 const SEED_GLOSS: u32 = 505;
+const SEED_CHOICE: u32 = 606;
 
 /// The camera's rays.
 #[derive(Clone, Copy)]
@@ -106,7 +108,8 @@ impl PictureRays<'_> {
     /// All that sample `k` of a pixel shows.
     fn views(&self, pixel: usize, k: u32) -> impl Iterator<Item = View> {
         let (eye, way) = (self.camera.origin, self.way(pixel, k));
-        let views = self.scene.views(eye, way, self.random(pixel, k));
+        let random = self.random(pixel, k);
+        let views = self.scene.views((eye, way), random, |l| !l.is_wide());
         views.into_iter()
     }
 
@@ -126,7 +129,8 @@ impl PictureRays<'_> {
 
     /// Calls back for each view of sample `k` of a pixel.
     pub fn on_pixel(&self, parts: &Parts, pixel: usize, k: u32, mut each: impl FnMut(View)) {
-        let own = || parts.pixels.range(pixel);
+        let is_lit = |part: &usize| parts.all()[*part].look != Look::Gloss;
+        let own = || parts.pixels.range(pixel).filter(is_lit);
         let is_plain = own().all(|part| parts.hits.get(part).is_empty());
         if !is_plain && k >= self.step.edge {
             self.views(pixel, k).for_each(each);
@@ -174,7 +178,7 @@ impl PictureRays<'_> {
         let is_same = |seen: &[u32]| seen.iter().all(|other| *other == facet);
         let is_sole = is_same(&seen[pixel * first..][..first])
             && !self.scene.surfaces.is_sheet(facet)
-            && self.scene.surfaces.lobe(facet).is_none()
+            && self.scene.surfaces.lobe(facet).is_none_or(Lobe::is_wide)
             && rows.all(|y| {
                 let row = (y * width + columns.start) * first..(y * width + columns.end) * first;
                 let surfaces = self.scene.surfaces;
@@ -295,12 +299,67 @@ impl PictureRays<'_> {
             std::cmp::Reverse(group.iter().map(|s| u32::from(s.hit.opacity)).sum::<u32>())
         });
         let mut sent = 0;
-        let part = |group: Vec<Sample>| {
+        let parts = |group: Vec<Sample>| {
             let found = self.part(pixel, (&group, count), sent, settings);
             sent += found.part.rays;
-            found
+            let gloss = self.gloss(pixel, &found.part, &group, settings);
+            [Some(found), gloss].into_iter().flatten()
         };
-        groups.into_iter().map(part).collect()
+        groups.into_iter().flat_map(parts).collect()
+    }
+
+    /// Light that a part reflects by its wide lobe, from the cells that the lobe's rays end in.
+    fn gloss(
+        &self,
+        pixel: usize,
+        part: &Part,
+        samples: &[Sample],
+        settings: CellSettings,
+    ) -> Option<FoundPart> {
+        let lobe = self.scene.surfaces.lobe(part.facet);
+        let lobe = lobe.filter(|lobe| part.look == Look::Matt && lobe.is_wide())?;
+        let eye = self.camera.origin;
+        // Of twice as many directions, rays are sent in those of great weight: each stands for an equal
+        // share.
+        let tried = 2 * part.rays;
+        let direction = |k: u32| {
+            let place = samples[k as usize % samples.len()].view.place;
+            let random = point(self.index(pixel).wrapping_add(k), SEED_GLOSS);
+            let found = self.scene.reflected(place, eye, random);
+            found.map(|(way, weight)| (place, way, weight))
+        };
+        let directions: Vec<_> = (0..tried).filter_map(direction).collect();
+        let whole: f64 = directions.iter().map(|(.., weight)| weight).sum();
+        let [offset, _] = point(self.index(pixel), SEED_CHOICE);
+        let each = whole / f64::from(part.rays);
+        let width = HEMISPHERE.min(0.5 * lobe.spread());
+        let (mut passed, mut landings) = (0.0, Vec::with_capacity(part.rays as usize));
+        for (place, way, weight) in directions {
+            passed += weight;
+            while (landings.len() as f64 + offset) * each < passed
+                && landings.len() < part.rays as usize
+            {
+                let index = self.index(pixel).wrapping_add(landings.len() as u32);
+                let ([u, v], [w, x]) = (point(index, SEED_CELL), point(index, SEED_BOUND));
+                let landing = settings.land(self.scene, place, way, (1.0, width), [u, v, w, x]);
+                landings.push(landing.past_all_bounds());
+            }
+        }
+        let mean = whole / f64::from(tried);
+        let near: f64 = landings.iter().map(Landing::nearness).sum();
+        let least = LEAST_RADIUS * self.footprint(part.length.into());
+        let reach = self.step.filter * lobe.spread().min(1.0);
+        let radius = (reach * f64::from(part.rays) / near).max(least);
+        Some(FoundPart {
+            part: Part {
+                look: Look::Gloss,
+                radius: radius.min(1e6) as f32,
+                ..*part
+            },
+            hits: Vec::new(),
+            paint: Some(lobe.tint.map(|t| (t * mean) as f32)),
+            landings,
+        })
     }
 
     /// A part of a pixel from the samples that show it, and the number of all; `sent` rays have left other
@@ -336,7 +395,7 @@ impl PictureRays<'_> {
             let normal = facet.normal_at(place.point);
             let (way, cosine) = receiver_way(normal, facet.normal, point(index, SEED_WAY));
             let ([u, v], [w, x]) = (point(index, SEED_CELL), point(index, SEED_BOUND));
-            settings.land(self.scene, place, way, cosine, [u, v, w, x])
+            settings.land(self.scene, place, way, (cosine, HEMISPHERE), [u, v, w, x])
         };
         let landings: Vec<Landing> = (sent..sent + rays).map(ray).collect();
         let near: f64 = landings.iter().map(Landing::nearness).sum();
@@ -361,7 +420,11 @@ impl PictureRays<'_> {
                 material: own.material as u32,
                 radius: radius.min(1e6) as f32,
                 length: length as f32,
-                is_mirrored,
+                look: if is_mirrored {
+                    Look::Mirrored
+                } else {
+                    Look::Matt
+                },
             },
             hits: if is_plain {
                 Vec::new()

@@ -3,6 +3,7 @@
 //! This module does not depend on lights.
 
 use crate::gather::bvh::{Bvh, Hit};
+use crate::surfaces::lobe::Lobe;
 use crate::surfaces::surface::Surfaces;
 use arrayvec::ArrayVec;
 use footlight_show::geometry::Vec3;
@@ -11,7 +12,7 @@ use footlight_show::geometry::Vec3;
 pub const DARK: u32 = u32::MAX;
 
 /// Layers that a ray shows, at most: what lies behind more is seen by chance.
-const MOST_LAYERS: usize = 8;
+pub const MOST_LAYERS: usize = 8;
 /// Each may reflect one more.
 const MOST_VIEWS: usize = 2 * MOST_LAYERS;
 
@@ -140,9 +141,14 @@ impl RayScene<'_> {
         layers
     }
 
-    /// What is seen from `origin`: the layers, and in those that are glossy, by these random numbers, what
-    /// they reflect.
-    pub fn views(&self, origin: Vec3, way: Vec3, random: [f64; 2]) -> ArrayVec<View, MOST_VIEWS> {
+    /// What is seen from `origin`: the layers, and what the lobes that `shows` names reflect, by these
+    /// random numbers.
+    pub fn views(
+        &self,
+        (origin, way): (Vec3, Vec3),
+        random: [f64; 2],
+        shows: impl Fn(&Lobe) -> bool,
+    ) -> ArrayVec<View, MOST_VIEWS> {
         let mut views = ArrayVec::new();
         for (place, share) in self.layers(origin, way) {
             let length = (place.point - origin).length();
@@ -153,6 +159,9 @@ impl RayScene<'_> {
                 share,
                 length,
             });
+            if !self.surfaces.lobe(place.facet).is_some_and(&shows) {
+                continue;
+            }
             let Some((way, weight)) = self.reflected(place, origin, random) else {
                 continue;
             };

@@ -223,7 +223,8 @@ fn mixed_share(surfaces: &Surfaces, view: &View) -> Result<f64, TransportError> 
         for (a, b) in pairs {
             all += 1.0;
             // A glossy pixel shows what stands before it too.
-            let is_mixed = differ(surfaces, [*a, *b]) || surfaces.lobe(*a).is_some();
+            let is_mixed =
+                differ(surfaces, [*a, *b]) || surfaces.lobe(*a).is_some_and(|l| !l.is_wide());
             different += f64::from(u8::from(is_mixed));
         }
         different / all.max(1.0)

@@ -20,6 +20,8 @@ const ANGLES: usize = 64;
 const SIDE: usize = 24;
 /// Widths of the lobe below which it is a mirror.
 const MIRROR: f64 = 1e-4;
+/// Width from which a lobe blurs more than the cells of the radiosity cache do.
+const WIDE: f64 = 0.0225;
 
 /// The lobe of a material.
 #[derive(Clone, Debug)]
@@ -78,6 +80,16 @@ impl Lobe {
     /// True where it does not spread light.
     pub fn is_mirror(&self) -> bool {
         self.alpha < MIRROR
+    }
+
+    /// True where it blurs what it reflects: cells of the radiosity cache show that well enough.
+    pub fn is_wide(&self) -> bool {
+        self.alpha >= WIDE
+    }
+
+    /// Half of the angle that it spreads light over, about, radians.
+    pub fn spread(&self) -> f64 {
+        2.0 * self.alpha
     }
 
     /// Share of light that the lobe reflects, from a direction of this cosine.
@@ -192,12 +204,20 @@ impl Lobe {
             return 0.0;
         }
         let half = (eye + light).normalized();
+        let weight = self.passed(from) * self.fresnel(eye.dot(half).clamp(0.0, 1.0));
+        self.density(normal, eye, light) * weight / from
+    }
+
+    /// Density, per steradian, with which [`Lobe::reflect`] chooses `light`; 0 of a mirror.
+    pub fn density(&self, normal: Vec3, eye: Vec3, light: Vec3) -> f64 {
+        let to = normal.dot(eye);
+        if self.is_mirror() || to <= 0.0 {
+            return 0.0;
+        }
         let square = self.alpha * self.alpha;
-        let up = normal.dot(half);
+        let up = normal.dot((eye + light).normalized());
         let spread = up * up * (square - 1.0) + 1.0;
-        let density = square / (PI * spread * spread);
-        let passed = self.passed(to) * self.passed(from);
-        density * passed * self.fresnel(eye.dot(half).clamp(0.0, 1.0)) / (4.0 * to * from)
+        square / (PI * spread * spread) * self.passed(to) / (4.0 * to)
     }
 }
 
