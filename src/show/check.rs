@@ -1,9 +1,9 @@
-//! What follows from the curves alone, said in the designer's words.
+//! Diagnostics that follow from the curves alone, in the designer's words.
 //!
-//! `timeline` finds it without the text; this module turns its findings into diagnostics with
-//! places, numbers and help. Invariants: every finding of `timeline` becomes exactly one
-//! diagnostic, except that a move of several parameters is complained of once; findings keep
-//! their order. It must not compute curves of its own.
+//! `timeline` finds faults without the text; this module turns its findings into diagnostics with
+//! places, numbers and help. Invariants: every finding becomes exactly one diagnostic, except that
+//! a move of several parameters gives one in all; findings keep their order. This module computes
+//! no curves.
 
 use std::collections::BTreeSet;
 
@@ -13,18 +13,18 @@ use crate::model::{Axis, Head, Interpolation, Motion, Move, NodeId, Role, Show};
 use crate::timeline::{Timeline, TimelineError, TimelineWarning};
 use crate::units::{Time, percent};
 
-/// A show that was compiled and judged.
+/// A compiled and checked show.
 #[derive(Clone, Debug)]
 pub struct Checked {
-    /// The curves; `None` when there is an error among the diagnostics.
+    /// The curves; `None` when a diagnostic is an error.
     pub timeline: Option<Timeline>,
-    /// Errors, or the warnings of a show without any.
+    /// The errors; when there are none, the warnings.
     pub diagnostics: Vec<Diagnostic>,
-    /// How many warnings there are beside the first, which are kept.
+    /// Number of warnings beyond those kept.
     pub left_out: usize,
 }
 
-/// Compiles a show's curves and says what is wrong with them.
+/// Compiles a show's curves and reports what is wrong with them.
 pub fn check(show: &Show, spans: &SpanMap) -> Checked {
     let words = Words { show, spans };
     match Timeline::new(show) {
@@ -44,7 +44,7 @@ pub fn check(show: &Show, spans: &SpanMap) -> Checked {
     }
 }
 
-/// What findings are called in the show's own names.
+/// Words for findings in the show's own names.
 struct Words<'a> {
     show: &'a Show,
     spans: &'a SpanMap,
@@ -68,7 +68,7 @@ impl Words<'_> {
         out
     }
 
-    /// The first warnings, and how many there are beside them.
+    /// The first warnings, and the number left out.
     fn warnings(&self, warnings: &[TimelineWarning]) -> (Vec<Diagnostic>, usize) {
         let mut told = BTreeSet::new();
         let mut out = Vec::new();
@@ -338,7 +338,7 @@ impl Words<'_> {
         }
     }
 
-    /// The head and the axis that a parameter is.
+    /// Head and axis of a parameter.
     fn axis(&self, parameter: usize) -> Option<(Head, Axis)> {
         match self.show.parameters().get(parameter)?.role {
             Role::Pose(head, axis) => Some((*self.show.heads().get(head)?.1, axis)),
@@ -346,7 +346,7 @@ impl Words<'_> {
         }
     }
 
-    /// A parameter's value to read: a level in percent, or an angle in degrees.
+    /// Text of a parameter's value: a level in percent, or an angle in degrees.
     fn shown(&self, parameter: usize, value: f64) -> String {
         match self.axis(parameter) {
             Some((head, axis)) => rounded(head.degrees(axis, value) / 100.0),
@@ -370,7 +370,7 @@ impl Words<'_> {
         all.get(index).map_or_else(String::new, |c| c.name.clone())
     }
 
-    /// The written move; `None` for what `assert` and `cueonly` imply.
+    /// The written move; `None` for moves that `assert` and `cueonly` imply.
     fn find(&self, id: NodeId, parameter: usize) -> Option<&Move> {
         let parts = self.show.cues.iter().flat_map(|c| &c.parts);
         let mut moves = parts.flat_map(|p| &p.moves);
@@ -378,7 +378,7 @@ impl Words<'_> {
     }
 }
 
-/// A level to read, in percent: as few decimals as show on which side of out and full it lies.
+/// Text of a level in percent, with as few decimals as show on which side of out and full it lies.
 fn rounded(level: f64) -> String {
     let level = percent(level);
     let hides = |text: &str| {

@@ -16,14 +16,14 @@ use std::ops::{Add, AddAssign, Div, Index, Mul, Neg, Sub};
 
 pub use self::view::{Place, View, upright};
 
-/// The smaller of two numbers, the second where one is NaN: a single instruction, where `min` must
-/// look for NaN.
+/// The smaller of two numbers, or the second when one is NaN. It is a single instruction; `min` has
+/// to look for NaN.
 #[inline]
 pub fn smaller<T: PartialOrd>(a: T, b: T) -> T {
     if a < b { a } else { b }
 }
 
-/// The greater of two numbers, in the same way.
+/// The greater of two numbers, or the second when one is NaN.
 #[inline]
 pub fn greater<T: PartialOrd>(a: T, b: T) -> T {
     if a > b { a } else { b }
@@ -71,7 +71,7 @@ impl Vec3 {
         self.dot(self).sqrt()
     }
 
-    /// The unit vector of the same direction; zero stays zero.
+    /// The unit vector in this direction; zero stays zero.
     #[inline]
     pub fn normalized(self) -> Vec3 {
         let l = self.length();
@@ -169,14 +169,14 @@ impl Index<usize> for Vec3 {
     }
 }
 
-/// The least and the greatest coordinates of `points`: zero without any.
+/// The least and the greatest coordinates of `points`; zero without points.
 pub fn bounds(points: impl IntoIterator<Item = impl Borrow<Vec3>>) -> [Vec3; 2] {
     let mut points = points.into_iter().map(|p| *p.borrow());
     let first = points.next().unwrap_or_default();
     points.fold([first; 2], |[low, high], p| [low.min(p), high.max(p)])
 }
 
-/// The diagonal of the bounding box of `points`: zero without any.
+/// The diagonal of the bounding box of `points`; zero without points.
 pub fn diameter(points: impl IntoIterator<Item = impl Borrow<Vec3>>) -> f64 {
     let [low, high] = bounds(points);
     (high - low).length()
@@ -193,8 +193,7 @@ pub fn frame(normal: Vec3) -> [Vec3; 2] {
     [u, normal.cross(u)]
 }
 
-/// The faces of a block between two corners, the one below last: seen from outside, or from
-/// `within`.
+/// The faces of a box between two corners, the bottom last, seen from outside or from `within`.
 pub fn block([low, high]: [Vec3; 2], within: bool) -> [Vec<Vec3>; 6] {
     let corner = |i: u8| {
         let pick = |bit: u8, low: f64, high: f64| if i & bit == 0 { low } else { high };
@@ -221,7 +220,7 @@ pub fn block([low, high]: [Vec3; 2], within: bool) -> [Vec<Vec3>; 6] {
     })
 }
 
-/// The part of a convex polygon where `height`, which is linear, is not negative.
+/// The part of a convex polygon where the linear function `height` is not negative.
 pub fn part_above(polygon: &[Vec3], height: impl Fn(Vec3) -> f64) -> Vec<Vec3> {
     let mut out = Vec::with_capacity(polygon.len() + 1);
     for (a, b) in polygon.iter().zip(polygon.iter().cycle().skip(1)) {
@@ -236,8 +235,8 @@ pub fn part_above(polygon: &[Vec3], height: impl Fn(Vec3) -> f64) -> Vec<Vec3> {
     out
 }
 
-/// Twice the vector area of a polygon (Newell's method): its direction is the normal of the side
-/// from which the vertices run counter-clockwise, half its length the area.
+/// Twice the vector area of a polygon (Newell's method). It points to the side from which the
+/// vertices run counter-clockwise.
 pub fn newell(vertices: &[Vec3]) -> Vec3 {
     let next = vertices.iter().cycle().skip(1);
     vertices

@@ -1,4 +1,4 @@
-//! Mixing of bits: numbers that look random and are the same on every machine.
+//! Pseudo-random numbers that are the same on every machine.
 
 /// The step between the states of splitmix64: 2^64 over the golden ratio, made odd.
 pub const GOLDEN: u64 = 0x9e37_79b9_7f4a_7c15;

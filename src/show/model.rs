@@ -1,12 +1,12 @@
-//! The model of a show (the IR): what the text means, with no syntax and no spans in it.
+//! The model of a show (the IR): its meaning, without syntax and spans.
 //!
 //! `lang` lowers text to a [`Show`]; `timeline` turns it into curves. Names are resolved to
-//! indices; each statement that can be wrong later carries an opaque [`NodeId`], which `lang`'s
-//! span map turns back into a place. Invariants (kept by `lang`, relied upon elsewhere): indices
-//! are valid; cues are sorted by number, numbers unique; a parameter is moved at most once in a
-//! cue; levels are fractions of full, those of fades and knots within 0 to 1; path knots start at
-//! time 0 and increase strictly; durations are not negative; the last cue links to nothing; a cue
-//! that another one starts waits for GO; clock times do not fall from cue to cue.
+//! indices; each statement that can turn out wrong later carries an opaque [`NodeId`], which
+//! `lang`'s span map turns back into a place. Invariants (kept by `lang`, relied upon elsewhere):
+//! indices are valid; cues are sorted by number, numbers unique; a parameter is moved at most once
+//! in a cue; levels are fractions of full, those of fades and knots within 0 to 1; path knots start
+//! at time 0 and increase strictly; durations are not negative; the last cue links to nothing; a
+//! cue that another one starts waits for GO; clock times do not decrease from cue to cue.
 
 mod effect;
 mod fade;
@@ -27,7 +27,7 @@ use crate::geometry::solid::Solid;
 use crate::geometry::{self, Place, Vec3};
 use crate::units::{CueNumber, Rgb, Time, Tolerance, ToneCurve};
 
-/// Names a statement or a part of one; meaningful only to the span map made with the show.
+/// Identifies a statement or a part of one; meaningful only to the span map made with the show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct NodeId(pub u32);
 
@@ -36,21 +36,21 @@ pub struct NodeId(pub u32);
 pub struct Show {
     /// Its title.
     pub title: String,
-    /// What previews and plans aim for.
+    /// Settings of previews and plans.
     pub preview: Preview,
     /// Geometry files, in order.
     pub stages: Vec<Stage>,
-    /// Materials given or replaced in the show.
+    /// Materials declared or replaced in the show.
     pub surfaces: Vec<Surface>,
-    /// Haze in the air; `None` where the air is clear.
+    /// Haze in the air; `None` for clear air.
     pub haze: Option<Haze>,
-    /// The `haze` statement, where there is one.
+    /// The `haze` statement, if there is one.
     pub haze_id: Option<NodeId>,
     /// Cameras; the first is current.
     pub views: Vec<NamedView>,
     /// Luminaires.
     pub lights: Vec<Luminaire>,
-    /// Places where heads can aim.
+    /// Points where heads can aim.
     pub points: Vec<Point>,
     /// Banks, in order of declaration: the varying coordinates.
     pub banks: Vec<Bank>,
@@ -62,7 +62,7 @@ pub struct Show {
     pub looks: Vec<Look>,
     /// Named curves (fades and dimmers refer to them).
     pub curves: Vec<NamedCurve>,
-    /// What can be laid on levels (parts refer to them).
+    /// Effects, which parts refer to.
     pub effects: Vec<Effect>,
     /// Lighting changes, sorted by number.
     pub cues: Vec<Cue>,
@@ -73,21 +73,21 @@ pub struct Show {
 pub struct Preview {
     /// Error of the worst moment to refine to.
     pub tolerance: Tolerance,
-    /// Assumed wait between a cue's completion and the next GO where the text gives no time.
+    /// Assumed wait between a cue's completion and the next GO when the text gives no time.
     pub gap: Time,
     /// Frames a second.
     pub rate: f64,
     /// Exposure in stops; `None` = automatic over the whole sequence.
     pub exposure: Option<f64>,
-    /// Stops that are added to an automatic exposure.
+    /// Stops added to an automatic exposure.
     pub bias: f64,
-    /// The colour temperature that shows as white, kelvin; `None`: light as it is.
+    /// The colour temperature that shows as white, kelvin; `None` for no adaptation.
     pub white: Option<f64>,
-    /// How light becomes a displayed brightness.
+    /// Tone curve from light to displayed brightness.
     pub tone: ToneCurve,
-    /// Quality of coarse pictures, a step of G's scale.
+    /// Quality step of coarse images.
     pub coarse: u8,
-    /// Quality of refined pictures, a step of G's scale.
+    /// Quality step of refined images.
     pub refined: u8,
 }
 
@@ -114,29 +114,29 @@ pub struct Stage {
     pub id: NodeId,
     /// Path relative to the show's folder.
     pub path: String,
-    /// The file's own up axis is Z already (default: Y up, turned on the way in).
+    /// True when the file's up axis is Z (default: Y up, turned on reading).
     pub z_up: bool,
-    /// How large it is and where it stands.
+    /// Its scale and placement.
     pub place: Place,
-    /// Double-sided materials of a glTF file get a front only.
+    /// True when double-sided materials of a glTF file get a front only.
     pub one_sided: bool,
-    /// No material of it is glossy, whatever the file says.
+    /// True when no material is glossy, whatever the file says.
     pub matt: bool,
 }
 
-/// A material given in the show: replaces the stage's material of that name, or is the material of
-/// solids of its own.
+/// A material declared in the show: it replaces the stage's material of that name, or belongs to
+/// the show's own solids.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Surface {
     /// The statement.
     pub id: NodeId,
     /// The material's name.
     pub name: String,
-    /// Diffuse reflectance, linear, 0 to 1; `None` where the stage's stays.
+    /// Diffuse reflectance, linear, 0 to 1; `None` keeps the stage's.
     pub reflectance: Option<Rgb>,
-    /// Roughness of its gloss, 0 (a mirror) to 1; `None` where the stage's stays, or it is matt.
+    /// Roughness of its gloss, 0 (a mirror) to 1; `None` keeps the stage's, or means matt.
     pub gloss: Option<f64>,
-    /// What is made of it; none when it replaces.
+    /// Solids made of it; empty when it replaces a material.
     pub solids: Vec<Solid>,
 }
 
@@ -147,20 +147,20 @@ pub struct NamedView {
     pub id: NodeId,
     /// Its name.
     pub name: String,
-    /// The camera itself; only its size counts where it is `imported`.
+    /// The camera; only its size counts when `imported` is set.
     pub camera: geometry::View,
-    /// The name of a camera of the stage's files that it is.
+    /// Name of the camera in the stage's files.
     pub imported: Option<String>,
 }
 
-/// A named place where heads can aim.
+/// A named point where heads can aim.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
     /// The statement.
     pub id: NodeId,
     /// Its name.
     pub name: String,
-    /// The place, metres.
+    /// Its position, metres.
     pub at: Vec3,
 }
 
@@ -175,9 +175,9 @@ pub struct Bank {
     pub lights: Vec<usize>,
     /// Console channel.
     pub channel: Option<u32>,
-    /// Level to light.
+    /// The law from level to light.
     pub dimmer: Dimmer,
-    /// Three emitters: coordinates `NAME.r`, `NAME.g`, `NAME.b`.
+    /// True for three emitters: coordinates `NAME.r`, `NAME.g`, `NAME.b`.
     pub rgb: bool,
 }
 
@@ -227,7 +227,7 @@ pub struct Look {
     pub levels: Vec<(usize, f64)>,
 }
 
-/// How a curve runs between its knots; all are piecewise polynomials of degree at most 3.
+/// Interpolation of a curve between its knots; all are piecewise polynomials of degree at most 3.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
     /// Holds each value until the next knot. Degree 0, with jumps.
@@ -265,7 +265,7 @@ pub struct Knot {
 /// A function of time in absolute levels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Path {
-    /// How it runs between knots.
+    /// Interpolation between knots.
     pub interpolation: Interpolation,
     /// At least one, the first at time 0.
     pub knots: Vec<Knot>,
@@ -291,27 +291,27 @@ pub struct NamedCurve {
     pub id: NodeId,
     /// Its name.
     pub name: String,
-    /// How it runs between knots.
+    /// Interpolation between knots.
     pub interpolation: Interpolation,
     /// First `at` 0, last 1.
     pub knots: Vec<CurveKnot>,
 }
 
-/// What starts a cue.
+/// The start of a cue.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Trigger {
-    /// The operator's GO, or the `follow` or `hang` of the cue before.
+    /// The operator's GO, or the `follow` or `hang` of the previous cue.
     Go,
     /// A clock time.
     At(Time),
 }
 
-/// What a cue does for the NEXT cue.
+/// Start of the NEXT cue by this one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Link {
-    /// Starts it this long after this cue's GO.
+    /// Starts it at this time after this cue's GO.
     Follow(Time),
-    /// Starts it this long after this cue's completion; may be negative.
+    /// Starts it at this time after this cue's completion; may be negative.
     Hang(Time),
 }
 
@@ -324,19 +324,19 @@ pub struct Cue {
     pub number: CueNumber,
     /// Its label; may be empty.
     pub label: String,
-    /// For the operator; may be empty.
+    /// Note for the operator; may be empty.
     pub note: String,
-    /// What starts it.
+    /// Its start.
     pub trigger: Trigger,
-    /// What it starts, with the node that says so.
+    /// Its link to the next cue, with the node of the link.
     pub link: Option<(NodeId, Link)>,
-    /// Nothing tracks through it when the show is edited (no change of the curves).
+    /// No level tracks through it when the show is edited (the curves do not change).
     pub block: bool,
     /// Tracked levels are restated with this cue's times, so that earlier fades end here.
     pub assert: bool,
     /// The next cue restores what this one moved.
     pub cueonly: bool,
-    /// All its functions of time; the first holds what stands directly in the cue.
+    /// All its functions of time; the first holds the moves directly in the cue.
     pub parts: Vec<Part>,
 }
 
@@ -347,8 +347,8 @@ pub struct Part {
     pub id: NodeId,
     /// Its number within the cue, from 1.
     pub number: u32,
-    /// The text has it as a part, or as what stands directly in the cue; else it is a move with
-    /// timing of its own.
+    /// True for a part in the text or the moves directly in a cue; false for a single move with
+    /// timing.
     pub written: bool,
     /// Its label; may be empty.
     pub label: String,
@@ -358,40 +358,40 @@ pub struct Part {
     pub up: Time,
     /// Duration of falling fades.
     pub down: Time,
-    /// Whether the times up and down are the show's default.
+    /// True for a time, up or down, that is the show's default.
     pub by_default: [bool; 2],
     /// Shape of the fades.
     pub curve: Fade,
-    /// What moves, in order of parameters, each once in the whole cue.
+    /// Its moves, in order of parameters; a parameter is moved once in the whole cue.
     pub moves: Vec<Move>,
-    /// Effects that begin or end when the moves start, each bank once in the whole cue.
+    /// Effects that begin or end when the moves start; each bank once in the whole cue.
     pub effects: Vec<EffectChange>,
 }
 
 /// One parameter's motion.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Move {
-    /// The text that says so.
+    /// The statement.
     pub id: NodeId,
     /// Index into [`Show::parameters`].
     pub parameter: usize,
-    /// What it does.
+    /// The motion.
     pub motion: Motion,
-    /// How many times over, at least 1; each pass of a fade starts from the first pass's start.
+    /// Number of passes, at least 1; each pass of a fade starts from the first pass's start.
     pub repeat: u32,
 }
 
-/// A fade from where the parameter is, or a path of absolute levels.
+/// A fade from the current level, or a path of absolute levels.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motion {
-    /// To a level, 0 to 1, in the part's up or down time (`up` when the level stays the same).
+    /// Fades to a level, 0 to 1, in the part's up or down time (`up` when the level stays equal).
     To(f64),
-    /// Along a path, in the path's own time.
+    /// Follows a path, in the path's own time.
     Path(Path),
 }
 
 impl Motion {
-    /// The highest level that it is written with, 0 to 1.
+    /// The highest level written in it, 0 to 1.
     pub fn brightest(&self) -> f64 {
         match self {
             Motion::To(level) => *level,
@@ -399,7 +399,7 @@ impl Motion {
         }
     }
 
-    /// The level it arrives at, 0 to 1.
+    /// The final level, 0 to 1.
     pub fn target(&self) -> f64 {
         match self {
             Motion::To(level) => *level,
@@ -408,32 +408,32 @@ impl Motion {
     }
 }
 
-/// One dimension of a setting, or one thing that cues move.
+/// One dimension of a setting, or one parameter of cues.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Coordinate {
     /// `lamps`, `sky.r`, or `fixed`.
     pub name: String,
-    /// The bank it belongs to; `None` for the fixed lights.
+    /// The bank to which it belongs; `None` for the fixed lights.
     pub bank: Option<usize>,
-    /// What it is.
+    /// Its role.
     pub role: Role,
 }
 
-/// What a coordinate or a parameter is.
+/// Role of a coordinate or a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
     /// The level of a bank, or the light of a bank that is not rgb.
     Level,
-    /// One of an rgb bank's three emitters.
+    /// One of the three emitters of an rgb bank.
     Emitter(usize),
     /// The fixed lights.
     Fixed,
-    /// Where a head of [`Show::heads`] points; the bank is the head's.
+    /// A pose parameter of a head of [`Show::heads`]; the bank is the head's.
     Pose(usize, Axis),
 }
 
 impl Coordinate {
-    /// Which of an rgb bank's three emitters it is.
+    /// Index of its emitter in an rgb bank.
     pub fn emitter(&self) -> Option<usize> {
         match self.role {
             Role::Emitter(emitter) => Some(emitter),
@@ -444,7 +444,7 @@ impl Coordinate {
 
 impl Show {
     /// The dimensions of a setting: one for each bank, three for an rgb bank, then one for the
-    /// fixed lights if there are any.
+    /// fixed lights, if any.
     pub fn coordinates(&self) -> Vec<Coordinate> {
         let mut out = Vec::new();
         for (i, bank) in self.banks.iter().enumerate() {
@@ -471,9 +471,9 @@ impl Show {
         out
     }
 
-    /// What cues move, each 0 to 1: the level of each bank, and behind that of an rgb bank its colour
-    /// (`sky`, `sky.r`, `sky.g`, `sky.b`), the light of each emitter with the level at full. Then
-    /// come the fixed lights if there are any, which nothing moves, and the four of each head
+    /// The parameters of cues, each 0 to 1. Each bank has its level; an rgb bank also has its
+    /// colour (`sky`, `sky.r`, `sky.g`, `sky.b`), the light of each emitter with the level at full.
+    /// Then come the fixed lights, if any, which no cue moves, and four parameters of each head
     /// (`mh1.pan`, `mh1.tilt`, `mh1.beam`, `mh1.field`).
     pub fn parameters(&self) -> Vec<Coordinate> {
         let mut out = Vec::new();
@@ -499,7 +499,7 @@ impl Show {
         out
     }
 
-    /// Every parameter before the first cue: levels are at 0, emitters at full, heads at home.
+    /// Every parameter before the first cue: levels at 0, emitters at full, heads at home.
     pub fn dark_levels(&self) -> Vec<f64> {
         let heads = self.heads();
         let at_first = |p: Coordinate| match p.role {
@@ -512,8 +512,7 @@ impl Show {
         self.parameters().into_iter().map(at_first).collect()
     }
 
-    /// The heads that stand in a bank, in order of lights: the index of the light, the head, and the
-    /// index of its bank.
+    /// The heads in banks, in order of lights: index of the light, head, index of its bank.
     pub fn heads(&self) -> Vec<(usize, &Head, usize)> {
         let heads = self.lights.iter().enumerate();
         let heads: Vec<(usize, &Head)> = heads
@@ -536,18 +535,18 @@ impl Show {
             .collect()
     }
 
-    /// The first of the parameters of heads: four for each, in the order of [`Axis::ALL`].
+    /// The first parameter of heads; each head has four, in the order of [`Axis::ALL`].
     pub fn first_pose(&self) -> usize {
         let banks = self.first_parameters().pop().unwrap_or(0);
         banks + usize::from(!self.fixed.is_empty())
     }
 
-    /// The first of the parameters of one head of [`Show::heads`].
+    /// The first parameter of one head of [`Show::heads`].
     pub fn first_pose_of(&self, head: usize) -> usize {
         self.first_pose() + Axis::ALL.len() * head
     }
 
-    /// The pose of a head of [`Show::heads`] by the show's parameters.
+    /// The pose of a head of [`Show::heads`] at these parameters of the show.
     pub fn pose_of(&self, parameters: &[f64], head: usize) -> Pose {
         let first = self.first_pose_of(head);
         let own = parameters.get(first..first + 4);
@@ -560,14 +559,14 @@ impl Show {
         }
     }
 
-    /// The coordinates of a bank, which lie together.
+    /// The coordinates of a bank, which are contiguous.
     pub fn coordinates_of(&self, bank: usize) -> Range<usize> {
         let width = |bank: &Bank| if bank.rgb { 3 } else { 1 };
         let first = self.banks.iter().take(bank).map(width).sum();
         first..first + self.banks.get(bank).map_or(0, width)
     }
 
-    /// Where each bank's parameters begin, and after the last bank where those of banks end.
+    /// The first parameter of each bank; the last entry is the end of the banks' parameters.
     pub fn first_parameters(&self) -> Vec<usize> {
         let mut out = vec![0];
         for bank in &self.banks {
@@ -577,7 +576,7 @@ impl Show {
         out
     }
 
-    /// Makes the view of this name the first; without one nothing changes.
+    /// Makes the view of this name the first; an unknown name changes nothing.
     pub fn look_from(&mut self, name: &str) {
         if let Some(at) = self.views.iter().position(|view| view.name == name) {
             let view = self.views.remove(at);
@@ -590,7 +589,7 @@ impl Show {
         self.views.first()
     }
 
-    /// The lights with a shape of their own, by name.
+    /// The sphere and disc lights, by name.
     pub fn shapes(&self) -> impl Iterator<Item = (&str, Shape)> {
         self.lights.iter().filter_map(|light| match light.kind {
             LightKind::Shape { shape, .. } => Some((light.name.as_str(), shape)),
@@ -598,7 +597,7 @@ impl Show {
         })
     }
 
-    /// The pictures that banks and fixed lights are given as, with the statements that say so.
+    /// The images given as banks and fixed lights, with their statements.
     pub fn images(&self) -> impl Iterator<Item = (NodeId, &ImageFile)> {
         self.lights.iter().filter_map(|light| match &light.kind {
             LightKind::Image(file) => Some((light.id, file)),

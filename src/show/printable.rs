@@ -1,13 +1,13 @@
-//! Text for a person, in which nothing is hidden and nothing commands the terminal.
+//! Text safe for a person to read: nothing is hidden, nothing controls the terminal.
 //!
 //! A show's title may hold an escape sequence that renames the window, or a control that reverses
-//! the direction of writing. [`Printable`] is the one type in which words leave the program: text
-//! becomes one only through a conversion that replaces such characters, so that a new report cannot
-//! forget it. Colours are let through for the diagnostics' renderer alone.
+//! the direction of writing. Text leaves the program only as [`Printable`]; the conversion replaces
+//! such characters, so that no new report can forget it. Only the renderer of diagnostics may use
+//! colours.
 //!
-//! Invariant: each replacement is one character for one and a column wide, so that what was aligned
-//! stays aligned; [`columns`] measures text as it will be shown. This module must not know what it
-//! is given the text of.
+//! Invariant: each replacement is one character for one and a column wide, so that aligned text
+//! stays aligned; [`columns`] measures text as displayed. This module does not know what the text
+//! is about.
 
 use std::borrow::{Borrow, Cow};
 use std::fmt;
@@ -15,7 +15,7 @@ use std::ops::Deref;
 
 use unicode_width::UnicodeWidthStr;
 
-/// The text of bytes in UTF-8, or else in Windows-1252, which older programs write.
+/// Decodes bytes as UTF-8, or else as Windows-1252, which older programs write.
 pub fn of_bytes(bytes: &[u8]) -> Cow<'_, str> {
     match std::str::from_utf8(bytes) {
         Ok(text) => Cow::Borrowed(text),
@@ -23,8 +23,8 @@ pub fn of_bytes(bytes: &[u8]) -> Cow<'_, str> {
     }
 }
 
-/// The character of a byte in Windows-1252, as the WHATWG Encoding Standard has it: Latin-1 apart from
-/// 0x80 to 0x9f, of which five have no character and stay control characters.
+/// The character of a byte in Windows-1252 (WHATWG Encoding Standard): Latin-1 except 0x80 to 0x9f,
+/// of which five have no character and stay control characters.
 fn windows_1252(byte: u8) -> char {
     const FROM_0X80: [char; 32] = [
         '€', '\u{81}', '‚', 'ƒ', '„', '…', '†', '‡', 'ˆ', '‰', 'Š', '‹', 'Œ', '\u{8d}', 'Ž',
@@ -36,8 +36,8 @@ fn windows_1252(byte: u8) -> char {
     special.copied().unwrap_or(char::from(byte))
 }
 
-/// Text that is safe to print: no control character but the newline, no control of the direction
-/// of writing, nothing invisible; colours only where the diagnostics are coloured.
+/// Text that is safe to print: no control character except the newline, no control of the direction
+/// of writing, nothing invisible; colours only in coloured diagnostics.
 ///
 /// Text is converted with [`From`], or written with [`fmt::Write`]; it is read as a `str`.
 ///
@@ -49,8 +49,8 @@ fn windows_1252(byte: u8) -> char {
 pub struct Printable(String);
 
 impl Printable {
-    /// Text with colours: sequences `ESC [ digits m` pass, all else is as in the conversion. For
-    /// text whose foreign parts were made visible before they were coloured.
+    /// Text with colours: sequences `ESC [ digits m` pass, everything else is converted. For text
+    /// whose foreign parts were made visible before they were coloured.
     pub(crate) fn coloured(text: &str) -> Printable {
         let mut out = Printable::default();
         let mut rest = text;
@@ -74,7 +74,7 @@ impl Printable {
         out
     }
 
-    /// Appends text, converted.
+    /// Converts and appends text.
     pub fn push(&mut self, text: &str) {
         for (i, line) in text.split('\n').enumerate() {
             if i > 0 {
@@ -84,7 +84,7 @@ impl Printable {
         }
     }
 
-    /// Appends what was converted already.
+    /// Appends text converted before.
     pub fn append(&mut self, text: &Printable) {
         self.0.push_str(&text.0);
     }
@@ -167,8 +167,8 @@ impl PartialEq<String> for Printable {
     }
 }
 
-/// A line in which every character is seen: controls as their pictures (`␛`), tabs as blanks, what
-/// is invisible or changes the direction of writing as `�`, as rustc shows them.
+/// A line with every character visible: controls as their pictures (`␛`), tabs as blanks, invisible
+/// characters and controls of the direction of writing as `�`, like rustc.
 pub fn visible(line: &str) -> Cow<'_, str> {
     if line.chars().any(is_hidden) {
         Cow::Owned(line.chars().map(shown).collect())
@@ -177,7 +177,7 @@ pub fn visible(line: &str) -> Cow<'_, str> {
     }
 }
 
-/// The character in whose place [`visible`] shows one.
+/// The character that [`visible`] shows for this one.
 pub fn shown(c: char) -> char {
     match c {
         '\t' => ' ',
@@ -191,8 +191,8 @@ pub fn shown(c: char) -> char {
     }
 }
 
-/// Whether a character commands a terminal, changes the order in which others are read, or is not
-/// seen at all. Joiners are none of these: scripts and emoji need them.
+/// True for a character that controls a terminal, changes the reading order of others, or is
+/// invisible. Joiners do not count: scripts and emoji need them.
 pub fn is_hidden(c: char) -> bool {
     c.is_control()
         || matches!(c,
@@ -200,13 +200,13 @@ pub fn is_hidden(c: char) -> bool {
             '\u{61c}' | '\u{200e}' | '\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}'
             // Separators of lines and paragraphs.
             | '\u{2028}' | '\u{2029}'
-            // Without width or shape.
+            // Characters without width or shape.
             | '\u{180e}' | '\u{200b}' | '\u{2060}'..='\u{2065}' | '\u{206a}'..='\u{206f}'
             | '\u{feff}' | '\u{fff9}'..='\u{fffb}' | '\u{e0000}'..='\u{e007f}')
 }
 
-/// JSON with what [`is_hidden`] written as `\u001b`: it reads as the same values. Only strings of
-/// a JSON text hold such characters, save for the white space between its parts.
+/// JSON with the characters of [`is_hidden`] escaped (`\u001b`), which keeps its values: except for
+/// white space between tokens, only strings of a JSON text hold such characters.
 pub fn json(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
@@ -223,17 +223,17 @@ pub fn json(text: &str) -> String {
     out
 }
 
-/// Columns that a line takes in a terminal once it is printed.
+/// Columns that a line takes in a terminal.
 pub fn columns(line: &str) -> usize {
     visible(line).width()
 }
 
-/// A line filled with blanks behind it to so many columns.
+/// Pads a line on the right to this number of columns.
 pub fn left(line: &str, width: usize) -> String {
     line.to_owned() + &" ".repeat(width.saturating_sub(columns(line)))
 }
 
-/// A line filled with blanks before it to so many columns.
+/// Pads a line on the left to this number of columns.
 pub fn right(line: &str, width: usize) -> String {
     " ".repeat(width.saturating_sub(columns(line))) + line
 }
@@ -244,7 +244,7 @@ mod tests {
 
     use super::*;
 
-    /// Every character that may not reach a terminal, each with its neighbours.
+    /// Every character that must not reach a terminal, each with its neighbours.
     fn hostile() -> String {
         let all = '\0'..=char::MAX;
         all.filter(|c| is_hidden(*c) && *c != '\n').collect()

@@ -1,9 +1,8 @@
 //! Quantities of the trade: times, cue numbers, levels, colours.
 //!
-//! Invariants: a [`Time`] is an integer number of microseconds, so that the same decimal instant
-//! reached by two routes is the same instant; a [`CueNumber`] is an exact decimal, never a float; a
-//! level is a fraction of full, and percent is how text writes it. This module does not depend on
-//! shows, syntax or pictures.
+//! Invariants: a [`Time`] is an integer number of microseconds, so that equal decimal instants are
+//! equal; a [`CueNumber`] is an exact decimal, never a float; a level is a fraction of full, and
+//! percent is its notation in text. This module does not depend on shows, syntax or images.
 
 mod tolerance;
 mod tone_curve;
@@ -21,8 +20,8 @@ pub struct Time(i64);
 impl Time {
     /// Zero.
     pub const ZERO: Time = Time(0);
-    /// The longest time a show may speak of: 1000 hours. Sums of many such times stay far from
-    /// the limits of `i64`.
+    /// The longest time in a show: 1000 hours. Sums of many such times stay far from the limits of
+    /// `i64`.
     pub const MAX: Time = Time(3_600_000_000_000);
 
     /// A time of `us` microseconds.
@@ -36,7 +35,8 @@ impl Time {
         (us.is_finite() && us.abs() <= Time::MAX.0 as f64).then_some(Time(us as i64))
     }
 
-    /// The nearest time to `s` seconds, held within [`Time::MAX`] of zero; zero for NaN.
+    /// The time nearest to `s` seconds, clamped to [`Time::MAX`] on either side of zero; zero for
+    /// NaN.
     pub fn nearest(s: f64) -> Time {
         let most = Time::MAX.0 as f64;
         Time((s * 1e6).round().clamp(-most, most) as i64)
@@ -91,7 +91,7 @@ impl Neg for Time {
 }
 
 impl Time {
-    /// To the nearest hundredth of a second, for moments that somebody reads.
+    /// Rounded to hundredths of a second, for people to read.
     #[must_use]
     pub fn rounded(self) -> Time {
         Time(self.0.saturating_add(5_000 * self.0.signum()) / 10_000 * 10_000)
@@ -99,7 +99,7 @@ impl Time {
 }
 
 impl fmt::Display for Time {
-    /// As a cue sheet writes it: `4s`, `0.25s`, and from a minute on `1:30` or `1:02:03.5`.
+    /// Writes it like a cue sheet: `4s`, `0.25s`, and from a minute on `1:30` or `1:02:03.5`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let sign = if self.0 < 0 { "-" } else { "" };
         let us = self.0.unsigned_abs();
@@ -123,7 +123,7 @@ impl fmt::Display for Time {
 pub struct CueNumber(u32);
 
 impl CueNumber {
-    /// The first that a cue may have.
+    /// The lowest cue number.
     pub const FIRST: CueNumber = CueNumber(1);
 
     /// The number of `thousandths`; `None` outside 1 to 9,999,999.
@@ -164,14 +164,14 @@ impl fmt::Display for CueNumber {
     }
 }
 
-/// The fraction of full that `percent` writes: 55 is 0.55. Slopes in percent per unit of something
-/// become fractions per unit of it.
+/// The fraction of full of a percentage: 55 is 0.55. It also turns slopes in percent into slopes of
+/// fractions.
 pub fn fraction(percent: f64) -> f64 {
     percent / 100.0
 }
 
-/// The percent that text shows for a fraction of full, to ten decimals, so that what text wrote in
-/// no more of them comes back as it was: 0.55 is 55, not 55.00000000000001.
+/// The percentage of a fraction of full, rounded to ten decimals so that percentages from text come
+/// back unchanged: 0.55 is 55, not 55.00000000000001.
 pub fn percent(fraction: f64) -> f64 {
     const TEN_DECIMALS: f64 = 1e10;
     (fraction * (100.0 * TEN_DECIMALS)).round() / TEN_DECIMALS
@@ -195,7 +195,7 @@ pub fn srgb_decode(code: f64) -> f64 {
     }
 }
 
-/// Linear light in three channels (no primaries implied in transport; Rec. 709 for display).
+/// Linear light in three channels (transport assumes no primaries; display uses Rec. 709).
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Rgb(pub [f64; 3]);
 
@@ -213,18 +213,17 @@ impl Rgb {
         Rgb(coded.map(srgb_decode))
     }
 
-    /// The nearest sRGB-coded `#rrggbb` (IEC 61966-2-1); channels outside 0 to 1 are held at the
-    /// ends.
+    /// The nearest sRGB-coded `#rrggbb` (IEC 61966-2-1); channels are clamped to 0 to 1.
     pub fn to_srgb8(self) -> [u8; 3] {
         self.0
             .map(|v| (255.0 * srgb_encode(v.clamp(0.0, 1.0))).round() as u8)
     }
 
     /// Colour of a black body of `kelvin`, scaled to luminance 1 (Rec. 709 weights), so that a
-    /// luminous quantity times this colour keeps its luminance. Valid from 1000 to 25000 K; outside
-    /// `None`. Chromaticity after Krystek, "An algorithm to calculate correlated colour
-    /// temperature" (1985), within 1.1e-4 of the Planckian locus in CIE 1960 uv; what falls outside
-    /// Rec. 709 (blue below about 1900 K) is clipped to zero before scaling.
+    /// luminous quantity times this colour keeps its luminance. `None` outside 1000 to 25000 K.
+    /// Chromaticity after Krystek, "An algorithm to calculate correlated colour temperature"
+    /// (1985), within 1.1e-4 of the Planckian locus in CIE 1960 uv; channels outside Rec. 709 (blue
+    /// below about 1900 K) are clipped to zero before scaling.
     pub fn from_kelvin(kelvin: f64) -> Option<Rgb> {
         if !(1000.0..=25_000.0).contains(&kelvin) {
             return None;
@@ -241,8 +240,8 @@ impl Rgb {
         Some(Rgb(colour.0.map(|c| c / luminance)))
     }
 
-    /// Linear Rec. 709 (IEC 61966-2-1) of the CIE 1931 chromaticity `x`, `y` at Y = 1; what lies
-    /// outside the gamut is clipped to zero. `y` is above zero.
+    /// Linear Rec. 709 (IEC 61966-2-1) of the CIE 1931 chromaticity `x`, `y` at Y = 1; channels
+    /// outside the gamut are clipped to zero. `y` is above zero.
     pub fn from_chromaticity(x: f64, y: f64) -> Rgb {
         let (big_x, big_z) = (x / y, (1.0 - x - y) / y);
         let linear = [
@@ -346,7 +345,7 @@ mod tests {
             assert!(colour.0.iter().all(|c| *c >= 0.0));
         }
         // The black body of 6504 K has chromaticity (0.3135, 0.3236), a little to the magenta side
-        // of D65: X = 0.9688 and Z = 1.1214 in Rec. 709 make this.
+        // of D65: X = 0.9688 and Z = 1.1214 give this in Rec. 709.
         let expected = [1.0431, 0.9836, 1.0355];
         for (found, expected) in Rgb::from_kelvin(6504.0).unwrap().0.iter().zip(expected) {
             assert!((found - expected).abs() < 0.01, "{found} for {expected}");
@@ -356,7 +355,7 @@ mod tests {
 
     #[test]
     fn kelvin_is_on_the_planckian_locus() {
-        // Chromaticities x, y of black bodies (CIE 1931, 2 degrees), as tables have them.
+        // Chromaticities x, y of black bodies (CIE 1931, 2 degrees), from tables.
         for (k, x, y) in [
             (2000.0, 0.5267, 0.4133),
             (3000.0, 0.4369, 0.4041),

@@ -1,4 +1,4 @@
-//! One type for everything the program has to say about a show's text.
+//! One type for every message about a show's text.
 //!
 //! A [`Diagnostic`] is data: severity, a stable code, a message, labelled places, help that can be
 //! typed. Rendering (plain, coloured, JSON) is separate. This module does not depend on grammars.
@@ -12,41 +12,41 @@ pub use render::{MOST, Style, render};
 
 use crate::printable::Printable;
 
-/// Warnings that are kept of a text, and of its curves; of the rest there is the number.
+/// Number of warnings kept of a text and of its curves; the rest are only counted.
 pub const WARNINGS: usize = 1000;
 
-/// How bad it is.
+/// Severity of a diagnostic.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// Legal but surely not meant.
+    /// Legal but probably a mistake.
     Warning,
     /// The show cannot be used.
     Error,
 }
 
-/// A place in a source file, with what is to be said of it.
+/// A place in a source file with a message about it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Label {
     /// Index of the file in the [`Sources`].
     pub file: usize,
     /// Byte range in that file, on character boundaries.
     pub span: Range<usize>,
-    /// A few words beside the place; may be empty.
+    /// A few words shown at the place; may be empty.
     pub text: String,
 }
 
-/// One thing to say.
+/// One message about the text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
     /// Error or warning.
     pub severity: Severity,
-    /// Stable code, such as `E012` or `W003`; empty for what is no error of the show's text.
+    /// Stable code, such as `E012` or `W003`; empty when the text is not at fault.
     pub code: &'static str,
     /// The error in one sentence.
     pub message: String,
-    /// The place; more than one where there are two. The first is the main one.
+    /// The places, the main one first.
     pub labels: Vec<Label>,
-    /// What to do, in words or in text that can be typed.
+    /// Advice, in words or in text that can be typed.
     pub help: Vec<String>,
 }
 
@@ -124,9 +124,9 @@ pub(crate) fn leave_out(list: &mut Vec<Diagnostic>) -> usize {
 /// Diagnostics with the texts that they point into.
 #[derive(Clone, Debug, Default)]
 pub struct Diagnostics {
-    /// In the order of their places.
+    /// Sorted by place.
     pub list: Vec<Diagnostic>,
-    /// How many warnings there are beside those of the list, which holds the first 1,000.
+    /// Number of warnings left out; the list holds the first 1,000.
     pub left_out: usize,
     /// The texts.
     pub sources: Sources,
@@ -144,12 +144,12 @@ impl Diagnostics {
         }
     }
 
-    /// True where one of them is an error.
+    /// True when one of them is an error.
     pub fn has_errors(&self) -> bool {
         self.list.iter().any(|d| d.severity == Severity::Error)
     }
 
-    /// How many warnings there are, those that are left out too.
+    /// Number of warnings, including those left out.
     pub fn warnings(&self) -> usize {
         let listed = self.list.iter();
         let listed = listed.filter(|d| d.severity == Severity::Warning);
@@ -161,9 +161,9 @@ impl Diagnostics {
         render::render_some((&self.list, self.left_out), &self.sources, style)
     }
 
-    /// Those that `before` does not hold: another code, or other words at their places. Where they
-    /// stand in the file plays no part, nor do the times and levels in the message, so that an edit
-    /// elsewhere makes nothing new.
+    /// Diagnostics that `before` does not hold: another code, or other words at their places.
+    /// Positions in the file are ignored, and so are times and levels in the message, so that an
+    /// edit elsewhere makes nothing new.
     #[must_use]
     pub fn new_since(&self, before: &Diagnostics) -> Diagnostics {
         let mut known: BTreeMap<_, usize> = BTreeMap::new();

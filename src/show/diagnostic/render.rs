@@ -1,8 +1,8 @@
 //! Diagnostics as text: for people, for `grep`, for programs.
 //!
-//! Only the lines that are shown reach the renderer, cut to a readable length, so that a line of
-//! 100 KB or a file of 16 MB costs nothing. Hidden characters are made visible before the renderer
-//! sets its underlines, as they take other widths then.
+//! Only the lines shown reach the renderer, cut to a readable length, so that a line of 100 KB or a
+//! file of 16 MB costs nothing. Hidden characters are made visible before the renderer sets its
+//! underlines, because that changes their widths.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,14 +13,14 @@ use serde_json::json;
 use super::{Diagnostic, Label, Severity, Sources};
 use crate::printable::{self, Printable, visible};
 
-/// How diagnostics are written.
+/// A format of diagnostics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Style {
     /// For people, with the lines of the source.
     Plain,
-    /// The same in colour, for a terminal.
+    /// Like `Plain`, in colour, for a terminal.
     Colour,
-    /// A line each, as editors read them: `file:line:column: error[E010]: message`.
+    /// One line each, as editors read them: `file:line:column: error[E010]: message`.
     Short,
     /// For programs: an array of objects, on one line. Lines and columns count from 1, columns in
     /// characters; `start` and `end` are bytes. The code is null where there is none.
@@ -28,19 +28,19 @@ pub enum Style {
 }
 
 impl Style {
-    /// For people, who read in words how it went besides; the other styles hold diagnostics
-    /// and nothing else.
+    /// True for the styles that people read, which may end with a summary; the other styles hold
+    /// diagnostics and nothing else.
     pub fn is_for_people(self) -> bool {
         matches!(self, Style::Plain | Style::Colour)
     }
 }
 
-/// Diagnostics that are shown to people at once.
+/// Diagnostics shown to people at once.
 pub const MOST: usize = 20;
 
-/// Characters of a source line that are shown.
+/// Characters of a source line shown.
 const WIDTH: usize = 120;
-/// Characters of it before the place that matters.
+/// Characters shown before the place that matters.
 const BEFORE: usize = 40;
 /// Places further apart than this are shown apart.
 const TOGETHER: usize = 8;
@@ -51,7 +51,7 @@ pub fn render(diagnostics: &[Diagnostic], sources: &Sources, style: Style) -> Pr
     render_some((diagnostics, 0), sources, style)
 }
 
-/// The same with the number of warnings that were left out of them.
+/// Like [`render`], with the number of warnings left out.
 pub(super) fn render_some(
     (diagnostics, left_out): (&[Diagnostic], usize),
     sources: &Sources,
@@ -88,7 +88,7 @@ fn severity(diagnostic: &Diagnostic) -> &'static str {
     }
 }
 
-/// Where the lines of the sources begin, found once for each file.
+/// Line starts of the sources, found once for each file.
 struct Index<'a> {
     sources: &'a Sources,
     lines: BTreeMap<usize, Vec<usize>>,
@@ -200,7 +200,7 @@ impl<'a> Index<'a> {
         if more > 0 {
             out += &format!("and {more} more\n\n");
         }
-        // One blank line between them, none at the end.
+        // One blank line between diagnostics, none at the end.
         if !out.is_empty() {
             out.pop();
         }
@@ -281,7 +281,7 @@ impl<'a> Index<'a> {
     }
 }
 
-/// A piece of a line as it is shown, except for tabs, which the renderer aligns.
+/// A piece of a line as shown, except for tabs, which the renderer aligns.
 fn seen(piece: &str) -> String {
     let tab = |c: char| if c == '\t' { c } else { printable::shown(c) };
     piece.chars().map(tab).collect()
@@ -295,7 +295,7 @@ fn boundary(text: &str, at: usize) -> usize {
         .unwrap_or(0)
 }
 
-/// The part of a line that is shown: all of it, or [`WIDTH`] characters around `centre`.
+/// The part of a line shown: the whole line, or [`WIDTH`] characters around `centre`.
 fn window(source: &str, line: Range<usize>, centre: usize) -> Range<usize> {
     let text = source.get(line.clone()).unwrap_or("");
     if text.len() <= WIDTH {
@@ -310,7 +310,7 @@ fn window(source: &str, line: Range<usize>, centre: usize) -> Range<usize> {
     line.start + skip..line.start + skip + length
 }
 
-/// A place of an excerpt with its words.
+/// An annotation of a place in an excerpt.
 fn annotation(place: Range<usize>, label: &Label, main: bool) -> Annotation<'static> {
     let kind = if main {
         AnnotationKind::Primary

@@ -1,4 +1,5 @@
-//! A standing person of cylinders and balls, some 240 faces: enough to see how light falls on somebody.
+//! A standing person of cylinders and balls, some 240 faces: enough to see how light falls on
+//! somebody.
 
 use super::solid::Solid;
 use super::{Vec3, vec3};
@@ -14,11 +15,12 @@ pub struct Figure {
     pub facing: f64,
 }
 
-/// The height that the measures below are for, metres.
+/// Height of the person measured below, metres.
 const HEIGHT: f64 = 1.75;
 
 impl Figure {
-    /// A point `left` of the middle, `front` of it and `up` from the floor, of a person of [`HEIGHT`].
+    /// A point `left` of the middle, `front` of it and `up` from the floor, for a person of
+    /// [`HEIGHT`].
     fn point(&self, left: f64, front: f64, up: f64) -> Vec3 {
         let (sine, cosine) = self.facing.to_radians().sin_cos();
         let across = vec3(cosine, sine, 0.0) * left + vec3(sine, -cosine, 0.0) * front;

@@ -1,18 +1,18 @@
 //! How a luminaire hangs: where it is, what it is focused on, how it is turned about its axis.
 //!
-//! The one convention of axes for all that is not round: to one who stands at the luminaire and
-//! looks along its axis, head up, `right` is to the right and `up` is up. Where the axis is
-//! vertical, `right` is +X (stage left), as if the luminaire had been lowered from looking upstage.
-//! A turn goes anticlockwise for the same observer: right towards up.
+//! This is the one convention of axes for luminaires that are not round. An observer at the
+//! luminaire who looks along its axis, head up, has `right` to the right and `up` above. Where the
+//! axis is vertical, `right` is +X (stage left), as if the luminaire had been lowered from looking
+//! upstage. A turn goes anticlockwise for this observer, from right towards up.
 
 use crate::geometry::{Vec3, vec3};
 
 /// Position, focus and turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mount {
-    /// Where it hangs.
+    /// Where the luminaire hangs.
     pub position: Vec3,
-    /// The point it is focused on.
+    /// The point at which it is focused.
     pub aim: Vec3,
     /// Turn about the axis, degrees.
     pub turn: f64,
@@ -21,16 +21,17 @@ pub struct Mount {
 /// Three unit vectors at right angles; `right`, `up` and minus `axis` are right-handed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Axes {
-    /// Along the light.
+    /// Direction of the light.
     pub axis: Vec3,
     /// Right of an observer who looks along the axis.
     pub right: Vec3,
-    /// Up for the same observer.
+    /// Up for that observer.
     pub up: Vec3,
 }
 
 impl Mount {
-    /// Its axes; `None` when it is focused on its own place or a number is not finite.
+    /// The axes of the mount; `None` when it is focused on its own position or a number is not
+    /// finite.
     pub fn axes(&self) -> Option<Axes> {
         let axis = (self.aim - self.position).normalized();
         let fine = axis.is_finite() && axis != Vec3::ZERO && self.position.is_finite();
@@ -83,7 +84,7 @@ mod tests {
         let down = axes(vec3(0.0, 0.0, -3.0), 0.0);
         assert!(close(down.right, vec3(1.0, 0.0, 0.0)));
         assert!(close(down.up, vec3(0.0, 1.0, 0.0)));
-        // No jump where a lamp that looks upstage is lowered until it looks down.
+        // There is no jump when a lamp that looks upstage is lowered until it looks down.
         let almost = axes(vec3(0.0, 1e-6, -3.0), 0.0);
         assert!((almost.right - down.right).length() + (almost.up - down.up).length() < 1e-6);
     }

@@ -1,17 +1,17 @@
-//! One face of a file to planar polygons with an area: what every format needs.
+//! Turns a face of a file into planar polygons with an area, as every format needs.
 
 use crate::geometry::{Vec3, diameter, frame, newell};
 
-/// Vertices may lie this far from the polygon's plane, as a part of its diameter.
+/// Largest distance of a vertex from the polygon's plane, relative to the polygon's diameter.
 const PLANAR: f64 = 1e-4;
-/// Twice the area, as a part of the squared diameter, below which a polygon has none. Rounding
+/// Least value of twice the area over the squared diameter; a smaller polygon has no area. Rounding
 /// leaves about 1e-16 of the coordinates, so this also holds far from the origin.
 const AREA: f64 = 1e-9;
 
-/// The most corners of a face that is cut: the work grows with their cube.
+/// Most corners of a face that is cut into triangles: the work grows with their cube.
 pub const BENT_LIMIT: usize = 64;
 
-/// Why a face cannot be made polygons.
+/// Reasons why a face cannot become polygons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ShapeError {
     /// Its edges cross.
@@ -22,12 +22,12 @@ pub enum ShapeError {
     Bent,
 }
 
-/// `corners` as polygons: nothing when they lie on one line, itself when planar, else triangles
-/// that meet its edges.
+/// Turns `corners` into polygons: none when they lie on one line, one when they are planar, else
+/// triangles that keep the edges.
 ///
 /// # Errors
 /// [`ShapeError::Crossing`] when two edges cross, seen along the normal, or when lobes of opposite
-/// sense cancel (a symmetric bow tie, which would otherwise vanish unseen); [`ShapeError::Bent`]
+/// sense cancel (a symmetric bow tie, which would otherwise vanish unnoticed); [`ShapeError::Bent`]
 /// for a bent face of many corners.
 pub fn planar(mut corners: Vec<Vec3>) -> Result<Vec<Vec<Vec3>>, ShapeError> {
     corners.dedup();
@@ -54,8 +54,7 @@ pub fn planar(mut corners: Vec<Vec3>) -> Result<Vec<Vec<Vec3>>, ShapeError> {
     triangles(&corners).ok_or(ShapeError::Crossing)
 }
 
-/// A simple polygon of at most [`BENT_LIMIT`] corners as triangles; `None` where there is no way to
-/// cut it.
+/// Triangulates a simple polygon of at most [`BENT_LIMIT`] corners; `None` when that fails.
 pub fn triangles(corners: &[Vec3]) -> Option<Vec<Vec<Vec3>>> {
     let mut triangles = Flat::new(corners, normal(corners)?).triangles()?;
     triangles.retain(|triangle| normal(triangle).is_some());
@@ -67,7 +66,8 @@ pub fn has_area(corners: &[Vec3]) -> bool {
     normal(corners).is_some()
 }
 
-/// Twice the vector area, relative to a corner, as the products of large coordinates would cancel.
+/// Twice the vector area, computed relative to a corner because products of large coordinates would
+/// cancel.
 pub fn doubled_area(corners: &[Vec3]) -> Vec3 {
     let origin = corners.first().copied().unwrap_or_default();
     let near: Vec<Vec3> = corners.iter().map(|v| *v - origin).collect();
@@ -81,7 +81,7 @@ fn normal(corners: &[Vec3]) -> Option<Vec3> {
     (twice_area.length() > least).then(|| twice_area.normalized())
 }
 
-/// True when no corner is off the line through the first and the one farthest from it.
+/// True when all corners lie on the line through the first one and the one farthest from it.
 fn on_a_line(corners: &[Vec3]) -> bool {
     let origin = corners.first().copied().unwrap_or_default();
     let near = corners.iter().map(|v| *v - origin);
@@ -91,7 +91,7 @@ fn on_a_line(corners: &[Vec3]) -> bool {
     near.map(|v| v.cross(along).length()).all(|a| a <= least)
 }
 
-/// How far the corners lie from the plane through their mean.
+/// Largest distance of a corner from the plane through their mean.
 fn deviation(corners: &[Vec3], normal: Vec3) -> f64 {
     let sum = corners.iter().fold(Vec3::ZERO, |sum, v| sum + *v);
     let mean = sum / corners.len().max(1) as f64;
@@ -107,17 +107,17 @@ fn shape(triangle: &[Corner; 3]) -> f64 {
     (b - a).cross(c - a).length() / longest
 }
 
-/// A corner, and where it lies in the plane.
+/// A corner and its coordinates in the plane.
 #[derive(Clone, Copy)]
 struct Corner {
     vertex: Vec3,
     at: [f64; 2],
 }
 
-/// A polygon seen along its normal: counter-clockwise.
+/// A polygon projected along its normal, counter-clockwise.
 struct Flat {
     corners: Vec<Corner>,
-    /// Twice an area below this is rounding.
+    /// Twice the area below which an area is rounding noise.
     noise: f64,
 }
 
@@ -135,7 +135,7 @@ impl Flat {
         }
     }
 
-    /// Twice the signed area of a triangle; rounding counts as none.
+    /// Twice the signed area of a triangle, or zero when it is rounding noise.
     fn turn(&self, a: Corner, b: Corner, c: Corner) -> f64 {
         let ([ax, ay], [bx, by], [cx, cy]) = (a.at, b.at, c.at);
         let twice = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax);
@@ -160,8 +160,8 @@ impl Flat {
         })
     }
 
-    /// Cuts off one ear after the other (Meisters 1975), the best-shaped first, as slivers make
-    /// poor elements; `None` when there is none left to cut.
+    /// Cuts off ears one by one (Meisters 1975), the best-shaped first, because slivers make poor
+    /// elements; `None` when no ear is left.
     fn triangles(mut self) -> Option<Vec<Vec<Vec3>>> {
         let mut triangles = Vec::new();
         while self.corners.len() >= 3 {
@@ -175,7 +175,8 @@ impl Flat {
                 ears.filter(|(_, ear)| self.is_ear(*ear, slack))
                     .max_by(|(_, a), (_, b)| shape(a).total_cmp(&shape(b)))
             };
-            // A corner close to the cut would leave a sliver: such ears only when all are so.
+            // A corner close to the cut would leave a sliver. Cut such an ear only when there is no
+            // other.
             let (at, ear) = best(1e9 * self.noise).or_else(|| best(0.0))?;
             triangles.push(ear.map(|c| c.vertex).to_vec());
             self.corners.remove(at);
@@ -183,8 +184,8 @@ impl Flat {
         Some(triangles)
     }
 
-    /// Convex (or straight: then it is dropped later for having no area), with no other corner
-    /// inside, or outside by less than `slack` (twice an area) where it is cut off.
+    /// True for a convex (or straight) corner whose triangle holds no other corner by more than
+    /// `slack` (twice an area). Straight ears are dropped later because they have no area.
     fn is_ear(&self, [a, b, c]: [Corner; 3], slack: f64) -> bool {
         let inside = |p: &Corner| {
             self.turn(a, b, *p) > 0.0 && self.turn(b, c, *p) > 0.0 && self.turn(c, a, *p) >= -slack

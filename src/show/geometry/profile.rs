@@ -1,35 +1,34 @@
-//! The law of a round beam: intensity against the angle from its axis.
+//! Intensity of a round beam against the angle from its axis.
 //!
-//! With a half the beam angle and b half the field angle, the share of the peak is
-//! `2^-((angle / a)^p)` up to b, with p such that it is a tenth there: one on the axis, a half at
-//! a, a tenth at b, smooth between. Beyond b a parabola goes on with the same value and slope and
-//! meets zero at its vertex; the light ends there. This is the one place with the law: the
-//! language turns lumens into candela by it, transport shines by it. It does not depend on places.
+//! With a half the beam angle and b half the field angle, the share of the peak is `2^-((angle /
+//! a)^p)` up to b: one on the axis, a half at a, and, by the choice of p, a tenth at b. Beyond b, a
+//! parabola of the same value and slope falls to zero at its vertex, where the light ends. The
+//! language uses this law to turn lumens into candela, and transport to shine.
 
 use std::f64::consts::{LN_2, LN_10, PI, TAU};
 
-/// Shares of the peak intensity of a beam of given angles.
+/// Beam profile for given beam and field angles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Profile {
     /// Half the beam angle, radians.
     half: f64,
     /// Half the field angle, radians.
     tenth: f64,
-    /// Where the light ends, radians.
+    /// Angle at which the light ends, radians.
     end: f64,
     power: f64,
 }
 
 impl Profile {
-    /// Of full angles in degrees; `None` unless 0 < beam < field <= 360.
+    /// Creates a profile from full angles in degrees; `None` unless 0 < beam < field <= 360.
     pub fn new(beam: f64, field: f64) -> Option<Profile> {
         if !(beam > 0.0 && field > beam && field <= 360.0) {
             return None;
         }
         let (half, tenth) = (beam.to_radians() * 0.5, field.to_radians() * 0.5);
         let power = 10.0_f64.log2().ln() / (field / beam).ln();
-        // The slope at the tenth is -0.1 ln(10) power / tenth; the parabola's vertex is where
-        // twice the height over that slope leads.
+        // The slope at the tenth is -0.1 ln(10) power / tenth; the parabola's vertex lies twice the
+        // height over that slope further out.
         let end = tenth * (1.0 + 2.0 / (LN_10 * power));
         Some(Profile {
             half,
@@ -50,17 +49,17 @@ impl Profile {
         }
     }
 
-    /// The angle from the axis, radians, from which on there is no light; at most pi.
+    /// The angle from the axis at which the light ends, radians; at most pi.
     pub fn end(&self) -> f64 {
         self.end.min(PI)
     }
 
     /// Luminous flux (lm) of a beam of peak intensity 1 cd.
     ///
-    /// The integral of the share over the sphere, summed by levels: for each share I the cap of
-    /// directions that are brighter has the solid angle `2 pi (1 - cos angle(I))`. So neither a
-    /// steep edge nor a beam wider than the sphere needs care. Simpson's rule; relative error
-    /// below 1e-6 for every pair of angles of the language (tested).
+    /// The integral of the share over the sphere, summed by levels: for each share I, the cap of
+    /// brighter directions has the solid angle `2 pi (1 - cos angle(I))`. Steep edges and beams
+    /// wider than the sphere therefore need no special case. Simpson's rule; relative error below
+    /// 1e-6 for every pair of angles of the language (tested).
     pub fn flux(&self) -> f64 {
         let cap = |angle: f64| {
             let s = (0.5 * angle.min(PI)).sin();
@@ -112,7 +111,8 @@ mod tests {
         }
     }
 
-    /// Gauss-Legendre of three points on many short pieces that end at the law's joints.
+    /// Three-point Gauss-Legendre quadrature on many short pieces that end at the joints of the
+    /// law.
     fn by_angles(b: &Profile) -> f64 {
         let knots = [0.0, b.half, b.tenth, b.end].map(|a: f64| a.min(PI));
         let pieces = 20_000;

@@ -1,34 +1,34 @@
-//! Luminaires with a shape of their own: spheres and discs as polygons.
+//! Luminous spheres and discs as polygons.
 //!
 //! A disc is a regular polygon, a sphere the polyhedron of planes that touch it at evenly spread
-//! points; both have exactly the area of what they stand for. So the flux is exact, and by
-//! Cauchy's theorem so is the intensity of a sphere in the mean of all directions; what is left is
-//! an error of shape, which falls with the number of faces or corners. Invariants: polygons are
-//! planar, convex, counter-clockwise seen from outside. It depends on neither materials nor light.
+//! points; both have exactly the area of the shape. So the flux is exact, and by Cauchy's theorem
+//! so is a sphere's intensity averaged over all directions. The remaining error of shape falls with
+//! the number of faces or corners. Invariants: polygons are planar, convex, counter-clockwise seen
+//! from outside.
 
 use std::f64::consts::{PI, TAU};
 
 use crate::geometry::{Vec3, frame, newell, vec3};
 
-/// Frequency of a sphere's points: 42 faces. The illuminance from it is off by 0.9 % at most, the
-/// root mean square over all directions and tilts at two radii from the centre and beyond, the whole
-/// sphere above the horizon; the largest error of single directions is four to five times as much.
+/// Subdivision of a sphere: 42 faces. The root-mean-square error of illuminance is 0.9 % at most,
+/// over all directions and tilts at two radii from the centre and beyond, with the whole sphere
+/// above the horizon; single directions err by four to five times as much.
 const FREQUENCY: usize = 2;
-/// Corners of a disc: its illuminance is off by 6e-5 at most, at one radius and beyond. Eight would
-/// keep 0.1 %, but an octagon is seen.
+/// Corners of a disc. The error of illuminance is 6e-5 at most, at one radius and beyond. Eight
+/// corners would keep 0.1 %, but an octagon is visible.
 const CORNERS: usize = 16;
 
-/// A shape that shines.
+/// A luminous shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Shape {
-    /// All around.
+    /// A sphere, which shines all around.
     Sphere {
         /// Its centre.
         centre: Vec3,
         /// Metres.
         radius: f64,
     },
-    /// To one side.
+    /// A disc, which shines to one side.
     Disc {
         /// Its centre.
         centre: Vec3,
@@ -48,8 +48,8 @@ impl Shape {
         }
     }
 
-    /// Area that a sphere shows from far away, or a disc from its axis: radiance times this is
-    /// intensity.
+    /// Projected area of a sphere seen from far away, or of a disc seen on its axis: intensity over
+    /// radiance.
     pub fn shown(&self) -> f64 {
         match self {
             Shape::Sphere { radius, .. } | Shape::Disc { radius, .. } => PI * radius * radius,
@@ -69,7 +69,7 @@ impl Shape {
     }
 }
 
-/// A polyhedron of a sphere's area, with `10 frequency^2 + 2` faces.
+/// A polyhedron with the area of a sphere and `10 frequency^2 + 2` faces.
 pub fn ball(centre: Vec3, radius: f64, frequency: usize) -> Vec<Vec<Vec3>> {
     let place = |v: &Vec3| centre + *v * radius;
     let faces = sphere(frequency);
@@ -77,7 +77,7 @@ pub fn ball(centre: Vec3, radius: f64, frequency: usize) -> Vec<Vec<Vec3>> {
     moved.collect()
 }
 
-/// A regular polygon of the area of a circle, counter-clockwise seen from where `axis` points.
+/// A regular polygon with the area of a circle, counter-clockwise seen from where `axis` points.
 pub fn ring(centre: Vec3, axis: Vec3, radius: f64, corners: usize) -> Vec<Vec3> {
     let [u, v] = frame(axis.normalized());
     let place = |(x, y): &(f64, f64)| centre + (u * *x + v * *y) * radius;
@@ -115,7 +115,7 @@ fn sphere(frequency: usize) -> Vec<Vec<Vec3>> {
     faces.iter().map(scaled).collect()
 }
 
-/// What of a convex polygon lies where `x . normal <= 1`.
+/// The part of a convex polygon where `x . normal <= 1`.
 fn below(polygon: &[Vec3], normal: Vec3) -> Vec<Vec3> {
     let height = |v: Vec3| v.dot(normal) - 1.0;
     let next = polygon.iter().skip(1).chain(polygon.first());
@@ -132,8 +132,7 @@ fn below(polygon: &[Vec3], normal: Vec3) -> Vec<Vec3> {
     out
 }
 
-/// Points of the unit sphere: the icosahedron's corners and those of each side divided into
-/// `frequency` parts.
+/// Points of the unit sphere: an icosahedron whose edges are divided into `frequency` parts.
 fn spread(frequency: usize) -> Vec<Vec3> {
     let corners = icosahedron();
     // Neighbours have a scalar product of 1/sqrt(5), others -1/sqrt(5) or -1.

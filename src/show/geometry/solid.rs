@@ -1,30 +1,30 @@
-//! Solids that a show declares itself: quads, boxes, discs, cylinders and spheres as polygons.
+//! Solids that a show declares: quads, boxes, discs, cylinders and spheres as polygons.
 //!
-//! Round ones are regular polygons of the circle's area. Invariants: polygons are planar, simple,
-//! counter-clockwise seen from where they are to be seen. It does not depend on materials.
+//! Round solids are regular polygons of the circle's area. Invariants: polygons are planar, simple,
+//! counter-clockwise seen from their visible side.
 
 use crate::geometry::{Vec3, vec3};
 
 use super::polygon::{self, ShapeError};
 use super::shape::{ball, ring};
 
-/// Something that stands on the stage.
+/// A solid on the stage.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Solid {
     /// Four corners, counter-clockwise seen from its front.
     Quad {
         /// Metres.
         corners: [Vec3; 4],
-        /// It has a back too.
+        /// True for a quad with a back.
         two_sided: bool,
     },
-    /// With edges along the axes.
+    /// A box with edges along the axes.
     Cuboid {
         /// Least coordinates, metres.
         low: Vec3,
         /// Greatest coordinates, each beyond the least.
         high: Vec3,
-        /// Seen from inside: a room.
+        /// True when seen from inside: a room.
         inside: bool,
     },
     /// A flat round plate.
@@ -37,7 +37,7 @@ pub enum Solid {
         radius: f64,
         /// Corners of the polygon.
         sides: usize,
-        /// It has a back too.
+        /// True for a disc with a back.
         two_sided: bool,
     },
     /// A round column, closed at both ends.
@@ -57,13 +57,13 @@ pub enum Solid {
         centre: Vec3,
         /// Metres.
         radius: f64,
-        /// Faces around, about.
+        /// Approximate number of faces around the equator.
         sides: usize,
     },
 }
 
 impl Solid {
-    /// Whether a point is inside a box that is closed around it.
+    /// True when `point` is inside a closed box.
     pub fn closes_in(&self, point: Vec3) -> bool {
         match self {
             Solid::Cuboid {
@@ -75,7 +75,7 @@ impl Solid {
         }
     }
 
-    /// Its polygons, without backs.
+    /// The polygons of the solid, without backs.
     ///
     /// # Errors
     /// [`ShapeError`] when a quad's edges cross.
@@ -110,7 +110,7 @@ impl Solid {
         }
     }
 
-    /// It is to have a back a hair behind its front.
+    /// True when the solid gets a back, a hair behind its front.
     pub fn two_sided(&self) -> bool {
         matches!(
             self,
@@ -170,7 +170,7 @@ mod tests {
     use super::*;
     use crate::geometry::newell;
 
-    /// Six times the volume that closed faces hold, positive where they are seen from outside.
+    /// Six times the volume of closed faces, positive when they are seen from outside.
     fn volume(faces: &[Vec<Vec3>]) -> f64 {
         faces.iter().map(|f| newell(f).dot(f[0]) / 6.0).sum::<f64>()
     }

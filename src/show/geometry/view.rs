@@ -1,26 +1,27 @@
-//! A pinhole camera, and where a file's content is placed.
+//! A pinhole camera, and the placement of a file's content.
 
 use super::{Vec3, vec3};
 
-/// A pinhole camera. Its up is Z, unless it looks straight along Z: then Y; `roll` turns it from there.
+/// A pinhole camera. Its up is Z, or Y when it looks straight along Z; `roll` turns it from there.
 #[derive(Clone, Debug, PartialEq)]
 pub struct View {
     /// The eye.
     pub from: Vec3,
-    /// The point in the middle of the picture.
+    /// The point in the middle of the image.
     pub to: Vec3,
     /// Vertical field of view, full angle, degrees.
     pub fov: f64,
-    /// Clockwise for who looks through it, degrees: the picture turns the other way.
+    /// Clockwise for the observer, degrees; the image turns the other way.
     pub roll: f64,
-    /// Picture width in pixels.
+    /// Image width in pixels.
     pub width: usize,
-    /// Picture height in pixels.
+    /// Image height in pixels.
     pub height: usize,
 }
 
 impl View {
-    /// Unit vectors to the right, to the top and into the picture; not finite where it looks nowhere.
+    /// Unit vectors to the right, to the top and into the image; not finite when `from` equals
+    /// `to`.
     pub fn axes(&self) -> [Vec3; 3] {
         let forward = (self.to - self.from).normalized();
         let [right, up] = upright(forward);
@@ -33,7 +34,7 @@ impl View {
     }
 }
 
-/// To the right and to the top of a picture that looks `forward` and is not rolled.
+/// Right and top of an image that looks `forward`, without roll.
 pub fn upright(forward: Vec3) -> [Vec3; 2] {
     let vertical = forward.x.hypot(forward.y) < 1e-9;
     let above = if vertical {
@@ -45,15 +46,15 @@ pub fn upright(forward: Vec3) -> [Vec3; 2] {
     [right, right.cross(forward)]
 }
 
-/// Where a file's content stands: stretched, then turned about the vertical through its origin, then
+/// Placement of a file's content: scaled, then turned about the vertical through its origin, then
 /// moved.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Place {
-    /// Metres in one unit of the file.
+    /// Metres per unit of the file.
     pub scale: f64,
     /// Anticlockwise seen from above, degrees.
     pub turn: f64,
-    /// Where its origin comes to stand.
+    /// New position of the file's origin.
     pub at: Vec3,
 }
 
@@ -68,7 +69,7 @@ impl Default for Place {
 }
 
 impl Place {
-    /// A direction of the file, in the world.
+    /// Transforms a direction of the file to the world.
     pub fn direction(&self, d: Vec3) -> Vec3 {
         let (sine, cosine) = self.turn.to_radians().sin_cos();
         vec3(cosine * d.x - sine * d.y, sine * d.x + cosine * d.y, d.z)

@@ -1,8 +1,8 @@
-//! What was written, with its places: the tree between the grammar and the model.
+//! The syntax tree between the grammar and the model.
 //!
-//! Invariants: texts are slices of the source; a [`Span`] is a byte range on character
-//! boundaries, of all of a node unless it says otherwise; lists are in the order of the text.
-//! Nothing here is checked beyond the grammar: names are words, quantities are texts.
+//! Invariants: texts are slices of the source; a [`Span`] is a byte range on character boundaries
+//! and covers the whole node unless documented otherwise; lists are in the order of the text. Only
+//! the grammar is checked: names are words, quantities are texts.
 
 use std::ops::Range;
 
@@ -29,7 +29,7 @@ impl Span {
 /// A piece of the source.
 #[derive(Clone, Copy, Debug)]
 pub struct Word<'a> {
-    /// As written.
+    /// The text as written.
     pub text: &'a str,
     pub span: Span,
 }
@@ -46,11 +46,11 @@ pub struct Statement<'a> {
 pub enum Declaration<'a> {
     /// `show "…"`
     Show(Word<'a>),
-    /// `preview { … }`: key, value, and the stops behind `auto`.
+    /// `preview { … }`: key, value, and the stops after `auto`.
     Preview(Vec<(Word<'a>, Word<'a>, Option<Word<'a>>)>),
-    /// `include "…"`, whose file is known by the place of this.
+    /// `include "…"`; the position of the statement identifies the file.
     Include,
-    /// `gels "…"`, whose file is known by the place of this.
+    /// `gels "…"`; the position of the statement identifies the file.
     Gels,
     /// `let NAME = …`
     Let {
@@ -66,7 +66,7 @@ pub enum Declaration<'a> {
     /// `surface NAME reflectance … box …`
     Surface {
         material: Word<'a>,
-        /// Each time it is written.
+        /// One entry for each time the clause is written.
         reflectances: Vec<Vec<Word<'a>>>,
         clauses: Vec<Clause<'a>>,
         solids: Vec<Solid<'a>>,
@@ -126,13 +126,13 @@ pub enum Declaration<'a> {
 pub struct Clause<'a> {
     /// `at`, `aim`, `beam`, `field`, `moves`, `from`, `to`, `fov`, `lens`, `roll`, `size`, `forward`, `albedo`, or the value itself when bare.
     pub word: Word<'a>,
-    /// What follows the keyword: none, one value, two of a range, or three of a position.
+    /// Values after the keyword: none, one value, two of a range, or three of a position.
     pub values: Vec<Word<'a>>,
     pub span: Span,
 }
 
 impl<'a> Clause<'a> {
-    /// The first clause of this keyword.
+    /// The first clause with this keyword.
     pub fn find<'c>(clauses: &'c [Clause<'a>], word: &str) -> Option<&'c Clause<'a>> {
         clauses.iter().find(|clause| clause.word.text == word)
     }
@@ -180,11 +180,11 @@ pub struct Bank<'a> {
     pub name: Word<'a>,
     /// Names of lights; none when it is an image.
     pub lights: Vec<Word<'a>>,
-    /// Its picture, in place of lights.
+    /// Its image, in place of lights.
     pub image: Option<ImageWords<'a>>,
-    /// `channel N`, each time it is written.
+    /// `channel N`, one entry for each time it is written.
     pub channels: Vec<Word<'a>>,
-    /// `dimmer NAME`, each time it is written.
+    /// `dimmer NAME`, one entry for each time it is written.
     pub dimmers: Vec<Word<'a>>,
     /// `rgb`
     pub rgb: bool,
@@ -213,14 +213,14 @@ pub struct Level<'a> {
     pub target: Target<'a>,
     /// A quantity, `full`, `out` or a colour.
     pub value: Word<'a>,
-    /// A colour behind a level, or a level behind a colour.
+    /// A colour after a level, or a level after a colour.
     pub second: Option<Word<'a>>,
 }
 
 /// A function of time or of a fraction.
 #[derive(Clone, Debug)]
 pub struct Path<'a> {
-    /// How it runs.
+    /// The interpolation between knots.
     pub interpolation: Interpolation,
     /// At least one.
     pub knots: Vec<Knot<'a>>,
@@ -234,14 +234,14 @@ pub struct Knot<'a> {
     pub at: Word<'a>,
     /// Level or colour.
     pub value: Word<'a>,
-    /// After `slope`.
+    /// Slope, after `slope`.
     pub slope: Option<Word<'a>>,
-    /// After `via`.
+    /// Inner levels, after `via`.
     pub via: Option<(Word<'a>, Word<'a>)>,
     pub span: Span,
 }
 
-/// Which timing word.
+/// A timing word.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TimingKind {
     /// `time 5`, `time 4/3`
@@ -261,7 +261,7 @@ pub enum TimingKind {
 }
 
 impl TimingKind {
-    /// As written.
+    /// The word as written.
     pub fn word(self) -> &'static str {
         match self {
             TimingKind::Time => "time",
@@ -280,7 +280,7 @@ impl TimingKind {
 pub struct Timing<'a> {
     pub kind: TimingKind,
     pub value: Option<Word<'a>>,
-    /// `time UP/DOWN`: the second.
+    /// `time UP/DOWN`: the second value.
     pub second: Option<Word<'a>>,
     pub span: Span,
 }
@@ -293,11 +293,11 @@ pub struct Cue<'a> {
     pub label: Option<Word<'a>>,
     /// `at` in the header.
     pub at: Option<Word<'a>>,
-    /// What stands between the braces.
+    /// Content of the braces.
     pub body: Body<'a>,
 }
 
-/// What stands between the braces of a cue or a part.
+/// Content of the braces of a cue or a part.
 #[derive(Debug, Default)]
 pub struct Body<'a> {
     /// Timing of the whole.
@@ -305,9 +305,9 @@ pub struct Body<'a> {
     pub moves: Vec<Move<'a>>,
     /// `part N { … }`
     pub parts: Vec<Part<'a>>,
-    /// `follow`, `hang`, `at`, `block`, `assert`, `cueonly`: the word, its value, all of it.
+    /// `follow`, `hang`, `at`, `block`, `assert`, `cueonly`: the word, its value, the span of both.
     pub marks: Vec<(Mark, Option<Word<'a>>, Span)>,
-    /// `note "…"`, each time it is written: the text, all of it.
+    /// `note "…"`, one entry for each: the text, and the span of the statement.
     pub notes: Vec<(Word<'a>, Span)>,
 }
 
@@ -338,19 +338,19 @@ pub struct Part<'a> {
     pub span: Span,
 }
 
-/// A move, with timing of its own when that stands after it on its line.
+/// A move, with its timing when that follows on the same line.
 #[derive(Clone, Debug)]
 pub struct Move<'a> {
-    /// What moves; `None` for `blackout`.
+    /// Target of the move; `None` for `blackout`.
     pub target: Option<Target<'a>>,
     pub motion: Motion<'a>,
-    /// Where heads point.
+    /// Direction of the heads.
     pub aim: Option<Aim<'a>>,
     pub effect: Option<EffectBegun<'a>>,
     pub timing: Vec<Timing<'a>>,
     /// Without the timing.
     pub span: Span,
-    /// The move before it on its line, where that has no timing of its own.
+    /// The move before it on its line, when that move has no timing.
     pub beside: Option<Span>,
 }
 
@@ -358,7 +358,7 @@ pub struct Move<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct EffectBegun<'a> {
     pub name: Word<'a>,
-    /// `spread`, where it stands.
+    /// Position of `spread`.
     pub spread: Option<Span>,
 }
 
@@ -372,15 +372,15 @@ pub struct Aim<'a> {
     pub span: Span,
 }
 
-/// Where a move goes.
+/// Destination of a move.
 #[derive(Clone, Debug)]
 pub enum Motion<'a> {
-    /// No level: a look as it is, `blackout`, or heads that move.
+    /// No level: a plain look, `blackout`, or moving heads.
     Bare,
-    /// To a level or a colour, or to one of each.
+    /// A level, a colour, or one of each.
     To(Word<'a>, Option<Word<'a>>),
-    /// Along a path.
+    /// A path over time.
     Path(Path<'a>),
-    /// The target, a look, with these on top.
+    /// A look with these terms on top.
     Plus(Vec<Term<'a>>),
 }

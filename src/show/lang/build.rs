@@ -1,7 +1,7 @@
-//! From pairs of the grammar to the tree of [`super::ast`].
+//! Builds the tree of [`super::ast`] from the pairs of the grammar.
 //!
-//! The shapes are guaranteed by the grammar; where a piece is missing all the same, `None` says
-//! so, and the caller reports the statement as not understood. Words are slices of the source,
+//! The grammar guarantees the shapes; if a piece is missing all the same, the builder returns
+//! `None` and the caller reports the statement as not understood. Words are slices of the source,
 //! not of the parsed copy, which may have lines blanked out.
 
 use pest::iterators::{Pair, Pairs};
@@ -13,19 +13,19 @@ use super::ast::{
 use super::syntax::Rule;
 use crate::model::Interpolation;
 
-/// Where the parsed text lies.
+/// Position of the parsed text.
 #[derive(Clone, Copy)]
 pub struct Builder<'a> {
     /// The whole file.
     pub source: &'a str,
-    /// Its index.
+    /// Index of the file.
     pub file: u32,
     /// Byte offset of the statement in it.
     pub base: usize,
 }
 
 impl<'a> Builder<'a> {
-    /// The statement of `pairs`, which are those of its one rule.
+    /// Builds the statement of `pairs`, the pairs of one statement rule.
     pub fn statement(self, mut pairs: Pairs<'_, Rule>) -> Option<Statement<'a>> {
         let pair = pairs.next()?;
         let rule = pair.as_rule();
@@ -94,8 +94,8 @@ impl<'a> Builder<'a> {
         }
     }
 
-    /// Blanks before an optional rest that is absent belong to no one: the end is that of the last
-    /// piece of the last piece.
+    /// Span of a pair without the blanks before an absent optional rest: it ends with its last
+    /// piece.
     fn trimmed(&self, pair: &Pair<'_, Rule>) -> Span {
         let mut span = self.span(pair);
         let mut last = pair.clone();
@@ -468,7 +468,7 @@ impl<'a> Builder<'a> {
         Some(body)
     }
 
-    /// Whether what stands at `span` is on the line of the move before it; timing there is the move's.
+    /// True when `span` is on the line of the move before it; timing there belongs to that move.
     fn beside(&self, last: &Move<'a>, parts: &[Part<'a>], span: Span) -> bool {
         let from = last.timing.last().map_or(last.span, |t| t.span).end as usize;
         let between = self.source.get(from..span.start as usize);

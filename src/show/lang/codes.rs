@@ -1,5 +1,5 @@
-//! Every diagnostic's code, in one table. A code keeps its meaning for ever; a code that is no
-//! longer used is not given to another error.
+//! Every diagnostic's code, in one table. A code keeps its meaning for ever; a retired code is not
+//! reused.
 
 /// A row of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

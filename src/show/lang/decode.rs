@@ -1,4 +1,4 @@
-//! From the bytes of a file to the text of a show.
+//! Decodes the bytes of a show file.
 
 use super::{codes, limits};
 use crate::diagnostic::Diagnostic;
@@ -12,7 +12,7 @@ pub(super) fn too_large(name: &str, size: usize) -> Diagnostic {
     Diagnostic::error(codes::TOO_LARGE, message)
 }
 
-/// The text of a file's bytes, without a byte order mark.
+/// Decodes a file's bytes as text, without the byte order mark.
 ///
 /// # Errors
 /// A diagnostic without a place when the file is too large, binary or not UTF-8.

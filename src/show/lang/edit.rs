@@ -1,9 +1,8 @@
 //! Edits of a show's text as values, each turned into the smallest change of the text.
 //!
 //! Invariants: every byte outside the change stays as it is, comments, layout and line ends
-//! included; a text whose statements cannot be told apart is never edited. Only the text at hand is
-//! known here, not the files that it includes: the edited text is to be parsed, and dropped if it
-//! has errors.
+//! included; a text whose statements cannot be separated is never edited. Included files are not
+//! known here, so the caller parses the edited text and drops it if it has errors.
 
 mod change;
 mod cue;
@@ -26,18 +25,18 @@ use place::Key;
 /// Declarations in one edit; each costs a pass over the source.
 const MOST: usize = 100;
 
-/// An edit of a show's text, as a value; it becomes the smallest change of the text. A document of
+/// An edit of a show's text. It becomes the smallest change of the text; a document of
 /// `footlight-engine` applies it.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Edit {
-    /// Declarations as the language writes them: each replaces the one of its kind and name (a
-    /// cue: of its number; `show`, `preview`, `default`: the only one) in its place. What is new
-    /// goes after its kind, a cue into the order of numbers.
+    /// Declarations as the language writes them. Each replaces the one of its kind and name (a cue:
+    /// of its number; `show`, `preview`, `default`: the only one) in its place. A new declaration
+    /// goes after its kind, a new cue into the order of numbers.
     Declare(String),
-    /// A cue as a whole, in the place of the one of its number if there is one.
+    /// A whole cue; it replaces the cue of its number if there is one.
     SetCue(CueText),
-    /// The level to which a cue moves a bank or a group: only the number changes. Where the cue
-    /// does not move it by name, the move is added.
+    /// Sets the level to which a cue moves a bank or a group; only the number changes. The move is
+    /// added when the cue does not move the target by name.
     UpdateMove {
         /// The cue.
         cue: CueNumber,
@@ -46,33 +45,32 @@ pub enum Edit {
         /// Fraction of full, 0 to 1.
         level: f64,
     },
-    /// Moves as the language writes them, into a cue: each takes the place of what the cue says of
-    /// the same target, or is added.
+    /// Moves as the language writes them. Each replaces the cue's move of the same target, or is
+    /// added.
     UpdateMoves {
         /// The cue.
         cue: CueNumber,
         /// `lamps 40  sky #203060`.
         moves: String,
     },
-    /// Takes a cue out.
+    /// Deletes a cue.
     DeleteCue(CueNumber),
-    /// The text of a cue once more under another number, at its place in the order; without the
-    /// clock time, which is the first one's.
+    /// Copies a cue to another number, at its place in the order and without its clock time.
     CopyCue {
         /// A cue of the text.
         from: CueNumber,
         /// A number that no cue has.
         to: CueNumber,
     },
-    /// Another name for a view, light, bank, `fixed`, group, look, curve or value, where it is
-    /// declared and wherever the text uses it.
+    /// Renames a view, light, bank, `fixed`, group, look, curve or value, where it is declared and
+    /// wherever the text uses it.
     Rename {
         /// A name that the text declares.
         from: String,
-        /// A name that stands for nothing.
+        /// A name not yet in use.
         to: String,
     },
-    /// Takes out the declaration that these words name: `cue 2.5`, `bank lamps`, `preview`.
+    /// Removes the declaration that these words name: `cue 2.5`, `bank lamps`, `preview`.
     Remove(String),
 }
 
@@ -80,7 +78,7 @@ pub enum Edit {
 ///
 /// # Errors
 /// Diagnostics, with places in the text of an [`Edit::Declare`] (as file 0) when that does not
-/// parse; otherwise without places. The source is then untouched.
+/// parse; otherwise without places. The source is unchanged.
 pub fn apply(source: &str, edit: &Edit) -> Result<EditedText, Vec<Diagnostic>> {
     match edit {
         Edit::Declare(statements) => declare(source, statements),

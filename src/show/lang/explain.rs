@@ -1,7 +1,7 @@
-//! Pages about codes: `grammar/errors.md`, taken apart.
+//! Pages about codes, taken from `grammar/errors.md`.
 //!
-//! The document is the only source, so that what `explain` prints is what stands in the manual,
-//! and what the tests run.
+//! The document is the only source, so that `explain` prints the text of the manual, which the
+//! tests run.
 
 use super::codes;
 use super::names::nearest;
@@ -9,7 +9,7 @@ use super::names::nearest;
 /// The manual's chapter on errors.
 const CHAPTER: &str = include_str!("../../../grammar/errors.md");
 
-/// What the manual says of a code.
+/// The manual's page on a code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Explanation<'a> {
     /// Such as `E012`.
@@ -21,7 +21,7 @@ pub struct Explanation<'a> {
 }
 
 impl Explanation<'_> {
-    /// The smallest sheet that makes the error, and its correction, where there are such.
+    /// The smallest cue sheet that makes the error, and its correction, if the page has them.
     pub fn sheets(&self) -> Option<(&str, &str)> {
         let mut sheets = self.text.split("```lxq\n").skip(1);
         let mut next = || sheets.next()?.split_once("```").map(|(sheet, _)| sheet);
@@ -40,10 +40,10 @@ pub fn pages() -> impl Iterator<Item = Explanation<'static>> {
     })
 }
 
-/// The page of a code, in capitals or not.
+/// Looks up the page of a code, in capitals or not.
 ///
 /// # Errors
-/// A sentence that says there is no such code, with the nearest one.
+/// A message that names the nearest code.
 pub fn explain(code: &str) -> Result<Explanation<'static>, String> {
     let wanted = code.trim().to_ascii_uppercase();
     if let Some(page) = pages().find(|p| p.code == wanted) {

@@ -1,10 +1,9 @@
 //! The canonical layout of a show's text.
 //!
-//! One declaration, move or part a line; two blanks of indentation a brace; one blank between
-//! words, two between clauses; clauses of neighbouring lines under each other; one empty line at
-//! most. Comments, groups of lines and line breaks inside a declaration stay. Invariants: the words
-//! and their order stay (colours become lower case); the show stays; formatting twice is formatting
-//! once.
+//! One declaration, move or part per line; two blanks of indentation per brace; one blank between
+//! words, two between clauses; clauses of neighbouring lines aligned; at most one empty line.
+//! Comments, groups of lines and line breaks inside a declaration stay. Invariants: the words and
+//! their order stay (colours become lower case); the show stays; formatting is idempotent.
 
 mod column;
 mod gap;
@@ -17,11 +16,10 @@ use super::scan;
 use super::{codes, limits};
 use crate::diagnostic::Diagnostic;
 
-/// The text in its canonical layout, with the line ends that it came with.
+/// Formats a text in the canonical layout; line ends stay as they are.
 ///
 /// # Errors
-/// The diagnostics of a text that does not parse, with places in it as file 0: nothing is guessed
-/// where the writer's meaning is not known.
+/// The diagnostics of a text that does not parse, with places in it as file 0.
 pub fn format(text: &str) -> Result<String, Vec<Diagnostic>> {
     let mut report = Report::default();
     if text.len() > limits::FILE {
@@ -55,7 +53,7 @@ pub fn format(text: &str) -> Result<String, Vec<Diagnostic>> {
     })
 }
 
-/// The pieces from the opening brace `i` to its closing one, and whether they stand on one line.
+/// The pieces from the opening brace `i` to its closing one, and true when they stand on one line.
 fn rest_of_block<'p, 'a>(
     pieces: &'p [piece::Piece<'a>],
     i: usize,

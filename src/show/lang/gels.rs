@@ -1,7 +1,7 @@
-//! Tables of gels: a line each with number, name and colour, `L201, "Full C.T. Blue", #9dc1ff`.
+//! Tables of gels: one line each with number, name and colour, `L201, "Full C.T. Blue", #9dc1ff`.
 //!
-//! Fields are parted by commas or semicolons; the first is the number, the last the colour. A first
-//! line without a colour is a heading.
+//! Fields are separated by commas or semicolons; the first is the number, the last the colour. A
+//! first line without a colour is a heading.
 
 use std::collections::BTreeMap;
 
@@ -12,7 +12,7 @@ use super::{codes, syntax};
 use crate::diagnostic::Diagnostic;
 use crate::units::Rgb;
 
-/// The colours of a table by number; `None`, once said, where a line is none.
+/// Colours of a table by number. A bad line is reported, and the result is `None`.
 pub fn table(text: &str, file: u32, report: &mut Report) -> Option<BTreeMap<String, Rgb>> {
     let mut out = BTreeMap::new();
     let mut start = 0;
@@ -53,7 +53,7 @@ pub fn table(text: &str, file: u32, report: &mut Report) -> Option<BTreeMap<Stri
     sound.then_some(out)
 }
 
-/// The numbers of the gels in a table; none of another text.
+/// Numbers of the gels in a table; empty for any other text.
 pub fn gels_of_table(text: &str) -> Vec<String> {
     let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
     // A heading, or the first gel.

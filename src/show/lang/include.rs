@@ -1,8 +1,8 @@
-//! `include`: the files a show is made of, each read once.
+//! `include`: the files of a show, each read once.
 //!
-//! Invariants: files come from the show's own folder downwards, as the reader they are read with
-//! sees to; at most [`limits::INCLUDES`] of them with [`limits::FILE`] bytes in all; none twice and
-//! none in a circle. What stands in a file stands where it is included.
+//! Invariants: files lie in the show's folder or below it, which the reader ensures; there are at
+//! most [`limits::INCLUDES`], with [`limits::FILE`] bytes in all; no file is included twice or in a
+//! circle. The content of a file takes the place of its `include`.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -29,9 +29,9 @@ pub struct Part<'a> {
     path: String,
     /// The part that includes it.
     parent: Option<usize>,
-    /// Where an `include` stands, and the part that it names.
+    /// The included part, by position of its `include`.
     children: BTreeMap<u32, usize>,
-    /// The gels of the tables that it names.
+    /// Gels of the tables that it names.
     pub gels: Option<BTreeMap<String, Rgb>>,
 }
 
@@ -41,7 +41,8 @@ impl Part<'_> {
     }
 }
 
-/// The show's file `name`, already among the sources as `file`, and all that it includes.
+/// Reads the show's file `name`, already among the sources as `file`, and everything that it
+/// includes.
 pub fn gather<'a>(
     files: &dyn Files,
     sources: &mut Sources,
@@ -73,7 +74,7 @@ pub fn gather<'a>(
     gathering.parts
 }
 
-/// What was read of the parts as one: the statements of each where it is included.
+/// Joins the parts: the statements of each take the place of its `include`.
 pub fn joined<'a>(parts: &[Part<'_>], reads: Vec<Read<'a>>) -> Read<'a> {
     let mut reads: Vec<Option<Read<'a>>> = reads.into_iter().map(Some).collect();
     let mut out = Read::default();
@@ -81,7 +82,7 @@ pub fn joined<'a>(parts: &[Part<'_>], reads: Vec<Read<'a>>) -> Read<'a> {
     out
 }
 
-/// Never deeper than there are parts.
+/// Recursion is bounded by the number of parts.
 fn join<'a>(index: usize, parts: &[Part<'_>], reads: &mut [Option<Read<'a>>], out: &mut Read<'a>) {
     let (Some(part), Some(read)) = (
         parts.get(index),
@@ -111,11 +112,11 @@ struct Gathering<'a, 's> {
     files: &'s dyn Files,
     sources: &'s mut Sources,
     report: &'s mut Report,
-    /// The folder of the show, as reports call it.
+    /// The folder of the show, as messages name it.
     folder: &'s str,
-    /// Of all texts.
+    /// Bytes of all texts.
     bytes: usize,
-    /// Where each path was included.
+    /// Position at which each path was included.
     places: BTreeMap<String, Span>,
     parts: Vec<Part<'a>>,
 }
@@ -140,7 +141,7 @@ impl Gathering<'_, '_> {
                 file: part.file,
                 base: cut.span.start,
             };
-            // What does not parse is said when the statement is read.
+            // A syntax error is reported when the statement is read.
             let path = syntax::parse(rule, cut.text);
             if let Some(path) = path.ok().and_then(|pairs| builder.included(pairs)) {
                 found.push((rule, cut.span.start as u32, unquoted(path), path.span));
@@ -223,7 +224,7 @@ impl Gathering<'_, '_> {
         }
     }
 
-    /// The text of a file of the show, and its place among the sources.
+    /// The text of a file of the show, and its index among the sources.
     fn text_of(&mut self, path: &str, span: Span) -> Option<(String, u32)> {
         let bytes = match self.files.read(path) {
             Ok(bytes) => bytes,
@@ -257,7 +258,7 @@ impl Gathering<'_, '_> {
         Some((text, file))
     }
 
-    /// The part of this path among those that hold the part at `index`, itself included.
+    /// The part with this path among the part at `index` and the parts that include it.
     fn ancestor(&self, index: usize, path: &str) -> Option<usize> {
         let mut next = Some(index);
         while let Some(i) = next {
@@ -271,10 +272,10 @@ impl Gathering<'_, '_> {
     }
 }
 
-/// `path` as seen from the file `from`, relative to the show's folder.
+/// Resolves `path` against the file `from`, relative to the show's folder.
 fn resolved(from: &str, path: &str) -> String {
     let folder = from.rsplit_once('/').map_or("", |(folder, _)| folder);
-    // An absolute path stays one, so that the reader refuses it.
+    // An absolute path stays absolute, so that the reader refuses it.
     let folder = if path.starts_with('/') { "" } else { folder };
     let mut out: Vec<&str> = Vec::new();
     for piece in folder
@@ -379,7 +380,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever the path, it never comes to name what lies above the show's folder.
+        /// No path resolves to a file above the show's folder.
         #[test]
         fn paths_are_resolved(path in "[a./]{0,12}", from in "(a/){0,2}b") {
             let path = resolved(&from, &path);

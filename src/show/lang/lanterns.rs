@@ -15,7 +15,7 @@ pub struct Lantern {
     pub is_flux: bool,
     /// Maker, product and lamp.
     pub product: &'static str,
-    /// Where the figures are from.
+    /// Source of the figures.
     pub source: &'static str,
 }
 
@@ -72,9 +72,9 @@ mod tests {
         assert_eq!((lanterns().count(), names.len()), (rows, rows));
     }
 
-    /// The spot of each lantern has the peak and the angles of its data sheet. Its lumens within the field
-    /// follow from these by the profile of spots; the sheets that state them are met within 12 %, as
-    /// real lanterns with the same angles are flatter or more peaked.
+    /// The spot of each lantern has the peak and the angles of its data sheet. Its lumens within
+    /// the field follow by the profile of spots; they agree within 12 % with the sheets that state
+    /// them, because real lanterns of equal angles are flatter or more peaked.
     #[test]
     fn lanterns_are_as_their_data_sheets_say() {
         let field_lumens = [

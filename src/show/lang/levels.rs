@@ -1,7 +1,7 @@
-//! Levels tried at a desk: what moves set, read without a word of the show's text changing.
+//! Levels tried at a desk: reads moves without a change of the show's text.
 //!
-//! Invariant: the moves mean what they would mean in a cue behind all others, and are refused in
-//! the same words. The cues of the show are not read: no move rests on them.
+//! Invariant: the moves mean what they would mean in a cue after all others, and get the same
+//! diagnostics. The cues of the show are not read, since no move depends on them.
 
 use super::lower;
 use super::read::{self, Read};
@@ -10,7 +10,7 @@ use crate::diagnostic::{Diagnostic, Sources};
 use crate::model::{Cue, Motion};
 use footlight_host::files::Files;
 
-/// A parameter and the level that it is set to, before the dimmer.
+/// A parameter and its level, before the dimmer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SetLevel {
     /// Index among the parameters of the show.
@@ -19,21 +19,19 @@ pub struct SetLevel {
     pub level: f64,
 }
 
-/// What stands before the moves while they are read. A cue of any number will do, as no other is
-/// read.
+/// Opening of the cue in which the moves are read. Any number will do, since no other cue is read.
 const OPENING: &str = "cue 9999.999 { snap  ";
 const CLOSING: &str = " }";
 
-/// Returns the levels that moves such as `lamps 40  sky #203060  night` set in the show of
-/// `source`, in the order of the parts, and within each by parameter.
+/// Returns the levels that moves such as `lamps 40 sky #203060 night` set in the show of `source`,
+/// in the order of the parts and then by parameter.
 ///
-/// Moves to a level count, of groups, looks and `blackout` too, in a part as outside it. A path
-/// over time sets nothing, nor does timing: the result is empty where there is nothing else.
+/// Moves to a level count, including those of groups, looks and `blackout`, inside parts and
+/// outside. Paths over time and timing set no level.
 ///
 /// # Errors
-/// Diagnostics with places in `typed` as file 0. What is wrong elsewhere, in the declarations of
-/// `source` or the files that it includes from `files`, comes without a place; cues with errors
-/// are not noticed.
+/// Diagnostics with places in `typed` as file 0. Errors in the declarations of `source`, or of the
+/// files that it includes from `files`, come without a place; errors in cues are not noticed.
 pub fn levels(
     files: &dyn Files,
     name: &str,
@@ -55,7 +53,7 @@ pub fn levels(
     Ok(set.collect())
 }
 
-/// The moves as a cue of the show; diagnostics have their places in the cue's text, as file 0.
+/// Reads the moves as a cue of the show; diagnostics have places in the cue's text, as file 0.
 fn cue(
     files: &dyn Files,
     (name, source): (&str, &str),
@@ -84,7 +82,7 @@ fn cue(
     cue.ok_or_else(|| report.finish().0)
 }
 
-/// A diagnostic of the cue's text as one of what was typed.
+/// Translates a diagnostic from the cue's text to the typed text.
 fn within(mut diagnostic: Diagnostic, typed: &str) -> Diagnostic {
     diagnostic.labels.retain_mut(|label| {
         let own = label.file == 0 && label.span.start >= OPENING.len();

@@ -1,4 +1,5 @@
-//! The language of cue sheets: text in, [`Show`](crate::model::Show), places and diagnostics out.
+//! The language of cue sheets: parses text to a [`Show`](crate::model::Show) with spans and
+//! diagnostics.
 //!
 //! `scan` cuts a text into statements, `syntax` parses each by the grammar (`grammar/lxq.pest`),
 //! `build` makes the tree of `ast`, `lower` resolves names and quantities and writes the model.
@@ -57,12 +58,12 @@ pub use token::{Token, pieces, tokens};
 
 use crate::units::{Rgb, Time};
 
-/// A time as a show writes it: `5`, `1.5s`, `1:30`, `250ms`.
+/// Reads a time as a show writes it: `5`, `1.5s`, `1:30`, `250ms`.
 pub fn time(text: &str) -> Option<Time> {
     quantity::time(text).ok()
 }
 
-/// The colour that `#ffb36b`, `#fb6` or `#orange` is.
+/// Reads a colour such as `#ffb36b`, `#fb6` or `#orange`.
 pub fn colour(text: &str) -> Option<Rgb> {
     let written = text.strip_prefix('#')?;
     let coded = lower::hex(written).or_else(|| lower::named(written))?;

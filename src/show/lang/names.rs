@@ -1,7 +1,7 @@
-//! Names: one kind each, found by name, with the nearest one when there is none.
+//! The table of names: one kind each, looked up with a suggestion of the nearest.
 //!
-//! Invariants: names are case sensitive; order of declaration plays no part. Materials are the
-//! stage's names, not the show's: they are not in this table.
+//! Invariants: names are case sensitive; order of declaration does not matter. Material names
+//! belong to the stage and are not in this table.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,14 +10,14 @@ use super::codes;
 use crate::diagnostic::Diagnostic;
 use crate::model::Fade;
 
-/// What a name stands for.
+/// Kind of a name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// A camera.
     View,
     /// A luminaire.
     Light,
-    /// A place where heads can aim.
+    /// A point where heads can aim.
     Point,
     /// Lights that vary in unison.
     Bank,
@@ -29,14 +29,14 @@ pub enum Kind {
     Look,
     /// A fade or dimmer curve.
     Curve,
-    /// What is laid on a level.
+    /// A variation on top of a level.
     Effect,
     /// A quantity or a colour.
     Value,
 }
 
 impl Kind {
-    /// All kinds: the statement word that declares each, and what it is with the article.
+    /// All kinds: the statement word that declares each, and its phrase with an article.
     const TABLE: [(Kind, &'static str, &'static str); 10] = [
         (Kind::View, "view", "a view"),
         (Kind::Light, "light", "a light"),
@@ -50,7 +50,7 @@ impl Kind {
         (Kind::Value, "let", "a value"),
     ];
 
-    /// With the article.
+    /// The kind's phrase, with an article.
     pub fn phrase(self) -> &'static str {
         let mut rows = Kind::TABLE.into_iter();
         rows.find(|row| row.0 == self).map_or("", |row| row.2)
@@ -66,11 +66,11 @@ impl Kind {
 /// A declared name.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
-    /// What it stands for.
+    /// Its kind.
     pub kind: Kind,
-    /// Which one; `None` when its declaration is broken, so that uses of it pass in silence.
+    /// Its index; `None` when its declaration is broken, so that uses are not reported.
     pub index: Option<usize>,
-    /// Where it is declared.
+    /// The declaration.
     pub span: Span,
 }
 
@@ -78,12 +78,12 @@ pub struct Entry {
 #[derive(Debug, Default)]
 pub struct Names<'a> {
     table: BTreeMap<&'a str, Entry>,
-    /// What was declared under a name that was taken.
+    /// Kinds declared under a name already in use.
     refused: BTreeSet<(&'a str, Kind)>,
 }
 
 impl<'a> Names<'a> {
-    /// Declares a name; the earlier entry when there is one, which stays.
+    /// Declares a name. If the name is in use, the earlier entry stays and is returned.
     pub fn declare(&mut self, name: Word<'a>, kind: Kind, index: Option<usize>) -> Option<Entry> {
         if let Some(earlier) = self.get(name.text) {
             self.refused.insert((name.text, kind));
@@ -100,8 +100,8 @@ impl<'a> Names<'a> {
         self.table.get(name).copied()
     }
 
-    /// Whether one of these kinds was declared under a name that was taken: uses of it then pass in
-    /// silence.
+    /// True when one of these kinds was declared under a name already in use: uses are then not
+    /// reported.
     pub fn is_refused(&self, name: &str, kinds: &[Kind]) -> bool {
         kinds
             .iter()
@@ -115,11 +115,11 @@ impl<'a> Names<'a> {
     }
 }
 
-/// Units that may stand off from their numbers, so that a name like them would be read as one:
-/// `key 40 K 30`.
+/// Units that may follow their number after a blank. A name spelt like them would be read as a
+/// unit: `key 40 K 30`.
 pub const STANDING_OFF: [&str; 3] = ["K", "cd", "lm"];
 
-/// `L201`, `R80`: a letter or two and a number.
+/// True for a letter or two and a number: `L201`, `R80`.
 pub fn is_gel(word: &str) -> bool {
     let digits = word.trim_start_matches(|c: char| c.is_ascii_alphabetic());
     (1..=2).contains(&(word.len() - digits.len()))
@@ -127,7 +127,7 @@ pub fn is_gel(word: &str) -> bool {
         && digits.chars().all(|c| c.is_ascii_digit())
 }
 
-/// What is said here for a word of other consoles and of plain English that may stand in a cue.
+/// The word of this language for a word of other consoles or of plain English.
 pub fn foreign(word: &str) -> Option<&'static str> {
     Some(match word {
         "in" | "over" | "during" | "within" | "for" | "fade" => {
@@ -150,7 +150,7 @@ pub fn foreign(word: &str) -> Option<&'static str> {
     })
 }
 
-/// Words with a meaning where names stand, so that nothing can be named so.
+/// True for words that mean something where names stand, so that they cannot be names.
 pub fn is_reserved(word: &str) -> bool {
     const WORDS: [&str; 28] = [
         "assert", "at", "blackout", "block", "channel", "cueonly", "curve", "delay", "dimmer",
@@ -175,8 +175,8 @@ pub fn reserved(name: &str) -> Diagnostic {
     Diagnostic::error(codes::RESERVED, message).help(help)
 }
 
-/// The candidate nearest to `word` by edit distance, if it is near enough to be meant: one
-/// error in three characters. The first wins among equals.
+/// The candidate nearest to `word` by edit distance, if there is at most one error in three
+/// characters. The first wins among equals.
 pub fn nearest<'c>(word: &str, candidates: impl Iterator<Item = &'c str>) -> Option<&'c str> {
     let length = word.chars().take(LONGEST + 1).count();
     if length > LONGEST {
@@ -200,10 +200,10 @@ pub fn nearest<'c>(word: &str, candidates: impl Iterator<Item = &'c str>) -> Opt
     best.map(|(_, name)| name)
 }
 
-/// More names than these are not compared: a suggestion is not worth seconds.
+/// Most names compared: a suggestion is not worth seconds.
 const CANDIDATES: usize = 10_000;
 
-/// No suggestion is made for longer words.
+/// Longest word that gets a suggestion.
 const LONGEST: usize = 40;
 
 #[cfg(test)]

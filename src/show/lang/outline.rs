@@ -1,10 +1,10 @@
-//! The statements of a text that need not parse: where they begin, what they are called.
+//! The statements of a text that need not parse: their positions and names.
 
 use super::format::format;
 use super::{edit, scan, syntax};
 use std::ops::Range;
 
-/// What a text that parses declares beside cues, in order: what each is (`bank lamps`), and its
+/// Declarations of a text that parses, without cues, in order: the name (`bank lamps`) and the
 /// canonical text.
 pub fn declarations(text: &str) -> Vec<(String, String)> {
     let mut out = Vec::new();
@@ -19,11 +19,11 @@ pub fn declarations(text: &str) -> Vec<(String, String)> {
 /// A statement of a text, which need not parse.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outlined<'t> {
-    /// Its bytes, without the blanks and comments around it.
+    /// Its bytes, without surrounding blanks and comments.
     pub range: Range<usize>,
-    /// The word that it begins with.
+    /// Its first word.
     pub word: &'t str,
-    /// Kind and name (`bank lamps`, `cue 2.5`), where it has them.
+    /// Kind and name (`bank lamps`, `cue 2.5`), if it has them.
     pub name: Option<String>,
 }
 
@@ -41,7 +41,7 @@ pub fn outline(text: &str) -> Vec<Outlined<'_>> {
     scan::scan(text).cuts.into_iter().map(outlined).collect()
 }
 
-/// The names that a text gives to values.
+/// Names of the values in a text.
 pub fn values(text: &str) -> Vec<String> {
     let cuts = scan::scan(text).cuts.into_iter();
     let names = cuts.filter_map(|cut| edit::name(cut.text));
@@ -59,8 +59,8 @@ pub fn words() -> Vec<&'static str> {
     syntax::inner_words().collect()
 }
 
-/// True when `text` begins with a statement word. `show` is one only before a title and `view` only
-/// before more than a name, since they are also what a user says to be shown something.
+/// True when `text` begins with a statement word. `show` counts only before a title, and `view`
+/// only before more than a name, because both are also commands of the prompt.
 pub fn is_declaration(text: &str) -> bool {
     let (word, rest) = scan::split_word(text.trim_start());
     let rest = rest.trim();
@@ -77,8 +77,8 @@ pub fn statement_complete(text: &str) -> bool {
     !scan::scan(text).open
 }
 
-/// Where the statement begins that is typed at byte `at`: a line at the margin outside all braces
-/// begins another one.
+/// Start of the statement that contains byte `at`; a line at the margin outside all braces begins
+/// another statement.
 pub fn statement_start(text: &str, at: usize) -> usize {
     let before = text.get(..at).unwrap_or(text);
     let line = before.rfind('\n').map_or(0, |i| i + 1);

@@ -1,4 +1,4 @@
-//! From a text to a show: the stages in order.
+//! Parses a text to a show: the stages in order.
 
 use super::decode::too_large;
 use super::report::Report;
@@ -8,23 +8,23 @@ use crate::diagnostic::{Diagnostic, Sources};
 use crate::model::Show;
 use footlight_host::files::{Files, Memory};
 
-/// What a text came to.
+/// Result of parsing.
 #[derive(Clone, Debug)]
 pub struct Parsed {
-    /// The show; `None` when there is an error among the diagnostics.
+    /// The show; `None` when a diagnostic is an error.
     pub show: Option<Show>,
-    /// Places of its nodes.
+    /// Spans of its nodes.
     pub spans: SpanMap,
-    /// Errors and warnings, in order of their places.
+    /// Errors and warnings, sorted by place.
     pub diagnostics: Vec<Diagnostic>,
-    /// Number of warnings beyond the first, which are kept.
+    /// Number of warnings left out.
     pub left_out: usize,
 }
 
 /// Reads a show from `text`, which joins `sources` under `name`.
 ///
-/// A show without a `show` statement is called by the name of its file, without the ending.
-/// It cannot include other files: see [`parse_with_files`].
+/// A show without a `show` statement takes its file's name without the extension. It cannot include
+/// other files: see [`parse_with_files`].
 pub fn parse(sources: &mut Sources, name: &str, text: &str) -> Parsed {
     parse_with_files(&Memory::default(), sources, name, text)
 }

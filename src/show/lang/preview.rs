@@ -3,7 +3,7 @@
 use crate::model::Preview;
 use crate::units::ToneCurve;
 
-/// The statement that sets a preview, as it stands in a show.
+/// The `preview` statement for these settings.
 pub fn preview_statement(preview: &Preview) -> String {
     let tone = match preview.tone {
         ToneCurve::Filmic => "filmic",

@@ -1,20 +1,20 @@
-//! Quantities with units: what a number means, and what to say when it means something else.
+//! Quantities with units, and the faults in them.
 //!
 //! Times are read digit by digit into whole microseconds, never through a float. This module
-//! handles texts and units only, neither where they stand in the file nor what for.
+//! handles texts and units, and does not know where they stand or what they are for.
 
 use crate::units::Time;
 
-/// What a number is a number of, as its unit says.
+/// Kind of a unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Unit {
-    /// No unit: what is wanted decides.
+    /// No unit: the context decides.
     Bare,
     /// `s`, `ms` or with a colon.
     Time,
     /// `%`
     Percent,
-    /// A length; metres in one unit.
+    /// A length, with the number of metres in one unit.
     Length(f64),
     /// `deg`
     Degree,
@@ -29,7 +29,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// Its kind, with the article.
+    /// The kind's phrase, with an article.
     pub fn kind(self) -> &'static str {
         match self {
             Unit::Bare => "a number",
@@ -45,7 +45,7 @@ impl Unit {
     }
 }
 
-/// What stands to be read.
+/// The kind of quantity that the context requires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wanted {
     /// A duration or an instant.
@@ -58,12 +58,12 @@ pub enum Wanted {
     Angle,
     /// A plain number.
     Number,
-    /// A part of the whole in percent.
+    /// A share of the whole in percent.
     Share,
 }
 
 impl Wanted {
-    /// In words, with the article.
+    /// The phrase, with an article.
     pub fn phrase(self) -> &'static str {
         match self {
             Wanted::Time => "a time",
@@ -75,7 +75,7 @@ impl Wanted {
         }
     }
 
-    /// How to write one.
+    /// An example of such a quantity.
     pub fn example(self) -> &'static str {
         match self {
             Wanted::Time => "write a time as `5`, `5s`, `1.5`, `1:30` or `250ms`",
@@ -98,33 +98,33 @@ impl Wanted {
     }
 }
 
-/// Why a quantity could not be read.
+/// Reasons why a quantity cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// Its unit is of another kind.
+    /// The unit is of another kind.
     Kind(&'static str),
     /// The unit is unknown.
     Unit(String),
-    /// The digits make no number, or one beyond every limit; why.
+    /// The digits make no number, or one beyond every limit; the text gives the reason.
     Digits(&'static str),
 }
 
-/// The units that are known, for suggestions.
+/// Known units, for suggestions.
 pub const UNITS: [&str; 13] = [
     "s", "ms", "m", "cm", "mm", "ft", "in", "deg", "cd", "lm", "cd/m2", "K", "%",
 ];
 
-/// Digits and unit of a quantity.
+/// Splits a quantity into digits and unit.
 fn split(text: &str) -> (&str, &str) {
     let end = text.find(|c: char| !(c.is_ascii_digit() || matches!(c, '-' | '.' | ':')));
     let (digits, unit) = text.split_at(end.unwrap_or(text.len()));
     (digits, unit.trim())
 }
 
-/// The unit of a quantity.
+/// Reads the unit of a quantity.
 ///
 /// # Errors
-/// [`Fault::Unit`] for an unknown one.
+/// [`Fault::Unit`] for an unknown unit.
 pub fn unit(text: &str) -> Result<Unit, Fault> {
     let (digits, unit) = split(text);
     Ok(match unit {
@@ -146,10 +146,10 @@ pub fn unit(text: &str) -> Result<Unit, Fault> {
     })
 }
 
-/// The number of a quantity, whatever its unit; metres for lengths.
+/// Reads the number of a quantity, whatever its unit; metres for lengths.
 ///
 /// # Errors
-/// [`Fault`] when there is no finite number in it.
+/// [`Fault`] without a finite number.
 pub fn number(text: &str) -> Result<f64, Fault> {
     let (digits, _) = split(text);
     let factor = match unit(text)? {
@@ -163,7 +163,7 @@ pub fn number(text: &str) -> Result<f64, Fault> {
     }
 }
 
-/// A quantity of the wanted kind; times in seconds.
+/// Reads a quantity of the wanted kind; times in seconds.
 ///
 /// # Errors
 /// [`Fault`].
@@ -178,7 +178,7 @@ pub fn read(text: &str, wanted: Wanted) -> Result<f64, Fault> {
     }
 }
 
-/// A time, exact to the microsecond.
+/// Reads a time, exact to the microsecond.
 ///
 /// # Errors
 /// [`Fault`].
@@ -226,8 +226,7 @@ fn whole_seconds(text: &str, clock: bool) -> Result<i64, Fault> {
     Ok(total)
 }
 
-/// The digits after the point, in units of which `scale` make one; digits beyond a microsecond
-/// are dropped.
+/// The digits after the point, in units of 1/`scale`; digits beyond a microsecond are dropped.
 fn decimals(text: &str, scale: i64) -> Option<i64> {
     let mut value = 0;
     let mut place = scale;

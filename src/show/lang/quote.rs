@@ -1,4 +1,4 @@
-//! Texts between quotes.
+//! Quoted texts.
 
 use super::ast::Word;
 
@@ -7,8 +7,8 @@ pub(super) fn unquoted(word: Word<'_>) -> String {
     unquote(word.text)
 }
 
-/// A text without its quotes, and without the backslashes before quotes and backslashes. Any other
-/// backslash stays, as in a path of Windows.
+/// Removes the quotes, and the backslashes before quotes and backslashes. Any other backslash
+/// stays, as in a Windows path.
 pub fn unquote(text: &str) -> String {
     let inner = text.strip_prefix('"').and_then(|t| t.strip_suffix('"'));
     let mut out = String::new();
@@ -22,7 +22,7 @@ pub fn unquote(text: &str) -> String {
     out
 }
 
-/// A text between quotes, as the language writes it.
+/// Quotes a text as the language writes it.
 pub fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\""))
 }

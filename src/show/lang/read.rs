@@ -1,4 +1,5 @@
-//! From text to statements: cutting, parsing, and finding more than one error in a statement.
+//! Reads statements from a text: cuts it, parses each, and finds more than one error in a
+//! statement.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -14,18 +15,18 @@ use crate::diagnostic::Diagnostic;
 use crate::model::Axis;
 use crate::units::Rgb;
 
-/// What was read.
+/// The statements read.
 #[derive(Debug, Default)]
 pub struct Read<'a> {
-    /// Statements that parsed, at least after lines with errors were left out.
+    /// Statements that parsed, if need be without their faulty lines.
     pub statements: Vec<Statement<'a>>,
     /// Names whose declarations did not parse.
     pub broken: Vec<(Kind, Word<'a>)>,
-    /// A cue did not parse, so that the order of cues cannot be judged.
+    /// True when a cue did not parse, so that the order of cues cannot be checked.
     pub cue_lost: bool,
-    /// A file that was to be included was not read, so that names it declares are unknown.
+    /// True when an included file was not read, so that the names in it are unknown.
     pub names_lost: bool,
-    /// The colours of gels by their numbers.
+    /// Colours of gels by number.
     pub gels: BTreeMap<String, Rgb>,
 }
 
@@ -49,11 +50,11 @@ pub fn read<'a>(text: &'a str, file: u32, scan: &Scan<'a>, report: &mut Report) 
     reader.out
 }
 
-/// Reads declarations that were typed, as file 0: their scan, what was read, and the report, which
+/// Reads typed declarations as file 0. Returns their scan, the statements, and the report, which
 /// has no errors.
 ///
 /// # Errors
-/// Diagnostics for a text that is too large or does not parse.
+/// Diagnostics when the text is too large or does not parse.
 pub fn typed(text: &str) -> Result<(Scan<'_>, Read<'_>, Report), Vec<Diagnostic>> {
     if text.len() > limits::STATEMENT {
         let message = format!("more than {} bytes at once", limits::STATEMENT);
@@ -194,7 +195,7 @@ impl<'a> Reader<'a, '_> {
         );
     }
 
-    /// Declares the name of a statement that did not parse, so that its uses pass in silence.
+    /// Declares the name of a statement that did not parse, so that its uses are not reported.
     fn broken(&mut self, word: &str, text: &'a str, start: usize) {
         self.out.cue_lost |= word == "cue";
         self.out.names_lost |= matches!(word, "include" | "gels");
@@ -211,8 +212,8 @@ impl<'a> Reader<'a, '_> {
         }
     }
 
-    /// Parses a statement; after an error inside braces once more without the line of the error,
-    /// to find the next.
+    /// Parses a statement. After an error inside braces, parses it again without the line of the
+    /// error, to find the next one.
     fn parse(&mut self, rule: Rule, text: &'a str, base: usize) -> Option<Statement<'a>> {
         let builder = Builder {
             source: self.text,
@@ -262,7 +263,7 @@ impl<'a> Reader<'a, '_> {
             [most @ .., last] => format!("expected {} or {last}, found {what}", most.join(", ")),
         };
         let (start, end) = if found.is_empty() {
-            // Behind the last thing written, where something is missing.
+            // After the last text, where something is missing.
             let end = base + text.len();
             (end, end)
         } else {
@@ -288,15 +289,15 @@ impl<'a> Reader<'a, '_> {
     }
 }
 
-/// A word that could be the name of a value.
+/// True for a word that could be the name of a value.
 fn is_name(word: &str) -> bool {
     !word.is_empty() && !syntax::is_inner_word(word) && !STATEMENTS.contains(&word)
 }
 
-/// Bytes of a statement that are parsed again for a suggestion.
+/// Bytes of a statement parsed again for a suggestion.
 const LONG: usize = 1 << 14;
 
-/// The word of the language that `word` is meant to be, and behind which `behind` may stand.
+/// The keyword that `word` probably stands for and that `behind` may follow.
 fn meant(before: &str, word: &str, behind: &str) -> Option<&'static str> {
     let short = Some(before).filter(|before| before.len() <= LONG);
     let rule = syntax::rule_of(first_word(short?))?;
@@ -313,8 +314,8 @@ fn meant(before: &str, word: &str, behind: &str) -> Option<&'static str> {
     )
 }
 
-/// What is at fault before `found`, and what is meant by it: a number whose unit stands off, or a word
-/// of the language that was taken for a name.
+/// The fault before `found` and its correction: a number with a detached unit, or a keyword taken
+/// for a name.
 fn mistaken(before: &str, found: &str) -> Option<(Range<usize>, String)> {
     let written = before.trim_end();
     let word = written.rsplit([' ', '\t', '\n', '{', '}', ',']).next()?;
@@ -327,8 +328,8 @@ fn mistaken(before: &str, found: &str) -> Option<(Range<usize>, String)> {
     Some((start..written.len(), meant.to_owned()))
 }
 
-/// The last word of the line before, where the error is the first thing on its line: something is
-/// missing there. None behind a comment.
+/// The last word of the line before, when the error is first on its line: something is missing
+/// there. `None` after a comment.
 fn unfinished(before: &str) -> Option<Range<usize>> {
     let end = before.trim_end().len();
     let (written, blanks) = before.split_at_checked(end)?;
@@ -342,7 +343,7 @@ fn unfinished(before: &str) -> Option<Range<usize>> {
     Some(end - word.len()..end)
 }
 
-/// Words of other programs and of data sheets, by the statement that they stand in.
+/// Advice for words of other programs and of data sheets, by statement.
 fn foreign(before: &str, found: &str, word: &str) -> Option<String> {
     let mut words = before.split_whitespace();
     let statement = words.next()?;
@@ -402,13 +403,13 @@ fn foreign(before: &str, found: &str, word: &str) -> Option<String> {
     })
 }
 
-/// A letter, alone or with a number: `A`, `Q5`.
+/// True for a letter, alone or with a number: `A`, `Q5`.
 fn is_lettered(word: &str) -> bool {
     let rest = word.strip_prefix(|c: char| c.is_ascii_alphabetic());
     rest.is_some_and(|rest| rest.bytes().all(|b| b.is_ascii_digit()))
 }
 
-/// Does a number of seconds stand last?
+/// True when the last word is a number of seconds.
 fn is_timed(before: &str) -> bool {
     let word = before.split_whitespace().rev().nth(1);
     matches!(
@@ -417,7 +418,7 @@ fn is_timed(before: &str) -> bool {
     )
 }
 
-/// What a person may do about `found`, whose first word is `word`, standing behind `before`.
+/// Advice on `found`, whose first word is `word`, after the text `before`.
 fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<String> {
     if let Some(help) = foreign(before, found, word) {
         return Some(help);
@@ -485,7 +486,7 @@ fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<St
     Some(help.to_owned())
 }
 
-/// A place right behind what it is the place of, or behind a word of another statement.
+/// Advice on a position right after a name, or after a keyword of another statement.
 fn place_without_word(before: &str, found: &str) -> Option<String> {
     let mut words = before.split_whitespace();
     let statement = words.next()?;
@@ -497,7 +498,7 @@ fn place_without_word(before: &str, found: &str) -> Option<String> {
         );
     }
     let is_place = |word: &str| word.starts_with(|c: char| is_digit(c) || c == '-' || c == '.');
-    // The first number of a place may have been taken for a strength.
+    // The first number of a position may have been taken for a strength.
     if found == "," && is_place(last) {
         last = words.next_back()?;
     } else if !is_place(found) {
@@ -509,7 +510,7 @@ fn place_without_word(before: &str, found: &str) -> Option<String> {
         "disc" => "disc at 0, 0, 0.8  aim 0, 0, 2  radius 60cm",
         "sphere" => "sphere at 2, 2, 1  radius 40cm",
         "spot" => "spot at 0, -2, 4  aim 0, 0, 1  beam 24  field 40  1200 cd",
-        // Its name is the last word.
+        // The last word is its name.
         _ if statement == "view" && words.next().is_none() => {
             return Some(format!(
                 "places have words before them: `view {last} from 0, -14, 1.7  to 0, 0, 2.2  fov 28`"
@@ -524,7 +525,7 @@ fn is_digit(c: char) -> bool {
     c.is_ascii_digit()
 }
 
-/// Where a word of the language belongs that stands elsewhere.
+/// Advice on a keyword in the wrong place.
 fn misplaced(failure: &Failure, word: &str) -> Option<&'static str> {
     const TIMING: [&str; 8] = [
         "time", "up", "down", "delay", "snap", "follow", "hang", "repeat",
@@ -543,7 +544,7 @@ fn misplaced(failure: &Failure, word: &str) -> Option<&'static str> {
     }
 }
 
-/// The unit at the end of `before`, if it is one that may stand off from its number.
+/// The unit at the end of `before`, if it is one that a blank may separate from its number.
 fn unit_apart(before: &str) -> Option<&'static str> {
     let mut words = before.split_whitespace().rev();
     let last = words.next()?;
@@ -551,13 +552,13 @@ fn unit_apart(before: &str) -> Option<&'static str> {
     words.next()?.ends_with(is_digit).then_some(unit)
 }
 
-/// The text with the line of the error blanked out, same length; `None` where that would leave
-/// braces without their partners.
+/// The text with the line of the error blanked out, of equal length; `None` when that would
+/// unbalance braces.
 fn without_line(text: &str, failure: &Failure) -> Option<String> {
     let before = text.get(..failure.at)?;
     let line_start = before.rfind('\n').map_or(0, |i| i + 1);
     let first_on_line = text.get(line_start..failure.at)?.trim().is_empty();
-    // What is missing at the start of a line is missing at the end of the one before.
+    // Something missing at the start of a line is missing at the end of the line before.
     let anchor = if first_on_line && !failure.between_items {
         before.trim_end().len()
     } else {
@@ -566,7 +567,7 @@ fn without_line(text: &str, failure: &Failure) -> Option<String> {
     let start = text.get(..anchor)?.rfind('\n')? + 1;
     let end = text.get(anchor..)?.find('\n').map(|i| anchor + i)?;
     let line = text.get(start..end)?;
-    // Round brackets must keep their partners too: the scanner has counted how deep they nest.
+    // Round brackets must stay balanced too, because the scanner has counted their nesting.
     let count = |bracket: char| line.matches(bracket).count();
     let parted = line.contains(['{', '}']) || count('(') != count(')');
     if parted || line.trim().is_empty() {

@@ -1,4 +1,4 @@
-//! Collects diagnostics, and stops when there are too many to be read by anyone.
+//! Collects diagnostics, and stops when there are too many to read.
 
 use std::ops::Range;
 
@@ -9,8 +9,8 @@ use super::spans::SpanMap;
 use super::{codes, limits};
 use crate::model::NodeId;
 
-/// The diagnostics of one run: errors up to a limit, the first warnings by their places, and how
-/// many there are beside them.
+/// The diagnostics of one run: errors up to a limit, the first warnings by place, and the number
+/// left out.
 #[derive(Debug, Default)]
 pub struct Report {
     found: Vec<Diagnostic>,
@@ -19,7 +19,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Adds one; beyond the limit nothing is added any more.
+    /// Adds a diagnostic; beyond the limit it is dropped.
     pub fn add(&mut self, diagnostic: Diagnostic) {
         if self.full() {
             return;
@@ -31,14 +31,14 @@ impl Report {
         }
     }
 
-    /// Sorts by places, and leaves out the warnings beyond the limit.
+    /// Sorts by place, and drops the warnings beyond the limit.
     fn leave_out(&mut self) {
         let place = |d: &Diagnostic| d.labels.first().map(|l| (l.file, l.span.start));
         self.found.sort_by_key(place);
         self.left_out += diagnostic::leave_out(&mut self.found);
     }
 
-    /// Adds an error with its place, and hands back `None` for the value that is missing.
+    /// Adds an error with its place, and returns `None` for the missing value.
     pub fn error<T>(
         &mut self,
         code: &'static str,
@@ -60,12 +60,12 @@ impl Report {
         self.errors >= limits::ERRORS
     }
 
-    /// True when there is an error.
+    /// True after an error.
     pub fn failed(&self) -> bool {
         self.errors > 0
     }
 
-    /// All that are kept, in order of their places, and how many warnings are not.
+    /// The diagnostics kept, sorted by place, and the number of warnings left out.
     pub fn finish(mut self) -> (Vec<Diagnostic>, usize) {
         self.leave_out();
         if self.full() {
@@ -75,7 +75,7 @@ impl Report {
     }
 }
 
-/// Says that there are more errors than are shown.
+/// The diagnostic for errors beyond the limit.
 pub fn too_many() -> Diagnostic {
     let message = format!("stopped after {} errors", limits::ERRORS);
     Diagnostic::error(codes::TOO_MANY, message)
@@ -84,8 +84,8 @@ pub fn too_many() -> Diagnostic {
 /// The part of a text in a range of bytes.
 ///
 /// # Errors
-/// An internal error where the range is not in the text or splits a character: whoever found the
-/// range is wrong, and a text that lacks what stands there must not be written.
+/// An internal error when the range is outside the text or splits a character: then the range is
+/// wrong, and the text must not be written.
 pub fn slice(text: &str, range: Range<usize>) -> Result<&str, Vec<Diagnostic>> {
     let (start, end) = (range.start, range.end);
     text.get(range).ok_or_else(|| {
@@ -95,7 +95,7 @@ pub fn slice(text: &str, range: Range<usize>) -> Result<&str, Vec<Diagnostic>> {
     })
 }
 
-/// Labels by spans of the tree and by nodes of the model.
+/// Adds labels by spans of the tree and by nodes of the model.
 pub trait Place: Sized {
     /// Adds a labelled place.
     #[must_use]

@@ -1,11 +1,11 @@
-//! Cuts a file into statements, before any grammar sees it, so that an error ends with its
-//! statement and the parser holds one statement at a time.
+//! Cuts a file into statements before parsing, so that an error ends with its statement and the
+//! parser holds one statement at a time.
 //!
-//! A statement begins where a line outside all braces begins with a statement word; it goes on over
-//! lines that are indented more, or that begin with punctuation. Inside braces a line that begins
-//! with a statement word, no deeper than the statement itself, shows that a brace was forgotten.
-//! Invariants: one pass, no recursion; cuts are in order, disjoint and on character boundaries;
-//! braces, quotes and comments are balanced in every cut that is not `broken`.
+//! A statement begins on a line outside all braces that begins with a statement word; it continues
+//! over lines that are indented more, or that begin with punctuation. Inside braces, a line that
+//! begins with a statement word, no deeper than the statement itself, shows that a brace is
+//! missing. Invariants: one pass, no recursion; cuts are in order, disjoint and on character
+//! boundaries; braces, quotes and comments are balanced in every cut that is not `broken`.
 
 use std::ops::Range;
 
@@ -17,27 +17,27 @@ pub const STATEMENTS: [&str; 20] = [
     "light", "point", "bank", "fixed", "group", "look", "default", "curve", "effect", "cue",
 ];
 
-/// One statement, without the blanks and comments around it.
+/// One statement, without surrounding blanks and comments.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Cut<'a> {
     pub text: &'a str,
     /// Its bytes in the file.
     pub span: Range<usize>,
-    /// A fault inside it was reported already; parsing it would only say it again.
+    /// True when a fault in it was reported already; parsing would only repeat it.
     pub broken: bool,
 }
 
 impl Cut<'_> {
-    /// Whether it is a cue.
+    /// True for a cue.
     pub fn is_cue(&self) -> bool {
         first_word(self.text) == "cue"
     }
 }
 
-/// What is wrong with the cutting itself.
+/// Faults of the cutting itself.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Fault {
-    /// An opening brace without its closing one; where the next statement begins, if one does.
+    /// An opening brace without its closing one; the start of the next statement, if there is one.
     Unclosed(usize, Option<usize>),
     /// A closing brace without its opening one.
     Stray(usize),
@@ -53,17 +53,17 @@ pub enum Fault {
     Many(usize),
 }
 
-/// The statements of a file, and what went wrong in finding them.
+/// The statements of a file, and the faults found.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Scan<'a> {
     pub cuts: Vec<Cut<'a>>,
     pub faults: Vec<Fault>,
-    /// The text ends inside a statement: a brace, quote or comment is open, or it ends in a
-    /// character after which more must come.
+    /// The text ends inside a statement: a brace, quote or comment is open, or its last character
+    /// requires more.
     pub open: bool,
 }
 
-/// Cuts `text`.
+/// Cuts `text` into statements.
 pub fn scan(text: &str) -> Scan<'_> {
     let mut scanner = Scanner {
         text,
@@ -79,12 +79,12 @@ pub fn scan(text: &str) -> Scan<'_> {
     scanner.out
 }
 
-/// The word that `text` begins with; empty when it does not begin with a letter.
+/// The first word of `text`; empty when it does not begin with a letter.
 pub fn first_word(text: &str) -> &str {
     split_word(text).0
 }
 
-/// The word that `text` begins with, as in [`first_word`], and what follows it.
+/// The first word of `text`, as in [`first_word`], and the rest.
 pub fn split_word(text: &str) -> (&str, &str) {
     if !text.starts_with(|c: char| c.is_alphabetic() || c == '_') {
         return ("", text);
@@ -93,7 +93,7 @@ pub fn split_word(text: &str) -> (&str, &str) {
     text.split_at(end.unwrap_or(text.len()))
 }
 
-/// The length of the comment that `text` begins with: all of it where it is not closed.
+/// Length of the comment that `text` begins with; the whole text when it is not closed.
 pub fn comment_length(text: &str) -> Option<usize> {
     if text.starts_with("//") {
         return Some(text.find('\n').unwrap_or(text.len()));
@@ -179,7 +179,7 @@ impl Scanner<'_> {
         )
     }
 
-    /// Decides whether the line whose code begins at `i` begins a statement.
+    /// Decides if the line whose code begins at `i` begins a statement.
     fn begin_line(&mut self, i: usize, indent: usize) {
         let word = first_word(self.text.get(i..).unwrap_or_default());
         let statement = STATEMENTS.contains(&word);
@@ -231,7 +231,7 @@ impl Scanner<'_> {
     }
 
     fn fault(&mut self, fault: Fault) {
-        // A file of ten million faults is not worth ten million records.
+        // Ten million faults are not worth ten million records.
         self.stopped |= self.out.faults.len() >= limits::ERRORS;
         self.out.faults.push(fault);
         if let Some(current) = &mut self.current {
@@ -239,7 +239,7 @@ impl Scanner<'_> {
         }
     }
 
-    /// Passes the token at `i` and returns where the next one begins.
+    /// Skips the token at `i` and returns the start of the next.
     fn code(&mut self, i: usize, byte: u8) -> usize {
         match byte {
             b'"' => return self.quoted(i),
@@ -266,8 +266,8 @@ impl Scanner<'_> {
         loop {
             match self.bytes.get(i) {
                 Some(b'"') => return i + 1,
-                // What a backslash hides is never the end; stepping into the middle of a
-                // character is fine, its other bytes are neither quotes nor newlines.
+                // An escaped byte never ends the text; stepping into the middle of a character is
+                // fine, because its other bytes are neither quotes nor newlines.
                 Some(b'\\') if self.bytes.get(i + 1).is_some_and(|b| *b != b'\n') => i += 2,
                 Some(b'\n') | None => break,
                 Some(_) => i += 1,
@@ -329,7 +329,7 @@ mod tests {
             let deep = bracket.repeat(limits::DEPTH + 1);
             assert!(matches!(scan(&deep).faults[..], [Fault::Deep(_)]));
         }
-        // Round brackets that were closed, or of another statement, do not count.
+        // Round brackets that were closed, or belong to another statement, do not count.
         let flat = "let a = (b)\n".repeat(20) + &"(a) ".repeat(20);
         assert!(scan(&flat).faults.is_empty());
     }

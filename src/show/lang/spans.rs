@@ -1,16 +1,16 @@
-//! Where the nodes of a model stand in the text.
+//! Positions of the model's nodes in the text.
 
 use super::ast::Span;
 use crate::model::NodeId;
 
-/// Turns the model's node ids back into places.
+/// Maps the model's node ids to spans.
 #[derive(Clone, Debug, Default)]
 pub struct SpanMap {
     spans: Vec<Span>,
 }
 
 impl SpanMap {
-    /// The place of a node: the whole statement, but of a cue or a part only its word and number.
+    /// The span of a node: the whole statement; for a cue or a part, only its word and number.
     pub fn get(&self, id: NodeId) -> Option<Span> {
         self.spans.get(id.0 as usize).copied()
     }

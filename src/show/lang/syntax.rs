@@ -1,7 +1,7 @@
-//! The parser: one statement in, pairs of the grammar or a [`Failure`] in our own words out.
+//! The parser: turns one statement into pairs of the grammar or a [`Failure`] in our own words.
 //!
-//! Nothing of the parser generator leaves this module: neither its errors nor the names of its
-//! rules. Its process-wide switches are not touched.
+//! The parser generator stays hidden in this module: its errors, the names of its rules and its
+//! process-wide switches.
 
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
@@ -26,20 +26,20 @@ mod generated {
 
 pub use generated::Rule;
 
-/// Where parsing stopped, and what could have stood there.
+/// The position where parsing stopped, and the expected tokens.
 #[derive(Debug)]
 pub struct Failure {
     /// Byte offset in the parsed text.
     pub at: usize,
     /// In our words, at most five.
     pub expected: Vec<&'static str>,
-    /// A quantity was among what could have stood there.
+    /// True when a quantity was expected.
     pub wants_quantity: bool,
-    /// A closing brace was among what could have stood there, so that a new line may begin.
+    /// True when a closing brace was expected, so that a new line may begin.
     pub between_items: bool,
 }
 
-/// The rule of a statement word: `cue_statement` of `cue`.
+/// The rule of a statement word: `cue_statement` for `cue`.
 pub fn rule_of(word: &str) -> Option<Rule> {
     static RULES: LazyLock<[(&str, Option<Rule>); STATEMENTS.len()]> = LazyLock::new(|| {
         STATEMENTS.map(|word| {
@@ -75,7 +75,7 @@ pub fn parse(rule: Rule, text: &str) -> Result<Pairs<'_, Rule>, Failure> {
     })
 }
 
-/// Where parsing a statement stops, and the rules that could stand there; `None` where it does not.
+/// Position where parsing a statement stops, and the rules expected there; `None` when it parses.
 pub fn stop(rule: Rule, text: &str) -> Option<(usize, BTreeSet<Rule>)> {
     let error = generated::Grammar::parse(rule, text).err()?;
     let at = match error.location {
@@ -87,42 +87,42 @@ pub fn stop(rule: Rule, text: &str) -> Option<(usize, BTreeSet<Rule>)> {
     }
 }
 
-/// How much of the beginning of `text` is a token of this rule.
+/// Length of the token of this rule at the start of `text`.
 pub fn prefix(rule: Rule, text: &str) -> Option<usize> {
     let pair = generated::Grammar::parse(rule, text).ok()?.next()?;
     Some(pair.as_span().end())
 }
 
-/// A quantity, as a message asks for one.
+/// A quantity, in messages.
 pub const NUMBER: &str = "a number (like 5)";
 
-/// The end of a statement, as a message asks for it.
+/// The end of a statement, in messages.
 pub const END: &str = "the end of the statement";
 
-/// What the rules mean to a designer, each once, at most five.
+/// The rules in a designer's words, each once, at most five.
 fn expected(rules: &[Rule]) -> Vec<&'static str> {
     let mut out: Vec<&'static str> = Vec::new();
-    // Where a move may stand a dozen keywords may: the move speaks for them.
+    // Where a move may stand, a dozen keywords may: name only the move.
     let body = rules.contains(&Rule::kw_part) && rules.contains(&Rule::kw_time);
     if body {
         out.push("a move (like `lamps 85`)");
         out.push("timing (like `time 5`)");
     }
-    // The sign of a product speaks for the others.
+    // Name only one operator, the product.
     let operators = rules.contains(&Rule::times);
     for rule in rules {
         if operators && matches!(rule, Rule::plus | Rule::slash) {
             continue;
         }
         let word = words(*rule);
-        // Behind a level a colour may stand, which goes without saying.
+        // A colour may follow any level; do not name it.
         let second = matches!(rule, Rule::value | Rule::kw_to) && !rules.contains(&Rule::plus);
         let spoken_for = body && (second || BODY.contains(&word));
         if !word.is_empty() && !spoken_for && !out.contains(&word) {
             out.push(word);
         }
     }
-    // The way out comes last.
+    // The end of the statement comes last.
     out.sort_by_key(|w| *w == END);
     let end = out.last() == Some(&END);
     out.truncate(if end { 4 } else { 5 });
@@ -132,12 +132,12 @@ fn expected(rules: &[Rule]) -> Vec<&'static str> {
     out
 }
 
-/// Words of rules that a cue's body takes, where the move speaks for them.
+/// Words that a cue's body takes; the message names only the move.
 const BODY: [&str; 8] = [
     "`part`", "`time`", "`up`", "`curve`", "`repeat`", "`at`", "`block`", "a name",
 ];
 
-/// A rule in a designer's words; empty where nothing need be said.
+/// A rule in a designer's words; empty when it is not worth naming.
 fn words(rule: Rule) -> &'static str {
     match rule {
         Rule::EOI => END,
@@ -199,12 +199,12 @@ fn words(rule: Rule) -> &'static str {
     }
 }
 
-/// Keywords that a message asks for.
+/// Keywords that messages name.
 const KEYWORDS: &str = "\
     `aim` `at` `auto` `beam` `curve` `field` `fov` `from` `gloss` `image` `layer` `lens` `level` `matt` `one-sided` \
     `radius` `reflectance` `repeat` `roll` `scale` `size` `slope` `time` `to` `turn` `up` `via`";
 
-/// The keyword of a rule such as `kw_aim` or `slope`; empty where no message asks for it.
+/// The keyword of a rule such as `kw_aim` or `slope`; empty when messages do not name it.
 fn keyword(rule: Rule) -> &'static str {
     let name = format!("{rule:?}").replace('_', "-");
     let name = name.strip_prefix("kw-").unwrap_or(&name);
@@ -213,7 +213,7 @@ fn keyword(rule: Rule) -> &'static str {
     found.unwrap_or_default()
 }
 
-/// Units that stand right behind their numbers.
+/// Units written right after their numbers.
 pub const UNIT_WORDS: [&str; 8] = ["s", "ms", "m", "cm", "mm", "ft", "in", "deg"];
 
 /// Words that may stand inside statements, for suggestions.
@@ -223,12 +223,12 @@ pub fn inner_words() -> impl Iterator<Item = &'static str> {
     INNER_WORDS.split_whitespace().chain(more)
 }
 
-/// Whether `word` may stand inside statements.
+/// True when `word` may stand inside statements.
 pub fn is_inner_word(word: &str) -> bool {
     inner_words().any(|inner| inner == word)
 }
 
-/// Those of [`inner_words`] that no table has elsewhere.
+/// The words of [`inner_words`] that no other table has.
 const INNER_WORDS: &str = "\
     aim albedo assert at auto beam bezier blackout box block catmull-rom channel clamped coarse \
     cueonly cylinder curve delay depth dimmer disc dither down effect exposure facing field filmic flicker \

@@ -4,7 +4,7 @@ use crate::model::Show;
 use crate::model::{Dimmer, EffectKind, Fade, Interpolation, LightKind, Link, Motion, Trigger};
 use crate::units::{CueNumber, Time, percent};
 
-/// The sheet of the design, apart from the projection.
+/// The cue sheet of the design, without the projection.
 const SHEET: &str = r##"
 // Luther's Tavern, Les Contes d'Hoffmann
 show "Luther's Tavern"
@@ -107,7 +107,7 @@ const RIG: &str = "show \"t\"\nlight l spot at 0, 0, 4  aim 0, 0, 0  beam 20  fi
     light m like l\nlight n like l\nbank a = l\nbank b = m  dimmer square\nbank c = n  rgb  dimmer square\n\
     group ab = a b\nlook low { a 40  b 20 }\n";
 
-/// The show of the rig above with some cues.
+/// The show of the rig above with these cues.
 fn with(cues: &str) -> Show {
     let parsed = parsed(&format!("{RIG}{cues}"));
     let errors = parsed
@@ -277,9 +277,9 @@ fn declarations_are_told_from_verbs() {
     }
 }
 
-/// The parser recurses with the brackets and watches no stack: the deepest statement that the
-/// scanner lets through takes a fraction of what a thread has, also when lines with errors are
-/// left out of it.
+/// The parser recurses with the brackets and does not watch the stack: the deepest statement that
+/// the scanner accepts takes a fraction of a thread's stack, even when lines with errors are left
+/// out.
 #[test]
 fn the_deepest_statement_needs_little_stack() {
     let count = |text: String| move || parsed(&format!("{RIG}{text}\n")).diagnostics.len();
@@ -289,7 +289,7 @@ fn the_deepest_statement_needs_little_stack() {
     };
     let (depth, [open, close]) = (limits::DEPTH, ["part 2 {\n", "}"]);
     let parts = [open.repeat(depth - 1), close.repeat(depth)].concat();
-    // What stands deeper than a part in a part is not looked at.
+    // Anything nested deeper than a part in a part is skipped.
     assert_eq!(small(format!("cue 1 {{ {parts}")), 1);
     let rounds = ["(".repeat(depth), "1".into(), ")".repeat(depth)].concat();
     let lines = format!("{}\n{} x\n", "(".repeat(depth), ")".repeat(depth)).repeat(12);

@@ -1,21 +1,21 @@
-//! A text as a row of coloured pieces, for those who show it: the tokens are the grammar's own.
+//! Splits a text into tokens for syntax highlighting; the tokens are the grammar's own.
 //!
-//! Invariants: pieces are in order, disjoint and on character boundaries; linear in the text. It is
-//! for unfinished texts too: what is no token is one character of punctuation.
+//! Invariants: pieces are in order, disjoint and on character boundaries; time is linear in the
+//! text. Unfinished texts work too: a character that fits no token is punctuation.
 
 use std::ops::Range;
 
 use super::scan::{STATEMENTS, comment_length, split_word};
 use super::syntax::{self, Rule};
 
-/// What a piece is.
+/// Kind of a piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Token {
     /// A word that begins statements.
     Statement,
     /// Another word of the language.
     Word,
-    /// Whatever the show calls so.
+    /// A name of the show.
     Name,
     /// A number with its unit.
     Quantity,
@@ -29,12 +29,12 @@ pub enum Token {
     Mark,
 }
 
-/// The pieces of a text, blanks left out.
+/// The pieces of a text, without blanks.
 pub fn tokens(text: &str) -> Vec<(Range<usize>, Token)> {
     pieces(text).collect()
 }
 
-/// The pieces of a text, blanks left out, each found when it is asked for.
+/// The pieces of a text, without blanks, found lazily.
 pub fn pieces(text: &str) -> impl Iterator<Item = (Range<usize>, Token)> {
     let mut rest = text;
     let mut statement = "";
@@ -49,7 +49,7 @@ pub fn pieces(text: &str) -> impl Iterator<Item = (Range<usize>, Token)> {
         let start = text.len() - rest.len();
         let (length, token) = token(rest, statement);
         let token = match token {
-            // In the middle of a line it is a name like any other, or a clause.
+            // In the middle of a line it is a name or a clause.
             Token::Statement if !first_of_line => Token::Word,
             token => token,
         };
@@ -81,7 +81,7 @@ fn token(rest: &str, statement: &str) -> (usize, Token) {
         (Rule::name, Token::Name, split_word(rest).0),
     ];
     let found = forms.into_iter().find_map(|(rule, token, piece)| {
-        // The parser counts the lines of all that it is given.
+        // The parser counts the lines of its whole input, so it gets only the piece.
         let piece = Some(piece).filter(|piece| !piece.is_empty())?;
         let length = syntax::prefix(rule, piece).filter(|length| *length > 0)?;
         Some((length, token))
@@ -97,16 +97,16 @@ fn token(rest: &str, statement: &str) -> (usize, Token) {
             (length, token)
         }
         Some(found) => found,
-        // A quote that is not closed yet: the rest of its line.
+        // An unclosed quote extends to the end of its line.
         None if rest.starts_with('"') => (rest.find('\n').unwrap_or(rest.len()), Token::Text),
         None => (rest.chars().next().map_or(1, char::len_utf8), Token::Mark),
     }
 }
 
-/// Characters of a number or of a colour by words: what is longer is several pieces.
+/// Most characters of a number or of a colour in words; longer text becomes several pieces.
 const LONG: usize = 200;
 
-/// The beginning of a text, at most so long.
+/// The beginning of a text, at most [`LONG`] characters.
 fn short(rest: &str) -> &str {
     let end = rest
         .char_indices()
@@ -115,7 +115,7 @@ fn short(rest: &str) -> &str {
     rest.get(..end).unwrap_or(rest)
 }
 
-/// Up to the closing quote where a text begins; empty elsewhere, and where there is none on the line.
+/// The quoted text at the start of `rest`; empty without a closing quote on the line.
 fn text_at(rest: &str) -> &str {
     let Some(inner) = rest.strip_prefix('"') else {
         return "";
@@ -131,7 +131,7 @@ fn text_at(rest: &str) -> &str {
     ""
 }
 
-/// What may be a colour.
+/// The longest prefix that may be a colour.
 fn colour_at(rest: &str) -> &str {
     if let Some(code) = rest.strip_prefix('#') {
         let end = code.find(|c: char| !(c.is_alphanumeric() || c == '_' || c == '-'));
@@ -144,7 +144,7 @@ fn colour_at(rest: &str) -> &str {
     }
 }
 
-/// What may be a number with its unit.
+/// The longest prefix that may be a number with its unit.
 fn measure_at(rest: &str) -> &str {
     if rest.starts_with(|c: char| c.is_ascii_digit()) {
         short(rest)
@@ -195,7 +195,7 @@ mod tests {
     }
 
     proptest! {
-        /// Any text comes apart into pieces that leave only blanks between them.
+        /// The gaps between pieces are blanks only.
         #[test]
         fn nothing_is_lost(text in "\\PC{0,60}|[\"/*{}#0-9a-z \n]{0,60}") {
             let mut at = 0;
@@ -207,7 +207,7 @@ mod tests {
             prop_assert!(text[at..].trim().is_empty());
         }
 
-        /// A piece is what the grammar takes from all that follows.
+        /// Each piece is what the grammar takes from the whole rest.
         #[test]
         fn pieces_are_the_grammars(
             text in "([a-zü_]{1,4}-?|gel [RL]?[0-9]{0,4}|hsb\\([0-9, ]{0,9}\\)?|#[0-9a-z]{0,7}|[0-9.:]{1,4}( ?(cd/m2|K|lm|%|ms))?                    |\"[a\\\\\"

@@ -1,9 +1,9 @@
 //! Polynomials of degree 0 to 3 on [0, 1] in Bernstein form, and their mass matrices.
 //!
-//! The degree is the one given, whatever the coefficients are: a straight line written as a cubic
-//! stays a cubic. Blossoms (polar forms) are as in Ramshaw, "Blossoming: a
-//! connect-the-dots approach to splines" (1987): b is symmetric, affine in each argument, and
-//! b(t, .., t) is the value at t; the coefficients on [s, e] are b(s, .., s, e, .., e).
+//! The degree is fixed by construction: a straight line written as a cubic stays a cubic. Blossoms
+//! (polar forms) follow Ramshaw, "Blossoming: a connect-the-dots approach to splines" (1987): b is
+//! symmetric, affine in each argument, and b(t, .., t) is the value at t; the coefficients on [s,
+//! e] are b(s, .., s, e, .., e).
 
 #![allow(
     clippy::indexing_slicing,
@@ -12,7 +12,7 @@
 
 use super::Matrix;
 
-/// Rows of Pascal's triangle as far as mass matrices of cubics need them.
+/// Rows of Pascal's triangle, up to the mass matrices of cubics.
 const BINOMIAL: [[f64; 7]; 7] = [
     [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
     [1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
@@ -23,7 +23,7 @@ const BINOMIAL: [[f64; 7]; 7] = [
     [1.0, 6.0, 15.0, 20.0, 15.0, 6.0, 1.0],
 ];
 
-/// How many ways there are to choose `k` of `n`, which is 6 at most.
+/// The binomial coefficient of `n` and `k`; `n` is at most 6.
 pub fn binomial(n: usize, k: usize) -> f64 {
     BINOMIAL[n][k]
 }
@@ -32,11 +32,11 @@ pub fn binomial(n: usize, k: usize) -> f64 {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bernstein {
     degree: usize,
-    /// The first `degree + 1` count, the others are zero.
+    /// The first `degree + 1` are used, the others are zero.
     coefficients: [f64; 4],
 }
 
-/// From `a` to `b`, exact at both ends and where they are equal.
+/// Interpolates from `a` to `b`; exact at both ends and where they are equal.
 fn lerp(a: f64, b: f64, t: f64) -> f64 {
     if t < 0.5 {
         a + t * (b - a)
@@ -46,7 +46,7 @@ fn lerp(a: f64, b: f64, t: f64) -> f64 {
 }
 
 impl Bernstein {
-    /// The same value throughout; degree 0.
+    /// A constant; degree 0.
     pub fn constant(value: f64) -> Bernstein {
         Bernstein {
             degree: 0,
@@ -62,7 +62,7 @@ impl Bernstein {
         }
     }
 
-    /// From one to four coefficients; `None` for any other number of them.
+    /// Creates a polynomial from one to four coefficients; `None` for any other number.
     pub fn new(coefficients: &[f64]) -> Option<Bernstein> {
         if coefficients.is_empty() || coefficients.len() > 4 {
             return None;
@@ -91,13 +91,13 @@ impl Bernstein {
         }
     }
 
-    /// The cubic with these end values and these slopes against the parameter.
+    /// The cubic with these end values and slopes (with respect to the parameter).
     pub fn hermite(from: f64, to: f64, slope_from: f64, slope_to: f64) -> Bernstein {
         Bernstein::cubic([from, from + slope_from / 3.0, to - slope_to / 3.0, to])
     }
 
-    /// From the power basis, lowest power first: c_i = sum over j <= i of C(i,j)/C(d,j) a_j. `None`
-    /// unless there are one to four numbers.
+    /// Converts from the power basis, lowest power first: c_i = sum over j <= i of C(i,j)/C(d,j)
+    /// a_j. `None` unless there are one to four numbers.
     pub fn from_power(power: &[f64]) -> Option<Bernstein> {
         let degree = power.len().checked_sub(1).filter(|d| *d <= 3)?;
         let mut coefficients = [0.0; 4];
@@ -112,7 +112,7 @@ impl Bernstein {
         })
     }
 
-    /// The degree it was made with.
+    /// The degree given at construction.
     pub fn degree(&self) -> usize {
         self.degree
     }
@@ -122,7 +122,7 @@ impl Bernstein {
         &self.coefficients[..=self.degree]
     }
 
-    /// The polynomial with other end values; the first is that of a constant.
+    /// Replaces the end values; a constant takes `first`.
     pub fn with_ends(mut self, first: f64, last: f64) -> Bernstein {
         self.coefficients[self.degree] = last;
         self.coefficients[0] = first;
@@ -139,7 +139,7 @@ impl Bernstein {
         self.coefficients[self.degree]
     }
 
-    /// The polar form at the first `degree` of these arguments, by de Casteljau's scheme.
+    /// The polar form at the first `degree` of these arguments (de Casteljau).
     fn blossom(&self, arguments: [f64; 3]) -> f64 {
         let mut c = self.coefficients;
         for (round, t) in arguments.iter().enumerate().take(self.degree) {
@@ -155,8 +155,8 @@ impl Bernstein {
         self.blossom([t, t, t])
     }
 
-    /// The same curve over [s, e], which becomes its [0, 1]; `s` and `e` may lie outside [0, 1].
-    /// Two parts that share an end share the bits of its value.
+    /// The curve over [s, e], reparametrised to [0, 1]; `s` and `e` may lie outside [0, 1]. Two
+    /// parts that share an end share the bits of its value.
     pub fn part(&self, s: f64, e: f64) -> Bernstein {
         let mut coefficients = [0.0; 4];
         for (i, c) in coefficients.iter_mut().enumerate().take(self.degree + 1) {
@@ -172,7 +172,7 @@ impl Bernstein {
         }
     }
 
-    /// The same curve with the coefficients of a higher degree (at most 3); lower ones are left.
+    /// The curve raised to a higher degree (at most 3); a lower `degree` changes nothing.
     pub fn elevated(&self, degree: usize) -> Bernstein {
         let mut out = *self;
         while out.degree < degree.min(3) {
@@ -187,7 +187,7 @@ impl Bernstein {
         out
     }
 
-    /// Slope against the parameter at `t`.
+    /// Derivative at `t`.
     pub fn slope(&self, t: f64) -> f64 {
         let c = &self.coefficients;
         let d = |i: usize| c[i + 1] - c[i];
@@ -199,12 +199,12 @@ impl Bernstein {
         }
     }
 
-    /// Whether all coefficients are the same number, so that it is constant beyond doubt.
+    /// True when all coefficients are equal, so that it is certainly constant.
     pub fn is_constant(&self) -> bool {
         self.coefficients().iter().all(|c| *c == self.first())
     }
 
-    /// Each coefficient mapped; for an affine `f` that is the polynomial mapped.
+    /// Maps each coefficient; an affine `f` maps the polynomial.
     pub fn mapped(&self, f: impl Fn(f64) -> f64) -> Bernstein {
         let mut out = *self;
         for c in out.coefficients.iter_mut().take(self.degree + 1) {
@@ -213,7 +213,7 @@ impl Bernstein {
         out
     }
 
-    /// Where within (0, 1) the slope is zero, ascending, at most two.
+    /// Zeros of the slope inside (0, 1), ascending, at most two.
     pub fn turns(&self) -> Vec<f64> {
         let c = &self.coefficients;
         let d = |i: usize| c[i + 1] - c[i];
@@ -242,8 +242,8 @@ impl Bernstein {
     }
 }
 
-/// Real roots of a x² + b x + c, ascending, by the form that does not cancel. A zero polynomial
-/// has none.
+/// Real roots of a x² + b x + c, ascending, computed without cancellation. A zero polynomial has
+/// none.
 pub fn quadratic_roots(a: f64, b: f64, c: f64) -> Vec<f64> {
     let discriminant = b * b - 4.0 * a * c;
     if discriminant < 0.0 {

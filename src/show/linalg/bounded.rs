@@ -1,8 +1,9 @@
 //! Linear least squares within bounds, on the normal equations.
 //!
-//! Where several points have the least sum of squares, the nearest to a given one is taken, by the proximal
-//! point method (Rockafellar 1976): each step adds a small multiple of the distance from the last point, and
-//! is a strictly convex problem, which block principal pivoting solves (Júdice and Pires 1994).
+//! When several points have the least sum of squares, the result is the one nearest to a given
+//! point, by the proximal point method (Rockafellar 1976): each step adds a small multiple of the
+//! distance from the last point. Each step is a strictly convex problem, solved by block principal
+//! pivoting (Júdice and Pires 1994).
 
 #![allow(
     clippy::indexing_slicing,
@@ -13,37 +14,37 @@ use nalgebra::{Cholesky, SymmetricEigen};
 
 use super::{Matrix, Vector};
 
-/// Weight of the distance in a step, where the largest column has norm 1; smaller ones weigh as if they had at
-/// least [`SMALL`].
+/// Weight of the distance in a step, relative to a largest column of norm 1; columns below
+/// [`SMALL`] weigh as if they had that norm.
 const WEIGHT: f64 = 1e-9;
 const SMALL: f64 = 1e-3;
-/// Steps at most; from the second number on small columns weigh no more than others, where their distance
-/// holds up the rest.
+/// Most steps, and the step after which small columns weigh no more than others, so that their
+/// distance does not hold up the rest.
 const STEPS: (usize, usize) = (60, 8);
-/// The relative gradient at which steps end.
+/// Relative gradient at which the iteration ends.
 const FLAT: f64 = 1e-12;
-/// Below this eigenvalue the sum of squares does not decide a direction.
+/// Eigenvalue below which the sum of squares does not decide a direction.
 const TIED: f64 = 1e-10;
-/// A variable's share of such a direction from which on it takes part.
+/// Least share of a variable in an undecided direction to count as tied.
 const SHARE: f64 = 0.05;
-/// Pivots of whole blocks in vain before single ones, which end for certain.
+/// Block pivots without progress before single pivots, which terminate for certain.
 const PATIENCE: usize = 5;
 
-/// The least of `x' A x / 2 - b' x` within bounds.
+/// A minimiser of `x' A x / 2 - b' x` within bounds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BoundedSolution {
-    /// The minimiser that is nearest to the point asked for.
+    /// The minimiser nearest to the given point.
     pub x: Vec<f64>,
-    /// Variables that the sum of squares does not decide one by one, but only together.
+    /// Variables that the sum of squares decides only jointly.
     pub tied: Vec<usize>,
 }
 
-/// The minimiser of `x' A x / 2 - b' x` within `bounds` that is nearest to `near`: the least squares
-/// solution for the Gram matrix A (symmetric, positive semidefinite) and the products b with what is
-/// fitted. A variable whose column is zero keeps its value in `near`.
+/// The minimiser of `x' A x / 2 - b' x` within `bounds` nearest to `near`. This is the
+/// least-squares solution for the Gram matrix A (symmetric, positive semidefinite) and the products
+/// b with the target. A variable whose column is zero keeps its value in `near`.
 ///
-/// The gradient meets the conditions of Karush, Kuhn and Tucker to 1e-9 where columns have norm 1; the
-/// distance is least to about 1e-6.
+/// The Karush-Kuhn-Tucker conditions hold to 1e-9 for columns of norm 1; the distance is least to
+/// about 1e-6.
 pub fn bounded_least_squares(
     gram: &Matrix,
     right: &[f64],
@@ -60,7 +61,7 @@ pub fn bounded_least_squares(
         .map(|end| Vector::from_iterator(n, bounds.iter().map(end)).component_mul(&norms));
     let near = Vector::from_column_slice(near).component_mul(&norms);
     let mut y = near.zip_zip_map(&low, &high, f64::clamp);
-    // The distance is one of the variables themselves, before their columns were made alike.
+    // Measure the distance in the variables themselves, before columns are scaled.
     let mut weights = norms.map(|norm| WEIGHT / (norm / norms.max()).max(SMALL).powi(2));
     let flat = FLAT * right.amax().max(y.amax());
     let violation = |y: &Vector| {
@@ -94,7 +95,7 @@ pub fn bounded_least_squares(
     }
 }
 
-/// The variables of directions in which a matrix is zero.
+/// Variables of the null space of a matrix.
 fn undecided(gram: Matrix) -> Vec<usize> {
     let n = gram.nrows();
     if n == 0 {
@@ -110,7 +111,7 @@ fn undecided(gram: Matrix) -> Vec<usize> {
     (0..n).filter(|i| share(i) > SHARE).collect()
 }
 
-/// The least of the function and the distance from `centre` within bounds.
+/// Minimises the function plus the weighted distance from `centre` within bounds.
 fn proximal(
     (gram, weights): (&Matrix, &Vector),
     right: &Vector,
@@ -122,7 +123,7 @@ fn proximal(
     let mut y = centre.clone();
     let mut free: Vec<bool> = (0..n).map(|i| low[i] < y[i] && y[i] < high[i]).collect();
     let (mut fewest, mut patience) = (n + 1, PATIENCE);
-    // In exact arithmetic single pivots never come back to the same set.
+    // In exact arithmetic, single pivots never return to an earlier set.
     for _ in 0..100 + 20 * n {
         let own: Vec<usize> = (0..n).filter(|i| free[*i]).collect();
         let down = right - gram * &y - (&y - centre).component_mul(weights);

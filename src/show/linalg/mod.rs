@@ -1,9 +1,9 @@
-//! Linear algebra that is checked, and the Bernstein form of polynomials: mathematics only.
+//! Verified linear algebra, and polynomials in Bernstein form.
 //!
 //! Invariants: a decomposition is verified before it is returned (see [`svd`]); a direction that
 //! lies in the span of others is refused, never normalised ([`Orthonormal`]); a polynomial's end
 //! values are exact under every operation that keeps them ([`Bernstein`]). Sums run in a fixed
-//! order on one thread. This module does not depend on what a light, a cue or an image is.
+//! order on one thread. This module does not know lights, cues or images.
 
 mod bernstein;
 mod bounded;

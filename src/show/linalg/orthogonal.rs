@@ -1,9 +1,10 @@
-//! Orthogonal bases by modified Gram-Schmidt done twice, least squares by Householder QR.
+//! Orthogonal bases by modified Gram-Schmidt with reorthogonalisation, least squares by Householder
+//! QR.
 //!
 //! Classical Gram-Schmidt loses orthogonality with the square of the condition number, modified
-//! with its first power; two passes are enough (Giraud, Langou and Rozloznik 2005). A vector whose
-//! norm after the second pass is below 10u of its norm before lies in the span to rounding, and is
-//! refused. `examples/stability` compares the methods.
+//! Gram-Schmidt with its first power; two passes are enough (Giraud, Langou and Rozloznik 2005). A
+//! vector whose norm falls below 10u of its former norm in the second pass lies in the span to
+//! rounding, and is refused. `examples/stability` compares the methods.
 
 #![allow(
     clippy::indexing_slicing,
@@ -12,20 +13,20 @@
 
 use super::Matrix;
 
-/// Below this share of its former norm, a vector is in the span.
+/// A vector that keeps less than this share of its norm is in the span.
 const IN_SPAN: f64 = 10.0 * (f64::EPSILON / 2.0);
 
-/// A direction that lies in the span of those before it.
+/// A vector in the span of those before it.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
     "vector {index} lies in the span of those before it (norm {before:e}, outside it {after:e})"
 )]
 pub struct Dependent {
-    /// Which vector, counted from 0 in the order given.
+    /// Index of the vector, in the order given.
     pub index: usize,
     /// Its norm.
     pub before: f64,
-    /// The norm of what is outside the span.
+    /// The norm of its part outside the span.
     pub after: f64,
 }
 
@@ -40,7 +41,7 @@ fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
 
-/// Euclidean norm; scaled, so that no square overflows or vanishes.
+/// Euclidean norm, scaled so that no square overflows or vanishes.
 fn norm(a: &[f64]) -> f64 {
     let largest = a.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     if largest == 0.0 || !largest.is_finite() {
@@ -70,7 +71,7 @@ impl Orthonormal {
         &self.vectors
     }
 
-    /// Takes the component in the span away from `vector`, in two passes.
+    /// Removes the component in the span from `vector`, in two passes.
     pub fn remove_from(&self, vector: &mut [f64]) {
         for _ in 0..2 {
             for q in &self.vectors {
@@ -80,11 +81,10 @@ impl Orthonormal {
         }
     }
 
-    /// Adds the normalised part of `vector` that is outside the span.
+    /// Adds the normalised part of `vector` outside the span.
     ///
     /// # Errors
-    /// [`Dependent`] when nothing but rounding is outside (a zero vector too); the set stays as it
-    /// was.
+    /// [`Dependent`] when only rounding is outside (or for a zero vector); the set is unchanged.
     pub fn push(&mut self, vector: &[f64]) -> Result<(), Dependent> {
         let index = self.offered;
         self.offered += 1;
@@ -97,7 +97,7 @@ impl Orthonormal {
         if before == 0.0 || !before.is_finite() {
             return Err(refused(0.0));
         }
-        // Scaled first, so that the products neither overflow nor vanish.
+        // Scale first, so that the products neither overflow nor vanish.
         let mut rest: Vec<f64> = vector.iter().map(|x| x / before).collect();
         self.remove_from(&mut rest);
         let after = norm(&rest);
@@ -105,7 +105,8 @@ impl Orthonormal {
             return Err(refused(after * before));
         }
         rest.iter_mut().for_each(|x| *x /= after);
-        // Normalising magnifies what the passes left behind; one more pass on the unit vector.
+        // Normalising magnifies the remainder of the passes; one more pass on the unit vector
+        // removes it.
         self.remove_from(&mut rest);
         let unit = norm(&rest);
         rest.iter_mut().for_each(|x| *x /= unit);
@@ -117,7 +118,7 @@ impl Orthonormal {
 /// The x that makes ‖A·x − B‖ least, column by column of B, by Householder QR.
 ///
 /// # Errors
-/// The first column of A that lies in the span of those before it.
+/// [`Dependent`] for the first column of A that lies in the span of those before it.
 pub fn least_squares(a: &Matrix, b: &Matrix) -> Result<Matrix, Dependent> {
     let (m, n) = a.shape();
     if n == 0 {

@@ -1,11 +1,12 @@
-//! The singular value decomposition, verified before it is believed.
+//! The singular value decomposition, with verification.
 //!
 //! nalgebra's own SVD is silently wrong on many matrices with equal or proportional columns, which
-//! shows make: U and V are orthonormal, but the residual is not zero (`tests/peers/svd` compares).
-//! Here its V is only a starting point: one-sided Jacobi on A·V (Hestenes 1958; convergence and
-//! accuracy as in Demmel and Veselić 1992) makes the columns orthogonal and keeps small singular
-//! values to relative accuracy. The result is checked against the definition; a second attempt
-//! starts from A itself, then there is an error.
+//! shows produce: U and V are orthonormal, but the residual is not zero (`tests/peers/svd`
+//! compares). Here its V is only a starting point: one-sided Jacobi on A·V (Hestenes 1958;
+//! convergence and accuracy as in Demmel and Veselić 1992) makes the columns orthogonal and keeps
+//! small singular values to relative accuracy. The result is checked against the definition. If the
+//! check fails, a second attempt starts from A itself; if that fails too, the function returns an
+//! error.
 
 #![allow(
     clippy::indexing_slicing,
@@ -17,7 +18,7 @@ use super::Matrix;
 /// A = U · diag(sigma) · Vᵀ with k = min(rows, columns).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Svd {
-    /// rows x k, orthonormal columns; in each, the first of the largest entries is positive.
+    /// rows x k, orthonormal columns; the first of the largest entries of each is positive.
     pub u: Matrix,
     /// k singular values, descending, finite, not negative.
     pub sigma: Vec<f64>,
@@ -25,7 +26,7 @@ pub struct Svd {
     pub v: Matrix,
 }
 
-/// Why there is no decomposition.
+/// Reasons for a failed decomposition.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum SvdError {
     /// An entry is not a number or infinite.
@@ -35,13 +36,13 @@ pub enum SvdError {
         row: usize,
         /// Column, from 0.
         column: usize,
-        /// What stands there.
+        /// The entry.
         value: f64,
     },
     /// The largest singular value is beyond the largest double.
     #[error("the largest singular value is beyond the range of a double")]
     Overflow,
-    /// The sweeps did not end.
+    /// The sweeps did not converge.
     #[error("Jacobi's sweeps did not converge on the {rows} x {columns} matrix")]
     NoConvergence {
         /// Rows of the matrix.
@@ -49,35 +50,35 @@ pub enum SvdError {
         /// Columns of the matrix.
         columns: usize,
     },
-    /// What came out is not a decomposition of what went in.
+    /// The result is not a decomposition of the input.
     #[error("the decomposition fails its check: {what} is off by {off:e}, allowed {allowed:e}")]
     Unverified {
-        /// Which property.
+        /// The property that fails.
         what: &'static str,
-        /// By how much it fails.
+        /// Its deviation.
         off: f64,
-        /// How much rounding may explain.
+        /// The deviation that rounding may explain.
         allowed: f64,
     },
 }
 
 /// Unit roundoff.
 const U: f64 = f64::EPSILON / 2.0;
-/// Checks allow this many eps·sqrt(mn).
+/// Tolerance of the checks, in eps·sqrt(mn).
 const SLACK: f64 = 16.0;
-/// Jacobi works at this exponent: squares of its columns from 1e-295 of the largest upwards then
-/// neither overflow nor vanish.
+/// Exponent at which Jacobi works: squares of columns from 1e-295 of the largest then neither
+/// overflow nor vanish.
 const LIFT: i32 = 480;
-/// Columns below this (at that exponent) are nothing.
+/// Columns below this norm, at that exponent, count as zero.
 const NOTHING: f64 = 1e-147;
-/// Columns below this share of the largest make a matrix graded.
+/// A column below this share of the largest makes the matrix graded.
 const GRADED: f64 = 1e-3;
 /// Sweeps before giving up; prepared matrices take two or three, others about ten.
 const SWEEPS: usize = 60;
 
 impl Svd {
-    /// How many singular values exceed `tolerance` times the largest, `tolerance` never taken
-    /// below eps · max(rows, columns).
+    /// Number of singular values above `tolerance` times the largest; the tolerance is at least eps
+    /// · max(rows, columns).
     pub fn rank(&self, tolerance: f64) -> usize {
         let floor = f64::EPSILON * self.u.nrows().max(self.v.nrows()) as f64;
         let largest = self.sigma.first().copied().unwrap_or(0.0);
@@ -86,7 +87,7 @@ impl Svd {
     }
 }
 
-/// The verified singular value decomposition of `a`.
+/// Returns the verified singular value decomposition of `a`.
 ///
 /// Guarantees, with t = 16·eps·sqrt(mn): ‖UᵀU − 1‖ and ‖VᵀV − 1‖ at most t, ‖A − UΣVᵀ‖ at most
 /// t·‖A‖, |Σσ² − ‖A‖²| at most t·‖A‖² (all in the Frobenius norm), σ sorted and finite.
@@ -143,7 +144,7 @@ fn exponent_of(x: f64) -> i32 {
     e + ((x.to_bits() >> 52) & 0x7ff) as i32 - 1023
 }
 
-/// x · 2^e in two multiplications, since 2^e alone may be out of range.
+/// x · 2^e in two multiplications, because 2^e alone may be out of range.
 fn times_power(x: f64, e: i32) -> f64 {
     let half = e / 2;
     x * 2f64.powi(half) * 2f64.powi(e - half)
@@ -153,8 +154,8 @@ fn scaled(a: &Matrix, e: i32) -> Matrix {
     a.map(|x| times_power(x, e))
 }
 
-/// nalgebra's V as a starting point, if it converges. Not for graded columns: its rounding,
-/// relative to the largest of them, would spoil small singular values.
+/// nalgebra's V as a starting point, if it converges. Not used for graded columns: its rounding,
+/// relative to the largest column, would spoil small singular values.
 fn prepared(a: &Matrix) -> Option<Matrix> {
     let norms = column_norms(a);
     let largest = norms.iter().fold(0.0f64, |s, x| s.max(*x));
@@ -174,12 +175,12 @@ fn decompose_and_verify(a: &Matrix, start: Option<Matrix>) -> Result<Svd, SvdErr
     Ok(found)
 }
 
-/// One-sided Jacobi on a tall matrix whose largest entry is between 1 and 2, started from A·V.
+/// One-sided Jacobi on a tall matrix whose largest entry is between 1 and 2, starting from A·V.
 fn jacobi(a: &Matrix, start: Option<Matrix>) -> Result<Svd, SvdError> {
     let (m, n) = a.shape();
     let lift = 2f64.powi(LIFT);
-    // A column's running estimate of its own rounding error, adding in quadrature: what is below
-    // four times of it is noise, and rotating noise never ends.
+    // A running estimate of each column's rounding error, added in quadrature. Below four times
+    // this estimate a column is noise, and rotating noise never ends.
     let (mut w, mut v, mut noise) = match start {
         Some(v) => {
             let magnitude = a.abs() * v.abs();
@@ -232,7 +233,7 @@ fn jacobi(a: &Matrix, start: Option<Matrix>) -> Result<Svd, SvdError> {
     Ok(assemble(&w, &v, &norms, 2f64.powi(-LIFT)))
 }
 
-/// Sets a column of noise to zero.
+/// Sets a noise column to zero.
 fn silence(w: &mut Matrix, norms: &mut [f64], noise: &[f64], j: usize) {
     if norms[j] != 0.0 && norms[j] <= (4.0 * noise[j]).max(NOTHING) {
         w.column_mut(j).fill(0.0);
@@ -284,7 +285,7 @@ fn assemble(w: &Matrix, v: &Matrix, norms: &[f64], drop: f64) -> Svd {
 }
 
 /// Makes column `k` of `u` a unit vector orthogonal to the columns before it: the coordinate axis
-/// that they cover least, orthogonalised twice. At least 1/sqrt(m) of it is left.
+/// that they cover least, orthogonalised twice. At least 1/sqrt(m) of its norm is left.
 fn complete(u: &mut Matrix, k: usize) {
     let m = u.nrows();
     let covered = |i: usize| (0..k).map(|j| u[(i, j)] * u[(i, j)]).sum::<f64>();
@@ -306,8 +307,8 @@ fn complete(u: &mut Matrix, k: usize) {
     u.set_column(k, &x);
 }
 
-/// In each column of U the first entry that is (nearly) the largest is made positive; "nearly", so
-/// that another machine's rounding picks the same one.
+/// Makes the first entry that is (nearly) the largest of each column of U positive; "nearly", so
+/// that another machine's rounding picks the same entry.
 fn fix_signs(svd: &mut Svd) {
     for k in 0..svd.sigma.len() {
         let column = svd.u.column(k);
@@ -324,7 +325,7 @@ fn verify(a: &Matrix, svd: &Svd) -> Result<(), SvdError> {
     let (m, n) = a.shape();
     let allowed = SLACK * f64::EPSILON * ((m * n) as f64).sqrt();
     let check = |what, off: f64| {
-        // Not-a-number fails too.
+        // NaN fails too.
         if off <= allowed {
             Ok(())
         } else {

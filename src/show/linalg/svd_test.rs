@@ -1,5 +1,5 @@
-//! The hard list: matrices on which some SVD in use is wrong, slow or never ends. `svd` verifies
-//! itself, so each `unwrap` here is a check; planted singular values are compared besides.
+//! Hard matrices, on which some SVD in use is wrong, slow or never ends. `svd` verifies itself, so
+//! each `unwrap` here is a check; planted singular values are compared too.
 
 use super::*;
 use proptest::prelude::*;
@@ -10,7 +10,7 @@ fn check(a: &Matrix) -> Svd {
     svd
 }
 
-/// Planted values, to `tolerance` of the largest.
+/// Checks planted singular values, to `tolerance` of the largest.
 fn planted(a: &Matrix, sigma: &[f64], tolerance: f64) {
     let svd = check(a);
     let largest = sigma.iter().fold(0.0f64, |s, x| s.max(*x));
@@ -101,13 +101,13 @@ fn planted_rank_and_repeated_values() {
 
 #[test]
 fn graded_keeps_relative_accuracy() {
-    // A diagonal over 300 decades, permuted: every value comes back.
+    // A diagonal over 300 decades, permuted: every value is recovered.
     let n = 31;
     let mut a = Matrix::zeros(n, n);
     for i in 0..n {
         a[(i, (i * 7) % n)] = 10f64.powi(150 - 10 * i as i32);
     }
-    // What is below 1e-290 of the largest is taken for nothing.
+    // Values below 1e-290 of the largest count as zero.
     for (i, s) in check(&a).sigma.iter().enumerate().take(n - 1) {
         let want = 10f64.powi(150 - 10 * i as i32);
         assert!((s / want - 1.0).abs() < 1e-14, "{s:e} for {want:e}");

@@ -2,10 +2,10 @@
 //! of columns at a time, so that a matrix of any length needs the memory of one block.
 //!
 //! A block of rows X under a triangle R is reduced by reflections of R's diagonal and X's columns
-//! alone (below R's diagonal everything stays zero). A panel of reflections is applied together as
-//! 1 − V·Tᵀ·Vᵀ (the compact WY form: Schreiber and Van Loan, "A storage-efficient WY representation
-//! for products of Householder transformations", 1989), which is several times faster than one by
-//! one.
+//! alone, so that everything below R's diagonal stays zero. A panel of reflections is applied
+//! together as 1 − V·Tᵀ·Vᵀ (the compact WY form: Schreiber and Van Loan, "A storage-efficient WY
+//! representation for products of Householder transformations", 1989), which is several times
+//! faster than one at a time.
 
 #![allow(
     clippy::indexing_slicing,
@@ -17,19 +17,19 @@ use super::Matrix;
 /// Reflections applied together.
 const PANEL: usize = 32;
 
-/// A lower triangular L with L·Lᵀ = A·Aᵀ, of a matrix A given column by column: A's left singular
-/// vectors and singular values without its many columns.
+/// A lower triangular L with L·Lᵀ = A·Aᵀ, for a matrix A given column by column. It has A's left
+/// singular vectors and singular values without its many columns.
 #[derive(Clone, Debug)]
 pub struct Triangle {
-    /// Lᵀ, once more columns came than A has rows.
+    /// Lᵀ, once there are more columns than rows.
     upper: Option<Matrix>,
-    /// Columns of A that wait, as rows.
+    /// Columns of A not yet reduced, as rows.
     block: Matrix,
     waiting: usize,
 }
 
 impl Triangle {
-    /// Of a matrix with this many rows and no columns yet.
+    /// Creates the factor of a matrix with this many rows and no columns.
     pub fn new(rows: usize) -> Triangle {
         Triangle {
             upper: None,
@@ -38,7 +38,7 @@ impl Triangle {
         }
     }
 
-    /// Takes A's next column; numbers beyond A's rows are left out, missing ones are zero.
+    /// Adds A's next column; numbers beyond A's rows are ignored, missing ones are zero.
     pub fn push(&mut self, column: &[f64]) {
         let mut row = self.block.row_mut(self.waiting);
         row.fill(0.0);
@@ -49,7 +49,8 @@ impl Triangle {
         }
     }
 
-    /// The factor, with at most as many columns as rows: A itself where A has no more.
+    /// The factor, with at most as many columns as rows; A itself when A has no more columns than
+    /// rows.
     pub fn lower(mut self) -> Matrix {
         let rows = self.block.ncols();
         if self.upper.is_none() && self.waiting <= rows {
@@ -72,7 +73,8 @@ impl Triangle {
     }
 }
 
-/// Makes the panel's columns of X zero by reflections, leaving their vectors there; tau of each.
+/// Zeroes the panel's columns of X by reflections, stores their vectors there, and returns tau of
+/// each.
 fn reflect_panel(r: &mut Matrix, x: &mut Matrix, first: usize, end: usize) -> Vec<f64> {
     let mut out = Vec::with_capacity(end - first);
     for j in first..end {
@@ -96,7 +98,7 @@ fn reflect_panel(r: &mut Matrix, x: &mut Matrix, first: usize, end: usize) -> Ve
     out
 }
 
-/// Applies the panel's reflections to what is right of it.
+/// Applies the panel's reflections to the columns right of it.
 fn reflect_rest(r: &mut Matrix, x: &mut Matrix, first: usize, tau: &[f64]) {
     let (n, end) = (r.ncols(), first + tau.len());
     if end == n {
@@ -112,7 +114,7 @@ fn reflect_rest(r: &mut Matrix, x: &mut Matrix, first: usize, tau: &[f64]) {
     right.gemm(-1.0, &v, &across, 1.0);
 }
 
-/// The T of the compact form from the inner products of the vectors.
+/// T of the compact form from the inner products of the vectors.
 fn compact(products: &Matrix, tau: &[f64]) -> Matrix {
     let mut t = Matrix::zeros(tau.len(), tau.len());
     for (j, tau) in tau.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Effects: what runs on top of a level that cues go on moving.
+//! Effects: variations on top of a level that cues continue to move.
 
 use super::NodeId;
 
@@ -9,33 +9,33 @@ pub struct Effect {
     pub id: NodeId,
     /// Its name.
     pub name: String,
-    /// How it runs.
+    /// Its kind.
     pub kind: EffectKind,
     /// Cycles a second of a pulse, changes a second of a flicker.
     pub rate: f64,
-    /// How much of the light it takes at most, 0 to 1.
+    /// Largest share of the light that it takes, 0 to 1.
     pub depth: f64,
 }
 
-/// How an effect runs.
+/// Kinds of effect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EffectKind {
-    /// Down by the depth and up again in each cycle, along `ease`.
+    /// Falls by the depth and rises again in each cycle, along `ease`.
     Pulse,
-    /// In straight lines from one random share of the depth to the next; the seed decides them.
+    /// Straight lines between random shares of the depth; the seed decides them.
     Flicker(u32),
 }
 
-/// A bank gets an effect, or is let go of by the one it has.
+/// The start or end of an effect on a bank.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EffectChange {
-    /// The move that says so.
+    /// The move that states it.
     pub id: NodeId,
     /// Index into [`super::Show::banks`].
     pub bank: usize,
     /// Index into [`super::Show::effects`]; `None` ends it.
     pub effect: Option<usize>,
-    /// The bank's place in a group that the effect is spread over, from 0, and the group's number of
-    /// banks: bank i of n runs i/n of a period behind the first.
+    /// For an effect spread over a group: the bank's index in the group and the number of banks.
+    /// Bank i of n lags the first by i/n of a period.
     pub spread: Option<(u32, u32)>,
 }

@@ -1,15 +1,15 @@
-//! Shapes of fades: those that every show has, and the show's own curves.
+//! Shapes of fades: the built-in ones and the show's own curves.
 
 use super::Show;
 
-/// A shape that every show has.
+/// A built-in shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FadeCurve {
-    /// As text calls it.
+    /// Its name in the language.
     pub name: &'static str,
-    /// Completion over the fraction of the fade's time, as the Bernstein coefficients of a
-    /// polynomial on [0, 1] of degree 1 to 3, one more than the degree. The first is 0, the last 1,
-    /// and none is outside, so that no fade passes its level.
+    /// Completion over the fraction of the fade's time: Bernstein coefficients of a polynomial of
+    /// degree 1 to 3 on [0, 1]. The first is 0, the last 1, and none is outside 0 to 1, so that no
+    /// fade overshoots.
     pub coefficients: &'static [f64],
 }
 
@@ -18,8 +18,8 @@ const LINEAR: FadeCurve = FadeCurve {
     coefficients: &[0.0, 1.0],
 };
 
-/// The shapes that every show has: the language, the curves and the sheets read them here, so that
-/// a row is all that a new one takes. With u the fraction of the time:
+/// The built-in shapes. The language, the curves and the reports read this table, so that a new
+/// shape is one row. With u the fraction of the time:
 pub const FADES: &[FadeCurve] = &[
     // u
     LINEAR,
@@ -55,16 +55,16 @@ pub enum Fade {
 }
 
 impl Fade {
-    /// The straight line, which fades follow where the text names no curve.
+    /// The straight line, the default of fades.
     pub const LINEAR: Fade = Fade::BuiltIn(&LINEAR);
 
-    /// The shape of this name that every show has.
+    /// The built-in shape of this name.
     pub fn built_in(name: &str) -> Option<Fade> {
         let found = FADES.iter().find(|curve| curve.name == name);
         found.map(Fade::BuiltIn)
     }
 
-    /// As the text calls it.
+    /// Its name in the text.
     pub fn name(self, show: &Show) -> &str {
         match self {
             Fade::BuiltIn(curve) => curve.name,

@@ -3,12 +3,12 @@
 /// A homogeneous medium that scatters and absorbs light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Haze {
-    /// Extinction coefficient, 1/m, above 0: a beam keeps `exp(-extinction)` of itself in a metre.
+    /// Extinction coefficient, 1/m, above 0: `exp(-extinction)` of a beam is left after a metre.
     pub extinction: f64,
-    /// Mean cosine of the scattering angle, the `g` of Henyey and Greenstein (1941), between -1 and
-    /// 1. Above 0 most light goes on forwards; 0 scatters to all sides alike.
+    /// Mean cosine of the scattering angle, the `g` of Henyey and Greenstein (1941), between -1
+    /// and 1. Above 0, light scatters mostly forwards; at 0, evenly.
     pub forward: f64,
-    /// Part of the extinction that scatters, 0 to 1; the rest absorbs.
+    /// Share of the extinction that scatters, 0 to 1; the rest absorbs.
     pub albedo: f64,
 }
 

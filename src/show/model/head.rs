@@ -1,16 +1,16 @@
-//! Moving heads: their axes, their ranges, and where they point.
+//! Moving heads: their axes, ranges and poses.
 //!
 //! A head hangs by its base. The base is level and its front faces the house, so that at pan 0 the
 //! yoke's axis runs across the stage. At pan 0 and tilt 0 the head points straight down. Tilt turns
 //! the head about the yoke's axis: at pan 0 a positive tilt raises the beam upstage. Pan turns the
-//! yoke about the vertical: a positive pan goes anticlockwise as seen from above, so that at tilt 90
-//! the head points upstage at pan 0, to stage right at pan 90, to the house at pan 180. These are the
-//! axes of GDTF (DIN SPEC 15800). A standing head is a hanging one turned over about the axis from the
-//! house upstage: it points straight up at tilt 0, a positive tilt still leans upstage at pan 0, and a
-//! positive pan goes clockwise as seen from above.
+//! yoke about the vertical: a positive pan goes anticlockwise as seen from above, so that at tilt
+//! 90 the head points upstage at pan 0, to stage right at pan 90, to the house at pan 180. These
+//! are the axes of GDTF (DIN SPEC 15800). A standing head is a hanging one turned over about the
+//! axis from the house upstage: it points straight up at tilt 0, a positive tilt still leans
+//! upstage at pan 0, and a positive pan goes clockwise as seen from above.
 //!
-//! The pose (pan, tilt, beam angle, field angle) is four parameters of the show, each from 0 at the low
-//! end of its range to 1 at the high end. A pose is linear in them.
+//! The pose (pan, tilt, beam angle, field angle) is four parameters of the show, each from 0 at the
+//! low end of its range to 1 at the high end. A pose is linear in them.
 
 use super::light::{LightKind, Luminaire, Output};
 use crate::geometry::mount::Mount;
@@ -26,12 +26,12 @@ pub enum Axis {
     Tilt,
     /// Full angle at half the peak intensity.
     Beam,
-    /// Full angle at a tenth of the peak intensity; of a projection, from bottom to top.
+    /// Full angle at a tenth of the peak intensity; for a projection, from bottom to top.
     Field,
 }
 
 impl Axis {
-    /// All of them, in the order of a head's parameters.
+    /// All axes, in the order of a head's parameters.
     pub const ALL: [Axis; 4] = [Axis::Pan, Axis::Tilt, Axis::Beam, Axis::Field];
 
     /// The word of the language.
@@ -45,7 +45,7 @@ impl Axis {
     }
 }
 
-/// How a head stands, in degrees.
+/// Pose of a head, in degrees.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Pose {
     /// Turn of the yoke.
@@ -54,7 +54,7 @@ pub struct Pose {
     pub tilt: f64,
     /// Full angle at half the peak intensity.
     pub beam: f64,
-    /// Full angle at a tenth of the peak intensity; of a projection, from bottom to top.
+    /// Full angle at a tenth of the peak intensity; for a projection, from bottom to top.
     pub field: f64,
 }
 
@@ -73,7 +73,7 @@ impl Pose {
 /// The moving part of a luminaire: ranges in degrees, each with its low end first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Head {
-    /// Where the head points and how wide its beam is until a cue moves it: as the light is declared.
+    /// The declared pose, which a head has until a cue moves it.
     pub home: Pose,
     /// Range of pan.
     pub pan: [f64; 2],
@@ -83,11 +83,11 @@ pub struct Head {
     pub zoom: [f64; 2],
     /// Fastest turn of either axis, degrees a second.
     pub speed: f64,
-    /// The base is below.
+    /// True when the base is below.
     pub standing: bool,
 }
 
-/// Angles outside a range by less than this many degrees are rounding.
+/// Tolerance of ranges, degrees: smaller excesses are rounding.
 const ROUNDING: f64 = 1e-9;
 
 impl Head {
@@ -128,7 +128,7 @@ impl Head {
         Axis::ALL.map(|axis| self.parameter(axis, self.home.angle(axis)))
     }
 
-    /// A direction or axis of a hanging head as one of this head, and the other way round.
+    /// Converts a direction or axis between a hanging head and this one; its own inverse.
     fn turned_over(&self, v: Vec3) -> Vec3 {
         if self.standing {
             vec3(-v.x, v.y, -v.z)
@@ -144,9 +144,9 @@ impl Head {
         self.turned_over(vec3(-sin_pan * sin_tilt, cos_pan * sin_tilt, -cos_tilt))
     }
 
-    /// The two ways to point from `at` to `target`, as pan and tilt in degrees: pan within 180 of 0
-    /// with a positive tilt, and the head turned over with a negative one. `None` where the two
-    /// points are one.
+    /// The two solutions that point from `at` to `target`, as pan and tilt in degrees: pan within
+    /// 180 of 0 with a positive tilt, and the head turned over with a negative tilt. `None` when
+    /// the points coincide.
     pub fn angles(&self, at: Vec3, target: Vec3) -> Option<[(f64, f64); 2]> {
         let to = self.turned_over((target - at).normalized());
         if to == Vec3::ZERO || !to.is_finite() {
@@ -163,13 +163,13 @@ impl Head {
         Some([(pan, tilt), (over, -tilt)])
     }
 
-    /// Pan and tilt to point from `at` to `target` that are reached soonest from `from`: of all ways
-    /// within the ranges, whole turns of pan included, the one whose larger turn is least, and of two
-    /// alike the one with the least sum of both turns. A head that points along its pan axis keeps
-    /// its pan.
+    /// Pan and tilt that point from `at` to `target` and are reached soonest from `from`. Of all
+    /// solutions within the ranges, whole turns of pan included, this is the one whose larger turn
+    /// is least; among equals, the one with the least sum of turns. A head that points along its
+    /// pan axis keeps its pan.
     ///
     /// # Errors
-    /// The pan and tilt nearest to the ranges, where none is within them.
+    /// The pan and tilt nearest to the ranges, when none is within them.
     pub fn aim(&self, at: Vec3, target: Vec3, from: (f64, f64)) -> Result<(f64, f64), (f64, f64)> {
         let mut best: Option<([f64; 2], (f64, f64))> = None;
         let mut outside: Option<(f64, (f64, f64))> = None;
@@ -207,8 +207,8 @@ impl Head {
         }
     }
 
-    /// Turn of a projection's image about its axis at a pose, degrees, against an upright image: the
-    /// image turns with the yoke.
+    /// Turn of a projection's image about its axis in a pose, degrees, from upright: the image
+    /// turns with the yoke.
     fn roll(&self, pose: Pose) -> f64 {
         let (sine, cosine) = pose.pan.to_radians().sin_cos();
         let across = self.turned_over(vec3(cosine, sine, 0.0));
@@ -223,8 +223,8 @@ impl Head {
         })
     }
 
-    /// `light`, whose head this is, as a fixed light that stands in `pose`. The zoom keeps the flux:
-    /// a narrower beam is brighter. An image turns with the yoke and is as declared at home.
+    /// Returns `light`, whose head this is, as a fixed light in `pose`. The zoom keeps the flux: a
+    /// narrower beam is brighter. An image turns with the yoke; at home it is as declared.
     pub fn aimed(&self, light: &Luminaire, pose: Pose) -> Luminaire {
         let mut fixed = Luminaire {
             head: None,
@@ -329,7 +329,7 @@ mod tests {
                 let to = head.direction(pan, tilt);
                 let ways = head.angles(at, at + to * 7.3).unwrap();
                 let [(p, t), (over, turned)] = ways;
-                // Where the sine of the tilt is small the pan is known less well.
+                // The pan is less precise where the sine of the tilt is small.
                 let within = 1e-12 / tilt.to_radians().sin();
                 assert!(
                     (p - pan).abs() < within.max(1e-12) * 60.0,
@@ -357,7 +357,7 @@ mod tests {
         // On round the back, until the range ends.
         assert_eq!(aim(-160.0, 50.0, (170.0, 50.0)), Ok((200.0, 50.0)));
         assert_eq!(aim(-80.0, 50.0, (260.0, 50.0)), Ok((100.0, -50.0)));
-        // Straight down is anywhere.
+        // Straight down has no pan.
         assert_eq!(aim(0.0, 0.0, (123.0, 50.0)), Ok((123.0, 0.0)));
         let (pan, tilt) = aim(20.0, 150.0, (0.0, 0.0)).unwrap_err();
         assert!((pan - 20.0).abs() + (tilt - 150.0).abs() < 1e-9);

@@ -1,4 +1,4 @@
-//! Lights as the text says them.
+//! Lights of a show.
 
 use crate::geometry::Vec3;
 use crate::geometry::mount::Mount;
@@ -14,67 +14,67 @@ pub struct Luminaire {
     pub id: NodeId,
     /// Its name.
     pub name: String,
-    /// What it is.
+    /// Its kind.
     pub kind: LightKind,
-    /// Its kind as the text names it: `spot`, `panel lamp_glass`.
+    /// Its kind in the words of the text: `spot`, `panel lamp_glass`.
     pub form: String,
-    /// Its colour as the text writes it, `2700 K gel L201`; empty where the text has none.
+    /// Its colour in the words of the text, `2700 K gel L201`; empty if not given.
     pub colour: String,
-    /// How it moves; `None` where it stands still.
+    /// Its moving head; `None` for a light that does not move.
     pub head: Option<Head>,
 }
 
-/// What a luminaire is.
+/// Kind of a luminaire.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LightKind {
-    /// A material of the stage emits.
+    /// A material of the stage that emits.
     Panel {
         /// The material's name.
         material: String,
-        /// How bright it is at full; `None` as the material itself says.
+        /// Strength at full; `None` uses the material's.
         strength: Option<Strength>,
     },
     /// A sphere or a disc; its polygons join the scene.
     Shape {
-        /// Its form and place.
+        /// Its form and position.
         shape: Shape,
-        /// How bright it is at full.
+        /// Strength at full.
         strength: Strength,
     },
-    /// A point source as a file next to the show has it measured.
+    /// A point source measured in a file next to the show.
     Photometric {
         /// The file.
         path: String,
-        /// How it hangs.
+        /// Its mount.
         mount: Mount,
         /// Its colour.
         tint: Rgb,
-        /// How bright it is at full.
+        /// Brightness at full.
         output: Output,
     },
-    /// An image next to the show, thrown.
+    /// A projected image from a file next to the show.
     Projection {
         /// The file.
         path: String,
-        /// How it hangs.
+        /// Its mount.
         mount: Mount,
         /// Full angle from the image's bottom to its top, degrees.
         field: f64,
         /// Its colour.
         tint: Rgb,
-        /// How bright white is at full; never its own.
+        /// Brightness of white at full; never `Own`.
         output: Output,
     },
     /// A light of the stage's file.
     ImportedLuminaire(ImportedLuminaire),
     /// A spot (see [`Spot`]).
     Spot(Spot),
-    /// What a bank or the fixed lights add to the picture, rendered elsewhere.
+    /// The light of a bank or the fixed lights, rendered elsewhere.
     Image(ImageFile),
 }
 
 impl LightKind {
-    /// Where it hangs, as far as the text says so; metres.
+    /// Its position, as far as the text gives it; metres.
     pub fn place(&self) -> Option<Vec3> {
         match self {
             LightKind::Spot(spot) => Some(spot.position),
@@ -86,39 +86,39 @@ impl LightKind {
     }
 }
 
-/// How bright a point source with a shape of beam of its own is.
+/// Brightness of a point source with its own distribution.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Output {
-    /// As its file says.
+    /// The brightness in its file.
     Own,
-    /// Luminous flux (lm); of a projection, that of a white image.
+    /// Luminous flux (lm); for a projection, that of a white image.
     Flux(f64),
-    /// Peak intensity (cd); of a projection, that of white.
+    /// Peak intensity (cd); for a projection, that of white.
     Peak(f64),
 }
 
-/// How bright a surface is.
+/// Brightness of a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Strength {
     /// Luminance L (cd/m2).
     Luminance(Rgb),
-    /// Luminous flux of all the material's polygons (lm): L = flux / (pi area), as a Lambertian
-    /// surface emits pi L into its half space.
+    /// Luminous flux of all the material's polygons (lm): L = flux / (pi area), because a
+    /// Lambertian surface emits pi L into its half space.
     Flux(Rgb),
-    /// Intensity along the normal of all the material's polygons (cd): L = intensity / area. For
-    /// polygons that face different ways it is the sum of what each has along its own normal; for
-    /// a sphere it is what it has all around, L = intensity / (pi radius^2).
+    /// Intensity along the normal, all the material's polygons together (cd): L = intensity / area.
+    /// For polygons that face different ways it is the sum of the intensities along their own
+    /// normals; for a sphere it is the intensity in every direction, L = intensity / (pi radius^2).
     Intensity(Rgb),
 }
 
-/// A light of the stage's file, and what the show says otherwise.
+/// A light of the stage's file, with the show's changes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ImportedLuminaire {
     /// Its name in the file.
     pub name: String,
-    /// Where it hangs; without an `aim` it keeps its direction.
+    /// Its position; without an `aim` it keeps its direction.
     pub position: Option<Vec3>,
-    /// The point it is focused on.
+    /// The point at which it is focused.
     pub aim: Option<Vec3>,
     /// Full angle at half the peak, degrees.
     pub beam: Option<f64>,
@@ -126,19 +126,19 @@ pub struct ImportedLuminaire {
     pub field: Option<f64>,
     /// Its white in place of the file's colour.
     pub white: Option<Rgb>,
-    /// The colour before it.
+    /// The colour in front of it.
     pub gel: Rgb,
-    /// How bright it is at full.
+    /// Brightness at full.
     pub output: Output,
 }
 
-/// A point source with a round beam: half the peak intensity at half the beam angle from the
-/// axis, a tenth at half the field angle, by the law of [`crate::geometry::profile`].
+/// A point source with a round beam: half the peak intensity at half the beam angle from the axis,
+/// a tenth at half the field angle (see [`crate::geometry::profile`]).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Spot {
-    /// Where it hangs.
+    /// Its position.
     pub position: Vec3,
-    /// The point it is focused on.
+    /// The point at which it is focused.
     pub aim: Vec3,
     /// Full angle at half the peak intensity, degrees.
     pub beam: f64,
@@ -148,7 +148,7 @@ pub struct Spot {
     pub intensity: Rgb,
 }
 
-/// Where a picture stands: a file next to the show, and perhaps a layer of it.
+/// An image: a file next to the show, and perhaps a layer of it.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct ImageFile {
     /// Relative to the show's folder.

@@ -1,13 +1,13 @@
-//! A segment's frame from its keys by the fewest lerps.
+//! A segment's frame from its keys, by the fewest linear interpolations (lerps).
 //!
-//! The paper leaves the factors open; these have no division by zero at either end. Cubic:
-//! lerp(a3, lerp(a1, A, B), lerp(a2, C, D)); quadratic: lerp(a2, lerp(a1, A, B), C); linear:
-//! lerp(t, A, B). They reproduce the Bernstein weights to rounding (1.1e-16).
+//! The paper leaves the factors open; these never divide by zero. Cubic: lerp(a3, lerp(a1, A, B),
+//! lerp(a2, C, D)); quadratic: lerp(a2, lerp(a1, A, B), C); linear: lerp(t, A, B). They reproduce
+//! the Bernstein weights to rounding (1.1e-16).
 
 /// The factors of the lerps, for each degree.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Blend {
-    /// The one key.
+    /// A single key.
     Hold,
     /// lerp(t, A, B).
     Linear(f64),
@@ -17,7 +17,7 @@ pub enum Blend {
     Cubic([f64; 3]),
 }
 
-/// The factors at `t` (0 to 1) of a segment of `degree`; above 3 counts as 3.
+/// The factors at `t` (0 to 1) of a segment of `degree`; a degree above 3 counts as 3.
 pub fn blend(degree: usize, t: f64) -> Blend {
     match degree {
         0 => Blend::Hold,
@@ -32,7 +32,7 @@ pub fn blend(degree: usize, t: f64) -> Blend {
 }
 
 impl Blend {
-    /// How many lerps a frame costs.
+    /// Number of lerps per frame.
     pub fn lerps(&self) -> usize {
         match self {
             Blend::Hold => 0,
@@ -42,7 +42,7 @@ impl Blend {
         }
     }
 
-    /// The weight of each key, in order; those beyond the degree are 0.
+    /// The weight of each key, in order; weights beyond the degree are 0.
     pub fn weights(&self) -> [f64; 4] {
         match *self {
             Blend::Hold => [1.0, 0.0, 0.0, 0.0],
@@ -60,7 +60,7 @@ mod tests {
     #[test]
     fn lerps_reproduce_bernstein_to_rounding() {
         let mut worst = 0.0f64;
-        // At 1024ths the Bernstein weights themselves have no rounding.
+        // At multiples of 1/1024 the Bernstein weights have no rounding.
         for i in 0..=1024 {
             let t = i as f64 / 1024.0;
             let s = 1.0 - t;

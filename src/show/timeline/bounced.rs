@@ -1,16 +1,16 @@
-//! Light of moving heads that surfaces reflect, as a sum of few fixed poses.
+//! Reflected light of moving heads, as a sum of few fixed poses.
 //!
-//! Reflected light changes slowly with the aim of a head. So it is rendered for some poses of each head,
-//! its *basis*, and at every moment it is a combination of those; the factors are further coordinates
-//! of the timeline, so that plan, refinement and playback treat them as those of banks. Direct light is
-//! not here: it is exact at every moment.
+//! Reflected light changes slowly with the aim of a head. So it is rendered for some poses of each
+//! head, its *basis*, and at every moment it is a combination of them. The factors are further
+//! coordinates of the timeline, so that plan, refinement and playback treat them like those of
+//! banks. Direct light is handled elsewhere, exactly at every moment.
 //!
-//! The light that a pose throws is taken as a Gaussian over directions, as wide as its field and a
-//! little more, as surfaces blur it. Two poses then have a closed inner product, and the best
-//! combination for a pose is the projection onto the basis. The basis is chosen by a Cholesky
-//! factorization with pivots (Fine and Scheinberg, *Efficient SVM Training Using Low-Rank Kernel
-//! Representations*, 2001): each step adds the pose that the basis represents worst, until none is
-//! further off than a tolerance.
+//! The light of a pose is modelled as a Gaussian over directions, a little wider than its field
+//! because surfaces blur it. The inner product of two poses is then in closed form, and the best
+//! combination for a pose is its projection onto the basis. The basis is chosen by a pivoted
+//! Cholesky factorization (Fine and Scheinberg, *Efficient SVM Training Using Low-Rank Kernel
+//! Representations*, 2001): each step adds the pose that the basis represents worst, until all are
+//! within a tolerance.
 
 #![allow(
     clippy::indexing_slicing,
@@ -27,31 +27,31 @@ use crate::linalg::Bernstein;
 use crate::model::{Head, Pose, Show};
 use crate::units::Time;
 
-/// Blur of reflected light over directions, radians: one standard deviation.
+/// Standard deviation of the blur of reflected light, radians.
 const BLUR: f64 = 0.12;
-/// Share of the field angle that is the standard deviation of a beam.
+/// Standard deviation of a beam over its field angle.
 const BEAM: f64 = 0.22;
-/// Largest difference between a pose's blurred light and that of the basis, as a share of the former.
+/// Largest difference between a pose's blurred light and its combination, relative to the former.
 const TOLERANCE: f64 = 0.03;
-/// Largest turn from a moment that is looked at to the next, as a share of the blurred beam's width.
+/// Largest turn between sampled moments, relative to the blurred beam's width.
 const STEP: f64 = 0.6;
-/// Moments of one move that are looked at, at most.
+/// Most moments sampled in one move.
 const MOST_STEPS: usize = 256;
 
-/// A coordinate behind those of the show: the light of a head in one pose that surfaces reflect.
+/// A coordinate after those of the show: the reflected light of a head in one pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Bounced {
     /// Index into [`Show::heads`].
     pub head: usize,
-    /// Number of the pose in the head's basis, from 0.
+    /// Index of the pose in the head's basis.
     pub number: usize,
-    /// How the head stands.
+    /// The pose.
     pub pose: Pose,
-    /// The coordinate of the head's bank whose light it reflects.
+    /// The coordinate of the head's bank whose light is reflected.
     pub coordinate: usize,
 }
 
-/// A pose's blurred light.
+/// Blurred light of a pose.
 #[derive(Clone, Copy)]
 struct Lobe {
     direction: Vec3,
@@ -68,14 +68,14 @@ impl Lobe {
         }
     }
 
-    /// Inner product of two Gaussians of one flux in space, without its constant factor.
+    /// Inner product of two Gaussians of equal flux, without its constant factor.
     fn times(&self, other: &Lobe) -> f64 {
         let width = self.width + other.width;
         let off = self.direction - other.direction;
         (-off.dot(off) / (2.0 * width)).exp() / width.powf(1.5)
     }
 
-    /// Standard deviations that lie between two.
+    /// Distance of two lobes in standard deviations.
     fn turns(&self, other: &Lobe) -> f64 {
         let off = (self.direction - other.direction).length();
         let wider = (self.width / other.width).ln().abs();
@@ -87,12 +87,12 @@ impl Lobe {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Basis {
     poses: Vec<Pose>,
-    /// The Cholesky factor of their inner products, row by row.
+    /// Cholesky factor of the inner products, row by row.
     factor: Vec<Vec<f64>>,
 }
 
 impl Basis {
-    /// Chooses among `poses` until each is represented.
+    /// Chooses from `poses` until all are represented.
     fn of(head: &Head, poses: &[Pose]) -> Basis {
         let lobes: Vec<Lobe> = poses.iter().map(|pose| Lobe::new(head, *pose)).collect();
         let own: Vec<f64> = lobes.iter().map(|lobe| lobe.times(lobe)).collect();
@@ -125,12 +125,12 @@ impl Basis {
         basis
     }
 
-    /// The combination of the basis that is nearest to a pose.
+    /// The combination of the basis nearest to a pose.
     pub fn factors(&self, head: &Head, pose: Pose) -> Vec<f64> {
         let lobe = Lobe::new(head, pose);
         let with = |own: &Pose| lobe.times(&Lobe::new(head, *own));
         let mut out: Vec<f64> = self.poses.iter().map(with).collect();
-        // The factor times its transpose, solved forwards and backwards.
+        // Solve with the factor, then with its transpose.
         for i in 0..out.len() {
             let row = &self.factor[i];
             let dot: f64 = row.iter().zip(&out[..i]).map(|(a, b)| a * b).sum();
@@ -144,7 +144,7 @@ impl Basis {
     }
 }
 
-/// The cubic that has these values at 0, 1/3, 2/3 and 1.
+/// The cubic with these values at 0, 1/3, 2/3 and 1.
 fn through([a, b, c, d]: [f64; 4]) -> Bernstein {
     if b == a && c == a && d == a {
         return Bernstein::constant(a);
@@ -154,12 +154,13 @@ fn through([a, b, c, d]: [f64; 4]) -> Bernstein {
 }
 
 impl Timeline {
-    /// The coordinates behind those of [`Show::coordinates`], in order.
+    /// The coordinates after those of [`Show::coordinates`], in order.
     pub fn bounced(&self) -> &[Bounced] {
         &self.bounced
     }
 
-    /// A setting of the show's own coordinates with the further ones behind it, for heads in these poses.
+    /// A setting of the show's own coordinates, extended by those of [`Bounced`] light for heads in
+    /// these poses.
     pub fn with_bounced(&self, own: &[f64], poses: &[Pose]) -> Vec<f64> {
         let heads = self.heads.iter().zip(&self.bases).zip(poses);
         let factors: Vec<Vec<f64>> = heads
@@ -231,7 +232,7 @@ impl Timeline {
         }
     }
 
-    /// True where one of a head's coordinates is lit within a span.
+    /// True when one of a head's coordinates is lit within a span.
     fn is_lit(&self, coordinates: &Range<usize>, &(start, end): &(Time, Time)) -> bool {
         coordinates.clone().any(|coordinate| {
             let pieces = self.curves[coordinate].iter();
@@ -247,12 +248,12 @@ impl Timeline {
             self.pose(head, time - Time::from_micros(1)),
         );
         let [a, b] = [at, before].map(|pose| Lobe::new(&self.heads[head], pose));
-        // One number at a knot that is no jump.
+        // Return one value at a knot that is no jump.
         if a.turns(&b) < 1e-3 { at } else { before }
     }
 
-    /// Spans of the show within each of which no lit head turns far; the same for all heads, so that
-    /// they share key settings.
+    /// Spans of the show in which no lit head turns far. All heads share them, so that they share
+    /// key settings.
     fn spans(&self, heads: &[Range<usize>]) -> Vec<(Time, Time)> {
         let knots = (0..heads.len()).flat_map(|head| self.pose_knots(head));
         let mut knots: Vec<Time> = knots.chain([self.start, self.end]).collect();

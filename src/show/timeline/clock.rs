@@ -1,29 +1,30 @@
-//! When each cue starts and when it is complete.
+//! Start and completion of each cue.
 
 use super::error::TimelineError;
 use super::motion::Moved;
 use crate::model::{Link, Motion, NodeId, Part, Path, Show, Trigger};
 use crate::units::{CueNumber, Time};
 
-/// A cue on the clock.
+/// GO and completion of a cue.
 ///
-/// GO is the clock time if the cue has one; else what the cue before says (`follow` counts from its
-/// GO, `hang` from its completion); else that cue's completion plus the preview's gap, and then
-/// `assumed` is true. The first cue without a clock time starts at 0. Completion is GO plus the
-/// longest delay + time of the parts that move something, a part's time being the longer of its
-/// `up` and `down` if it fades anything (whichever way: the text alone decides) and the length of
-/// its paths, repeats counted. A cue that moves nothing takes its parts' times all the same.
+/// GO is the cue's clock time, if it has one; else the previous cue's link gives it (`follow`
+/// counts from that cue's GO, `hang` from its completion); else it is that cue's completion plus
+/// the preview's gap, and `assumed` is true. The first cue without a clock time starts at 0.
+/// Completion is GO plus the longest delay + time of the parts that move something. A part's time
+/// is the longer of its `up` and `down` if it fades anything (in either direction: the text alone
+/// decides), or the length of its paths with repeats, whichever is longer. A cue that moves nothing
+/// also takes its parts' times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CueTime {
     /// The statement.
     pub id: NodeId,
     /// Its number.
     pub number: CueNumber,
-    /// When it starts.
+    /// Its start.
     pub go: Time,
-    /// When the last of it has arrived.
+    /// The end of its last move.
     pub completion: Time,
-    /// The GO is our assumption.
+    /// True when GO is assumed.
     pub assumed: bool,
 }
 
@@ -61,7 +62,7 @@ pub(super) fn cue_times(
         }
         let completion = go + duration(&cue.parts, moved);
         if completion > Time::MAX || go < -Time::MAX {
-            // Every later cue would say the same.
+            // Every later cue would give the same error.
             errors.push(TimelineError::TooLong { cue: cue.id });
             return Err(errors);
         }
@@ -98,7 +99,7 @@ fn duration(parts: &[Part], moved: &[Moved<'_>]) -> Time {
     moved.iter().map(of).max().unwrap_or(Time::ZERO)
 }
 
-/// From a path's first knot to its last.
+/// Time from a path's first knot to its last.
 pub(super) fn length(path: &Path) -> Time {
     path.knots.last().map_or(Time::ZERO, |k| k.time)
 }

@@ -14,22 +14,22 @@ pub struct CurvePiece {
     pub polynomial: Bernstein,
 }
 
-/// Two coefficients this close, relative to the largest of the pieces', are the same number after
-/// rounding.
+/// Relative difference below which two coefficients are equal up to rounding, measured by the
+/// largest of both pieces.
 const SAME: f64 = 2e-14;
 
 impl CurvePiece {
-    /// Where `time` lies between the knots: 0 at the first, 1 at the second.
+    /// Position of `time` between the knots: 0 at the first, 1 at the second.
     pub fn fraction(&self, time: Time) -> f64 {
         (time - self.start).micros() as f64 / (self.end - self.start).micros() as f64
     }
 
-    /// Value at `time`; the same bits wherever it is asked for.
+    /// Value at `time`; bit-identical for every caller.
     pub fn value(&self, time: Time) -> f64 {
         self.polynomial.value(self.fraction(time))
     }
 
-    /// The same curve between two times, as the polynomial on their [0, 1].
+    /// The part of the curve between two times, reparametrised to [0, 1].
     pub fn between(&self, start: Time, end: Time) -> Bernstein {
         if start == self.start && end == self.end {
             return self.polynomial;
@@ -38,8 +38,8 @@ impl CurvePiece {
             .part(self.fraction(start), self.fraction(end))
     }
 
-    /// Whether the neighbour to the right goes on with the same polynomial: the longer of the two
-    /// is extended over the shorter and compared.
+    /// True when the next piece continues this polynomial: the longer piece is extended over the
+    /// shorter and compared.
     fn goes_on_in(&self, next: &CurvePiece) -> bool {
         let (a, b) = (&self.polynomial, &next.polynomial);
         if a.is_constant() && b.is_constant() {
@@ -62,7 +62,7 @@ impl CurvePiece {
         pairs.all(|(x, y)| (x - y).abs() <= SAME * largest)
     }
 
-    /// One piece for two that go on in one another, both ends kept.
+    /// Joins two pieces of one polynomial, keeping both ends.
     fn with(&self, next: &CurvePiece) -> CurvePiece {
         let own_is_longer = self.end - self.start >= next.end - next.start;
         let long = if own_is_longer { self } else { next };
@@ -75,7 +75,7 @@ impl CurvePiece {
     }
 }
 
-/// A curve that stays; nothing when it has no length.
+/// A constant curve; empty when it has no length.
 pub(super) fn hold(start: Time, end: Time, value: f64) -> Vec<CurvePiece> {
     let polynomial = Bernstein::constant(value);
     let piece = CurvePiece {
@@ -86,8 +86,8 @@ pub(super) fn hold(start: Time, end: Time, value: f64) -> Vec<CurvePiece> {
     if end > start { vec![piece] } else { Vec::new() }
 }
 
-/// Neighbours that are the same polynomial made one: holds at the same number, a straight line
-/// continued, a spline's knot that bends nothing (to rounding).
+/// Joins neighbours that are one polynomial to rounding: equal holds, a straight line continued, a
+/// spline's knot without a bend.
 pub(super) fn joined(pieces: &[CurvePiece]) -> Vec<CurvePiece> {
     let mut out: Vec<CurvePiece> = Vec::with_capacity(pieces.len());
     for piece in pieces {

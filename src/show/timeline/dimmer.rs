@@ -1,10 +1,9 @@
 //! Dimmers: level to light.
 //!
-//! Where the product of the degrees of level and law is at most 3 the composition is exact (a
-//! user's law with knots inside a fade is exact but for what the level moves in half a microsecond,
-//! since the instants of its knots are rounded: at most 1e-7 of a fade of 5 s, all along the piece
-//! between two knots). Elsewhere it is fitted by cubics: ends exact, values between the ends'
-//! values (so within 0 to 1), within [`TOLERANCE`] of the light at full.
+//! The composition is exact when the product of the degrees of level and law is at most 3. (A law
+//! with knots inside a fade is exact up to the rounding of the knots' instants to a microsecond: at
+//! most 1e-7 in a fade of 5 s.) Otherwise it is fitted by cubics: ends exact, values between the
+//! ends' values (so within 0 to 1), within [`TOLERANCE`] of the light at full.
 
 use std::cmp::Ordering;
 
@@ -15,13 +14,12 @@ use crate::linalg::Bernstein;
 use crate::model::{Dimmer, Interpolation, NamedCurve, Show};
 use crate::units::Time;
 
-/// How far the light may be from the true one, in settings. Where one fit follows another (a law, an
-/// effect, a colour), they share it.
+/// Largest error of the light, in settings. Fits in sequence (a law, an effect, a colour) share it.
 pub(super) const TOLERANCE: f64 = 1e-4;
-/// A law may leave 0 to 1 by this much rounding.
+/// Rounding by which a law may leave 0 to 1.
 const ROUNDING: f64 = 1e-12;
-/// Interior points at which a fit is compared; a little less than half the tolerance is asked for at
-/// them, so that between them it is never more than half.
+/// Interior points at which a fit is compared. A little less than half the tolerance is required
+/// there, so that the error between them stays below half.
 const SAMPLES: usize = 15;
 
 /// A dimmer ready to be applied.
@@ -37,8 +35,8 @@ pub fn settings(dimmer: Dimmer, curves: &[NamedCurve], levels: &[f64]) -> Vec<f6
     levels.iter().map(|level| law.value(*level)).collect()
 }
 
-/// The level (0 to 1) at which a dimmer gives a setting, of several the nearest to `near`; the level of the
-/// nearest setting where it gives no such one.
+/// The level (0 to 1) at which a dimmer gives a setting, the nearest to `near` if there are
+/// several. An unreachable setting is replaced by the nearest one.
 pub fn level(dimmer: Dimmer, curves: &[NamedCurve], setting: f64, near: f64) -> f64 {
     let law = Law::new(dimmer, curves);
     let off = |level: f64| Some((law.value(level) - setting).abs()).filter(|off| *off > 1e-9);
@@ -48,7 +46,7 @@ pub fn level(dimmer: Dimmer, curves: &[NamedCurve], setting: f64, near: f64) -> 
     levels.min_by(closer).unwrap_or(near)
 }
 
-/// The least and the largest setting that a dimmer gives.
+/// The least and the largest setting of a dimmer.
 pub fn range(dimmer: Dimmer, curves: &[NamedCurve]) -> (f64, f64) {
     let law = Law::new(dimmer, curves);
     let ends = law
@@ -60,7 +58,7 @@ pub fn range(dimmer: Dimmer, curves: &[NamedCurve]) -> (f64, f64) {
     })
 }
 
-/// The light of each coordinate of a show, relative to full, where its parameters
+/// The light of each coordinate of a show, relative to full, when its parameters
 /// ([`Show::parameters`]) are at `levels`.
 pub fn lights(show: &Show, levels: &[f64]) -> Vec<f64> {
     let mut out = Vec::with_capacity(levels.len());
@@ -77,7 +75,7 @@ pub fn lights(show: &Show, levels: &[f64]) -> Vec<f64> {
     out
 }
 
-/// Laws that leave 0 to 1 at a level between 0 and 1.
+/// Reports laws that leave 0 to 1 at some level.
 pub(super) fn check(show: &Show) -> Vec<TimelineError> {
     let mut used: Vec<usize> = Vec::new();
     for bank in &show.banks {
@@ -130,7 +128,7 @@ impl Law {
         })
     }
 
-    /// Setting of a level.
+    /// The setting of a level.
     pub(super) fn value(&self, level: f64) -> f64 {
         match self {
             Law::Linear => level,
@@ -149,7 +147,7 @@ impl Law {
         }
     }
 
-    /// The law's one polynomial around a span, as (from, length, polynomial).
+    /// The law's polynomial in a span, as (from, length, polynomial).
     fn local(&self, span: usize) -> Option<Local> {
         let Law::Curve {
             curve: Splined { at, spans, .. },
@@ -166,7 +164,7 @@ impl Law {
         })
     }
 
-    /// The polynomial that holds around a level.
+    /// The law's polynomial around a level.
     fn around(&self, level: f64) -> Local {
         let whole = |p: Bernstein| Local {
             from: 0.0,
@@ -188,7 +186,7 @@ impl Law {
         }
     }
 
-    /// The levels that give a setting, and those at which the law begins, turns and ends.
+    /// The levels that give a setting, and those where the law begins, turns and ends.
     fn levels(&self, setting: f64) -> Vec<f64> {
         let mut knots = [&[0.0], self.knots(), &[1.0]].concat();
         knots.dedup();
@@ -211,8 +209,7 @@ impl Law {
         }
     }
 
-    /// A curve of levels as settings.
-    /// A fit is within half of `tolerance`.
+    /// Applies the law to a curve of levels. A fit is within half of `tolerance`.
     pub(super) fn applied(&self, levels: &[CurvePiece], tolerance: f64) -> Vec<CurvePiece> {
         let mut out = Vec::with_capacity(levels.len());
         for piece in levels {
@@ -249,7 +246,7 @@ impl Law {
         }
     }
 
-    /// Where a piece turns or crosses one of the law's knots, to the microsecond.
+    /// Times at which a piece turns or crosses a knot of the law, to the microsecond.
     fn splits(&self, piece: &CurvePiece) -> Vec<Time> {
         let p = &piece.polynomial;
         let mut parts = vec![0.0];
@@ -305,7 +302,7 @@ impl Law {
     }
 }
 
-/// A law's polynomial with its place.
+/// A polynomial of the law with its position.
 struct Local {
     from: f64,
     length: f64,
@@ -335,7 +332,7 @@ fn squared(piece: &CurvePiece) -> CurvePiece {
     }
 }
 
-/// Where `p`, monotone on [s, e], crosses `value` strictly inside, by bisection.
+/// The point strictly inside [s, e] where the monotone `p` crosses `value`, by bisection.
 fn crossing(p: &Bernstein, s: f64, e: f64, value: f64) -> Option<f64> {
     let above = |t: f64| p.value(t) > value;
     if above(s) == above(e) {
@@ -353,7 +350,7 @@ fn crossing(p: &Bernstein, s: f64, e: f64, value: f64) -> Option<f64> {
     Some(high)
 }
 
-/// A law after a monotone level.
+/// A law composed with a monotone level.
 struct Composed {
     law: Local,
     level: Bernstein,
@@ -369,13 +366,13 @@ impl Fitted for Composed {
     }
 }
 
-/// What [`fit`] follows, over [0, 1].
+/// A function over [0, 1] that [`fit`] approximates.
 pub(super) trait Fitted {
     fn value(&self, t: f64) -> f64;
     fn slope(&self, t: f64) -> f64;
 }
 
-/// A part of [0, 1], when it begins and ends, and the values there.
+/// A part of [0, 1] with its times and the values at its ends.
 #[derive(Clone, Copy)]
 pub(super) struct Stretch {
     pub share: (f64, f64),
@@ -383,8 +380,9 @@ pub(super) struct Stretch {
     pub ends: (f64, f64),
 }
 
-/// Cubics for what is monotone over a stretch: Hermite, slopes limited to what keeps them between the
-/// end values (Fritsch and Carlson), halved in time until within half of `tolerance`.
+/// Fits cubics to a function that is monotone over a stretch: Hermite, with slopes limited to keep
+/// them between the end values (Fritsch and Carlson), halved in time until within half of
+/// `tolerance`.
 pub(super) fn fit(of: &impl Fitted, stretch: Stretch, tolerance: f64, out: &mut Vec<CurvePiece>) {
     let Stretch {
         share: (from, to),

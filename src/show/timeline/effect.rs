@@ -1,11 +1,11 @@
-//! Effects as factors of the light, from the instant a cue begins one until another ends it.
+//! Effects as factors of the light, from the instant a cue begins one until another cue ends it.
 //!
-//! Of an effect that is spread over a group, bank i of n reaches each turn i/n of a period after the
-//! first bank. Its first step leads to the first turn that is then still to come.
+//! When an effect is spread over a group, bank i of n reaches each turn i/n of a period after the
+//! first bank. Its first step leads to its next turn.
 //!
-//! Each begins and ends at the light that is there: its first step leads from there, and after its
-//! end a step leads back to 1. Shares of a flicker are eighths of its depth, so that many of its key
-//! settings are the same.
+//! Each effect begins and ends without a jump: its first step leads from the current light, and
+//! after its end a step leads back to 1. Shares of a flicker are eighths of its depth, so that many
+//! of its key settings coincide.
 
 use super::clock::CueTime;
 use super::curve::{CurvePiece, hold};
@@ -15,19 +15,19 @@ use crate::linalg::Bernstein;
 use crate::model::{Effect, EffectChange, EffectKind, Show};
 use crate::units::Time;
 
-/// Steps that all effects of a show may have, so that memory holds them and their keys.
+/// Most steps of all effects of a show, to bound memory for them and their keys.
 const MOST: usize = 500_000;
-/// Shares of its depth that a flicker takes.
+/// Number of shares of its depth that a flicker uses.
 const SHARES: u64 = 8;
 
-/// A bank from one change of its effect to the next.
+/// A bank between two changes of its effect.
 #[derive(Clone, Copy)]
 struct Run<'s> {
     start: Time,
     change: &'s EffectChange,
 }
 
-/// By bank, the factor of its light over the sequence; no pieces where it has no effect.
+/// By bank, the factor of its light over the sequence; no pieces for a bank without effects.
 pub(super) fn factors(
     show: &Show,
     cues: &[CueTime],
@@ -39,7 +39,8 @@ pub(super) fn factors(
             for change in &part.effects {
                 if let Some(runs) = runs.get_mut(change.bank) {
                     let start = time.go + part.delay;
-                    // As with moves: the later cue takes over, and what still waits never happens.
+                    // As with moves, the later cue takes over, and an effect still waiting never
+                    // begins.
                     runs.retain(|run| run.start < start);
                     runs.push(Run { start, change });
                 }
@@ -102,7 +103,7 @@ fn factor(
     Ok(out)
 }
 
-/// From one turn of the effect to the next.
+/// Time from one turn of the effect to the next.
 fn step_of(effect: &Effect) -> Time {
     let seconds = match effect.kind {
         EffectKind::Pulse => 0.5 / effect.rate,
@@ -111,8 +112,8 @@ fn step_of(effect: &Effect) -> Time {
     Time::from_micros((seconds * 1e6).round() as i64)
 }
 
-/// The number of the first step of a bank, and how long it takes. A period is two steps of a pulse and
-/// one of a flicker.
+/// Number of the first step of a bank, and its duration. A period is two steps of a pulse and one
+/// of a flicker.
 fn first_turn(effect: &Effect, run: &Run<'_>) -> (u64, Time) {
     let step = step_of(effect);
     let (place, banks) = run.change.spread.unwrap_or((0, 1));

@@ -1,9 +1,9 @@
-//! What follows from the times and the curves of a show alone, as data without spans.
+//! Errors and warnings that follow from times and curves alone, as data without spans.
 
 use crate::model::NodeId;
 use crate::units::{Time, percent};
 
-/// Why a show has no timeline.
+/// Reasons why a show has no timeline.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum TimelineError {
     /// A cue has a clock time although the cue before starts it.
@@ -19,13 +19,13 @@ pub enum TimelineError {
     Backwards {
         /// The cue.
         cue: NodeId,
-        /// When it would start.
+        /// Its start.
         go: Time,
-        /// What starts it, when that is a `hang`.
+        /// The `hang` that starts it, if any.
         link: Option<NodeId>,
-        /// The cue before.
+        /// The previous cue.
         previous: NodeId,
-        /// When that one starts.
+        /// Start of the previous cue.
         previous_go: Time,
     },
     /// There is no cue that a `follow` or `hang` could start.
@@ -50,14 +50,14 @@ pub enum TimelineError {
         /// The limit.
         limit: usize,
     },
-    /// Effects make more steps than a show may have of them.
+    /// Effects make more steps than a show may have.
     #[error("effects would make more than {limit} steps")]
     TooManyEffects {
-        /// The change of an effect that goes over the limit.
+        /// The effect change that exceeds the limit.
         id: NodeId,
         /// Its effect.
         effect: usize,
-        /// The bank that has it.
+        /// The bank with the effect.
         bank: usize,
         /// The limit.
         limit: usize,
@@ -69,7 +69,7 @@ pub enum TimelineError {
         id: NodeId,
         /// Which parameter.
         parameter: usize,
-        /// When it is farthest outside, to the microsecond.
+        /// Time at which it is farthest outside, to the microsecond.
         time: Time,
         /// The level there.
         level: f64,
@@ -96,7 +96,7 @@ pub enum TimelineError {
     },
 }
 
-/// Legal but surely not meant.
+/// Legal but probably a mistake.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TimelineWarning {
     /// A path does not begin at the level that the parameter has.
@@ -112,7 +112,7 @@ pub enum TimelineWarning {
         /// The path's first level.
         to: f64,
     },
-    /// A move never happens, since a later cue's move of the same parameter starts first.
+    /// A move never happens, because a later cue's move of the parameter starts first.
     Overtaken {
         /// The move that never happens.
         id: NodeId,
@@ -123,7 +123,7 @@ pub enum TimelineWarning {
         /// When the move would have started.
         time: Time,
     },
-    /// A fade is cut off by a later cue's move of the same parameter.
+    /// A fade is cut off by a later cue's move of the parameter.
     CutOff {
         /// The fade that does not arrive.
         id: NodeId,
@@ -133,12 +133,12 @@ pub enum TimelineWarning {
         parameter: usize,
         /// When.
         time: Time,
-        /// The level that it has reached then.
+        /// The level reached.
         level: f64,
-        /// The level that it was to reach.
+        /// The level it fades to.
         to: f64,
     },
-    /// A cue moves banks only to where they are.
+    /// A cue moves banks only to their current levels.
     Still {
         /// The cue.
         cue: NodeId,
@@ -151,11 +151,11 @@ pub enum TimelineWarning {
         head: usize,
         /// When the move starts.
         time: Time,
-        /// Time that the turn takes at the head's speed.
+        /// Time of the turn at the head's speed.
         needs: Time,
-        /// Time of the move; in the dark all of the dark time.
+        /// Time of the move; in the dark, the whole dark time.
         has: Time,
-        /// Its bank is out.
+        /// True when its bank is out.
         dark: bool,
     },
     /// A head turns while the light of its bank fades to 0.
@@ -169,9 +169,9 @@ pub enum TimelineWarning {
         /// When it ends.
         until: Time,
     },
-    /// Every bank is out between two lit moments, and no cue takes them all out.
+    /// Every bank is out between two lit moments, and no cue takes all of them out.
     Dark {
-        /// The move that puts the last light out.
+        /// The move that takes the last light out.
         id: NodeId,
         /// The move that brings the first one back.
         by: NodeId,

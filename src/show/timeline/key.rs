@@ -1,8 +1,8 @@
 //! Key settings: the control points of all segments, each distinct one once.
 //!
-//! All coordinates' knots are merged; between two of them the whole setting is one Bezier curve of
-//! the largest degree among its coordinates. Two control points are one key when all their numbers
-//! are equal, wherever in the sequence they stand: since a knot's value is computed once, equal
+//! The knots of all coordinates are merged; between two of them the whole setting is one Bezier
+//! curve of the largest degree among its coordinates. Two control points are one key when all their
+//! numbers are equal, anywhere in the sequence: because a knot's value is computed once, equal
 //! looks are equal to the bit. A jump is two keys at one time.
 
 #![allow(
@@ -30,8 +30,8 @@ pub struct KeySequence {
 impl KeySequence {
     /// The keys of a timeline.
     ///
-    /// A jump at the very end adds a last segment without length, so that the last look has its
-    /// key; a timeline without length has that segment alone.
+    /// A jump at the very end adds a last segment of zero length, so that the last look has its
+    /// key; a timeline of zero length has that segment alone.
     ///
     /// # Errors
     /// [`TooManyKeys`] when they would take more than 256 MB.
@@ -48,8 +48,8 @@ impl KeySequence {
         })
     }
 
-    /// Other keys and segments of the same show: each segment has its start and end in seconds and the
-    /// numbers of its keys, one more than its degree. Without gaps, in time.
+    /// Replaces keys and segments of a show: each segment has its start and end in seconds and the
+    /// indices of its keys, one more than its degree. Segments are in time, without gaps.
     #[must_use]
     pub fn replaced(
         &self,
@@ -73,7 +73,7 @@ impl KeySequence {
         }
     }
 
-    /// How many coordinates a key has.
+    /// Number of coordinates of a key.
     pub fn coordinates(&self) -> usize {
         self.coordinates
     }
@@ -88,17 +88,17 @@ impl KeySequence {
         &self.segments
     }
 
-    /// How many knots positivity inserted.
+    /// Number of knots that positivity inserted.
     pub fn inserted(&self) -> usize {
         self.inserted
     }
 
-    /// How many control points are another's key.
+    /// Number of control points that equal another's key.
     pub fn merged(&self) -> usize {
         self.control_points - self.keys.len()
     }
 
-    /// How many knots of the cues were no knots of the curves and were dropped.
+    /// Number of knots of the cues that no curve needs and that were dropped.
     pub fn joined(&self) -> usize {
         self.joined
     }
@@ -112,13 +112,13 @@ impl KeySequence {
         }
     }
 
-    /// The segment at a time and where in it (0 to 1): the later one at a knot, the first before
-    /// the start, the last after the end.
+    /// The segment at a time and the position in it (0 to 1): the later segment at a knot, the
+    /// first before the start, the last after the end.
     pub fn segment_at(&self, time: Time) -> (usize, f64) {
         self.at(time.micros() as f64)
     }
 
-    /// [`KeySequence::segment_at`] for a time in seconds, not rounded to the microsecond.
+    /// Like [`KeySequence::segment_at`] for seconds, not rounded to the microsecond.
     pub fn segment_at_seconds(&self, seconds: f64) -> (usize, f64) {
         self.at(seconds * 1e6)
     }

@@ -1,6 +1,7 @@
-//! What is legal and surely not meant: found while the moves are played, and in what comes of them.
+//! Warnings about legal moves that are probably mistakes, found while the moves are played and in
+//! the resulting curves.
 //!
-//! The rules are narrow, so that a warning is rarely wrong; each says what it leaves out.
+//! The rules are narrow, so that a warning is rarely wrong; each rule states its exceptions.
 
 #![allow(
     clippy::indexing_slicing,
@@ -16,16 +17,16 @@ use super::stretch::{Stretch, Track};
 use crate::model::{Cue, Motion, NodeId, Role, Show, Trigger};
 use crate::units::Time;
 
-/// How a move ran.
+/// The run of a move.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Run {
-    /// When it took over.
+    /// When it takes over.
     pub start: Time,
-    /// When it arrives, if nothing comes between.
+    /// When it arrives, if not interrupted.
     pub end: Time,
-    /// The level it began at.
+    /// The level at its start.
     pub from: f64,
-    /// The level it arrives at.
+    /// The level at its end.
     pub to: f64,
 }
 
@@ -35,17 +36,17 @@ struct Latest {
     id: NodeId,
     cue: usize,
     run: Run,
-    /// A fade, not a path and not a repeat of one.
+    /// True for a fade, but not for a path or a repeated fade.
     fades: bool,
 }
 
 /// Watches the moves as they are played.
 pub(super) struct Watch {
-    /// Cues whose times depend on the same GO, or on none.
+    /// By cue: the cue on whose GO its times depend.
     clocks: Vec<usize>,
     /// By parameter.
     latest: Vec<Option<Latest>>,
-    /// By cue: something about the light is no longer as it was.
+    /// By cue: true when it changes any light.
     changed: Vec<bool>,
     first: Time,
     warnings: Vec<TimelineWarning>,
@@ -62,7 +63,7 @@ impl Watch {
         }
     }
 
-    /// Takes note of a move of the cue at index `cue`.
+    /// Records a move of the cue at index `cue`.
     pub fn played(&mut self, cue: usize, m: &Moved<'_>, run: Run) {
         let fades = matches!(*m.motion, Motion::To(_));
         let before = self.latest[m.parameter].replace(Latest {
@@ -89,9 +90,9 @@ impl Watch {
         }
     }
 
-    /// A move that another takes over from. Where the times between the two depend on when somebody
-    /// presses GO nothing is said of a fade that is cut off, nor of one that was going where the
-    /// other goes; paths and repeats are made to be left at any time.
+    /// Reports a move that another interrupts. Fades are exempt when the time between the two
+    /// depends on the operator's GO, or when both go to the same level; paths and repeats may be
+    /// left at any time.
     fn interrupted(&mut self, before: &Latest, cue: usize, m: &Moved<'_>, run: Run) {
         if before.run.start > run.start {
             self.warnings.push(TimelineWarning::Overtaken {
@@ -116,8 +117,8 @@ impl Watch {
         }
     }
 
-    /// All that was found, with the cues that moved banks only to where they were. The first cue
-    /// sets up, `block` and `assert` restate on purpose, and out is out however often it is said.
+    /// All warnings, with the cues that move banks only to their current levels. Exempt are the
+    /// first cue, which sets up, `block` and `assert`, which restate on purpose, and moves to out.
     pub fn finish(mut self, show: &Show) -> Vec<TimelineWarning> {
         let cues = show.cues.iter().zip(&self.changed).skip(1);
         let still = cues.filter(|(cue, changed)| {
@@ -134,8 +135,8 @@ impl Watch {
     }
 }
 
-/// By cue: 0 where the text alone says when it starts, else the cue whose assumed GO its time
-/// depends on, from 1.
+/// By cue: 0 when the text alone gives its start, else the cue (from 1) on whose assumed GO its
+/// time depends.
 fn clocks(show: &Show, cues: &[CueTime]) -> Vec<usize> {
     let mut out: Vec<usize> = Vec::with_capacity(cues.len());
     for (i, (cue, time)) in show.cues.iter().zip(cues).enumerate() {
@@ -162,7 +163,7 @@ fn moves(cue: &Cue) -> impl Iterator<Item = &crate::model::Move> {
 
 // ---- dark stretches -----------------------------------------------------------------------------
 
-/// A time in which a bank is out, with the moves that put it out and that end it.
+/// A time in which a bank is out, with the moves that begin and end it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Out {
     parameter: usize,
@@ -172,9 +173,9 @@ pub(super) struct Out {
     ended_by: Option<NodeId>,
 }
 
-/// The stretches between two lit moments in which every bank is out, and that is not stated. It is
-/// said by a cue that takes every bank out, as `blackout` does, and by a path that ends at 0: who
-/// draws levels over time has seen them. What `cueonly` or `assert` restores was said before.
+/// Stretches between two lit moments in which every bank is out without a statement of it: a cue
+/// that takes every bank out, as `blackout` does, or a path that ends at 0, which its author has
+/// drawn. Levels that `cueonly` or `assert` restores count as stated before.
 pub(super) fn dark(show: &Show, tracks: &[Track], start: Time, end: Time) -> Vec<TimelineWarning> {
     let banks: Vec<usize> = show
         .parameters()
@@ -195,7 +196,7 @@ pub(super) fn dark(show: &Show, tracks: &[Track], start: Time, end: Time) -> Vec
     stretches.into_iter().filter_map(warn).collect()
 }
 
-/// Where a track is at 0.
+/// The times at which a track is at 0.
 pub(super) fn outs(parameter: usize, track: &Track) -> Vec<Out> {
     let dark = |s: &Stretch| s.piece.polynomial.is_constant() && s.piece.polynomial.first() == 0.0;
     let id = |s: &Stretch| s.by.map(|(id, _)| id);
@@ -220,13 +221,13 @@ pub(super) fn outs(parameter: usize, track: &Track) -> Vec<Out> {
     found
 }
 
-/// The times in which `all` of the banks are out.
+/// The times at which `all` of the banks are out.
 fn common(outs: &[Out], all: usize) -> impl Iterator<Item = (Time, Time)> {
     let mut events: Vec<(Time, bool)> = Vec::with_capacity(2 * outs.len());
     for out in outs.iter().filter(|o| o.end > o.start) {
         events.extend([(out.start, true), (out.end, false)]);
     }
-    // Ends come before starts, so that what only touches is no stretch.
+    // Ends come before starts, so that touching times make no stretch.
     events.sort_unstable();
     let (mut count, mut since) = (0_usize, Time::ZERO);
     let stretches = events.into_iter().filter_map(move |(time, begins)| {
@@ -241,11 +242,11 @@ fn common(outs: &[Out], all: usize) -> impl Iterator<Item = (Time, Time)> {
     stretches.filter(|(a, b)| a < b)
 }
 
-/// What begins and ends darkness, by time.
+/// The moves that begin and end darkness, by time.
 struct Ends<'a> {
     begun: BTreeMap<Time, Vec<&'a Out>>,
     ended: BTreeMap<Time, NodeId>,
-    /// Fades to 0 of cues that do not take everything out.
+    /// Fades to 0 of cues that leave some bank lit.
     fades: BTreeSet<(NodeId, usize)>,
 }
 

@@ -1,11 +1,11 @@
-//! Cues to curves, and curves to key settings.
+//! Compiles cues to curves, and curves to key settings.
 //!
 //! A [`Timeline`] is the whole show as exact piecewise polynomials, one list of pieces for each
 //! coordinate, in settings (light after the dimmer, 1 = full). [`KeySequence`] cuts it into
 //! segments on which the setting is one Bezier curve of at most four keys. Invariants: the knots
-//! are whole microseconds; a piece's degree comes from the kind of part, never from its coefficients
-//! (but for constants); a knot's value is computed once and shared by the pieces that meet there;
-//! pieces cover the sequence without gaps. At a jump the later value holds.
+//! are whole microseconds; a piece's degree comes from the kind of part, never from its
+//! coefficients (except for constants); a knot's value is computed once and shared by the pieces
+//! that meet there; pieces cover the sequence without gaps. At a jump the later value holds.
 
 mod blend;
 mod bounced;
@@ -48,15 +48,15 @@ use self::stretch::Track;
 use crate::model::{Head, Show};
 use crate::units::Time;
 
-/// What each cue moves, with what `assert`, an earlier `cueonly` and a colour alone imply.
+/// The moves of each cue, with those implied by `assert`, an earlier `cueonly` and a plain colour.
 ///
 /// # Errors
-/// Where there are more moves than a show may have.
+/// When there are more moves than a show may have.
 pub fn cue_moves(show: &Show) -> Result<Vec<Vec<Moved<'_>>>, Vec<TimelineError>> {
     motion::motions(show)
 }
 
-/// Every parameter when a cue is complete, cue by cue; paths are at their ends.
+/// Every parameter at the completion of each cue; paths are at their ends.
 ///
 /// # Errors
 /// As [`cue_moves`].
@@ -81,11 +81,11 @@ pub struct Timeline {
     curves: Vec<Vec<CurvePiece>>,
     moves: Vec<Vec<(Time, Time)>>,
     last: Vec<f64>,
-    /// What the cues move, where that is not a setting.
+    /// Parameters that are not settings.
     parameters: BTreeMap<usize, Levels>,
-    /// By parameter, the coordinate whose setting it is.
+    /// By parameter, the coordinate that it sets directly.
     own: Vec<Option<usize>>,
-    /// By bank, the factor of its effects; no pieces without any.
+    /// By bank, the factor of its effects; no pieces without effects.
     factors: Vec<Vec<CurvePiece>>,
     heads: Vec<Head>,
     bases: Vec<bounced::Basis>,
@@ -98,22 +98,22 @@ pub struct Timeline {
 #[derive(Clone, Debug, PartialEq)]
 struct Levels {
     pieces: Vec<CurvePiece>,
-    /// At the end, after whatever jumps there.
+    /// Value at the end, after any jump.
     last: f64,
 }
 
 impl Timeline {
     /// Compiles a show.
     ///
-    /// The sequence runs from the first cue's GO to the last completion. The rules of timing are
-    /// `CueTime`'s; those of motion: at any time the latest cue (in order of the list) whose move
-    /// of a coordinate has started rules it, from the level it had at that start; so a move
-    /// interrupts earlier ones, running or still waiting. `assert` restates every tracked target
-    /// with part 1's timing, and the cue after a `cueonly` one restores with part 1's timing what
-    /// that one moved and this one leaves.
+    /// The sequence runs from the first cue's GO to the last completion. `CueTime` has the rules of
+    /// timing. Motion follows one rule: at any time a coordinate follows the latest cue (in order
+    /// of the list) whose move of it has started, from its level at that start; so a move
+    /// interrupts earlier ones, running or waiting. `assert` restates every tracked target with
+    /// part 1's timing. The cue after a `cueonly` one restores, with part 1's timing, what that one
+    /// moved and this one does not.
     ///
     /// # Errors
-    /// Every error that only the times and the curves show.
+    /// Every error that depends on times and curves.
     pub fn new(show: &Show) -> Result<Timeline, Vec<TimelineError>> {
         let mut out = Timeline::of_desk(show)?;
         if !out.heads.is_empty() {
@@ -122,8 +122,8 @@ impl Timeline {
         Ok(out)
     }
 
-    /// The timeline as [`Timeline::new`] compiles it, without [`Bounced`] light, which takes longest
-    /// and which only images need.
+    /// Compiles like [`Timeline::new`] but without [`Bounced`] light, which takes longest and which
+    /// only images need.
     ///
     /// # Errors
     /// As [`Timeline::new`].
@@ -223,7 +223,7 @@ impl Timeline {
         }
     }
 
-    /// Keeps a parameter that is not a setting.
+    /// Stores a parameter that is not a setting.
     fn keep(&mut self, parameter: usize, track: &Track, pieces: Vec<CurvePiece>) {
         let last = track::level_at(track, self.end);
         self.parameters.insert(parameter, Levels { pieces, last });
@@ -247,46 +247,46 @@ impl Timeline {
         self.end
     }
 
-    /// When each cue starts and is complete.
+    /// Start and completion of each cue.
     pub fn cues(&self) -> &[CueTime] {
         &self.cues
     }
 
-    /// What is legal but surely not meant.
+    /// The warnings.
     pub fn warnings(&self) -> &[TimelineWarning] {
         &self.warnings
     }
 
-    /// How many coordinates a setting has.
+    /// Number of coordinates of a setting.
     pub fn coordinates(&self) -> usize {
         self.curves.len()
     }
 
-    /// A coordinate's pieces over the sequence, in settings; none when the sequence has no length
-    /// (or there is no such coordinate).
+    /// A coordinate's pieces over the sequence, in settings; empty when the sequence has no length
+    /// or the coordinate does not exist.
     pub fn curve(&self, coordinate: usize) -> &[CurvePiece] {
         self.curves.get(coordinate).map_or(&[], Vec::as_slice)
     }
 
-    /// When each move of a coordinate's level or colour begins and ends, in time; one that another
-    /// overtakes ends there.
+    /// Begin and end of each move of a coordinate's level or colour, in time; an interrupted move
+    /// ends when the next begins.
     pub fn moves(&self, coordinate: usize) -> &[(Time, Time)] {
         self.moves.get(coordinate).map_or(&[], Vec::as_slice)
     }
 
-    /// The settings at the end, after whatever jumps there.
+    /// The settings at the end, after any jump.
     pub fn last(&self) -> &[f64] {
         &self.last
     }
 
-    /// The settings at a time; before the start those of the start, after the end the last. At a
+    /// The settings at a time; before the start, those of the start; after the end, the last. At a
     /// jump the later value holds.
     pub fn evaluate(&self, time: Time) -> Vec<f64> {
         let curves = self.curves.iter().zip(&self.last);
         curves.map(|(c, last)| self.value(c, *last, time)).collect()
     }
 
-    /// What cues move at a time ([`Show::parameters`]): levels before the dimmers, as fractions of
+    /// The parameters at a time ([`Show::parameters`]): levels before the dimmers, as fractions of
     /// full, and colours; times as in [`Timeline::evaluate`].
     pub fn levels(&self, time: Time) -> Vec<f64> {
         let settings = self.evaluate(time);
@@ -301,7 +301,7 @@ impl Timeline {
         parameters.map(level).collect()
     }
 
-    /// What the effects of a bank leave of its light at a time, 0 to 1.
+    /// The factor of a bank's effects at a time, 0 to 1.
     pub fn factor(&self, bank: usize, time: Time) -> f64 {
         match self.factors.get(bank).map(|pieces| (pieces, pieces.last())) {
             Some((pieces, Some(last))) => self.value(pieces, last.polynomial.last(), time),

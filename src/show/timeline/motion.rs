@@ -1,5 +1,5 @@
-//! What each cue moves: what is written, and what `assert`, an earlier `cueonly` and a colour alone
-//! imply.
+//! The moves of each cue: those written, and those implied by `assert`, an earlier `cueonly` and a
+//! plain colour.
 
 #![allow(
     clippy::indexing_slicing,
@@ -13,16 +13,16 @@ use super::error::TimelineError;
 use crate::model::{Coordinate, Cue, Fade, Motion, NodeId, Part, Role, Show};
 use crate::units::Time;
 
-/// Moves of all cues, and pieces of all curves, that a show may have.
+/// Most moves of all cues, and most pieces of all curves, of a show.
 pub(super) const MOST_PIECES: usize = 500_000;
 /// A part's times and shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Timing {
-    /// Between GO and the start.
+    /// Time from GO to the start.
     pub delay: Time,
-    /// Of a rise.
+    /// Time of a rise.
     pub up: Time,
-    /// Of a fall; of a pose the same as `up`.
+    /// Time of a fall; for a pose equal to `up`.
     pub down: Time,
     /// The shape of fades.
     pub fade: Fade,
@@ -31,27 +31,27 @@ pub struct Timing {
 /// One parameter's motion in one cue, written or implied.
 #[derive(Clone, Debug)]
 pub struct Moved<'a> {
-    /// The text that says so.
+    /// The statement.
     pub id: NodeId,
     /// Index into [`Show::parameters`].
     pub parameter: usize,
-    /// What it does.
+    /// The motion.
     pub motion: Cow<'a, Motion>,
-    /// How many times over.
+    /// Number of passes.
     pub repeat: u32,
-    /// When and how fast.
+    /// Its times and shape.
     pub timing: Timing,
 }
 
-/// What each cue moves, with what `assert` and an earlier `cueonly` imply. Targets track through
-/// the list by what is written, whether or not a move is later interrupted.
+/// The moves of each cue, with those implied by `assert` and an earlier `cueonly`. Targets track
+/// through the list as written, even when a move is interrupted later.
 pub(super) fn motions(show: &Show) -> Result<Vec<Vec<Moved<'_>>>, Vec<TimelineError>> {
     let parameters = show.parameters();
     let n = parameters.len();
     let moves: Vec<bool> = parameters.iter().map(|c| c.role != Role::Fixed).collect();
     let rgb = parameters.iter().any(|c| c.emitter().is_some());
     let first_pose = show.first_pose();
-    // What each parameter goes to, and what it would go to without cueonly cues.
+    // The target of each parameter, and its target without cueonly cues.
     let mut now = show.dark_levels();
     let mut lasting = now.clone();
     let mut to_restore: BTreeSet<usize> = BTreeSet::new();
@@ -87,7 +87,7 @@ pub(super) fn motions(show: &Show) -> Result<Vec<Vec<Moved<'_>>>, Vec<TimelineEr
             let stay = (0..n).filter(|c| !moved[*c] && moves[*c]);
             all.extend(stay.map(|c| implied(cue, c, now[c])));
         }
-        // A colour and a pose ask whether their bank is out, so that levels come first.
+        // Levels come first, because colours and poses depend on their bank being out.
         if rgb || first_pose < n {
             all.sort_by_key(|m| parameters[m.parameter].role != Role::Level);
         }
@@ -123,8 +123,8 @@ impl Timing {
     }
 }
 
-/// Adds what a colour alone implies on a bank that is out: the level goes to full in the colour's
-/// time, at once where the colour follows a path; an emitter that is not said is dark.
+/// Adds what a plain colour implies on a bank that is out: the level goes to full in the colour's
+/// time, or at once when the colour follows a path; an emitter without a value is dark.
 fn brighten(all: &mut Vec<Moved<'_>>, parameters: &[Coordinate], is_out: impl Fn(usize) -> bool) {
     let moved: BTreeSet<usize> = all.iter().map(|m| m.parameter).collect();
     let mut coloured = BTreeMap::new();
@@ -158,7 +158,7 @@ fn brighten(all: &mut Vec<Moved<'_>>, parameters: &[Coordinate], is_out: impl Fn
 }
 
 fn written(cue: &Cue) -> Vec<Moved<'_>> {
-    // No more than there are: a list that grows begins with four.
+    // Exact capacity: a growing list begins with four.
     let mut out = Vec::with_capacity(cue.parts.iter().map(|part| part.moves.len()).sum());
     for part in &cue.parts {
         out.extend(part.moves.iter().map(|m| Moved {
@@ -172,7 +172,7 @@ fn written(cue: &Cue) -> Vec<Moved<'_>> {
     out
 }
 
-/// A move to `level` that the cue makes without saying so, in its first part's time.
+/// An implied move to `level`, in the time of the cue's first part.
 fn implied<'a>(cue: &Cue, parameter: usize, level: f64) -> Moved<'a> {
     Moved {
         id: cue.id,

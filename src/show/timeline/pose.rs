@@ -1,4 +1,4 @@
-//! Poses of heads over time, and what is wrong with them.
+//! Poses of heads over time, and warnings about them.
 
 #![allow(
     clippy::indexing_slicing,
@@ -38,7 +38,7 @@ impl Timeline {
             .collect()
     }
 
-    /// Knots of a head's pose, in order, each once: between two of them pan, tilt, beam and field are
+    /// Knots of a head's pose, in order, each once: between them pan, tilt, beam and field are
     /// polynomials in time of degree 3 at most.
     pub fn pose_knots(&self, head: usize) -> Vec<Time> {
         let pieces = Axis::ALL
@@ -58,7 +58,7 @@ impl Timeline {
     }
 }
 
-/// Where the beam of a spot gets as wide as its field: one error for each head.
+/// Reports spots whose beam gets as wide as their field, one error for each head.
 pub(super) fn beams(show: &Show, tracks: &[Track], start: Time, end: Time) -> Vec<TimelineError> {
     let mut errors = Vec::new();
     for (head, (light, ..)) in show.heads().into_iter().enumerate() {
@@ -72,14 +72,14 @@ pub(super) fn beams(show: &Show, tracks: &[Track], start: Time, end: Time) -> Ve
     errors
 }
 
-/// Where the first track is not below the second, between `start` and `end`, with the later of the
-/// moves that bring it there.
+/// The first time between `start` and `end` when the first track is not below the second, with the
+/// later of the moves that cause it.
 fn meeting(low: &Track, high: &Track, start: Time, end: Time) -> Option<(NodeId, Time)> {
     let (mut i, mut j) = (0, 0);
     while let (Some(a), Some(b)) = (low.get(i), high.get(j)) {
         let from = a.piece.start.max(b.piece.start).max(start);
         let to = a.piece.end.min(b.piece.end).min(end);
-        // Without length the last moment is all that is seen.
+        // Without length, only the last moment counts.
         if from < to || (from == to && to == end && a.piece.end > end && b.piece.end > end) {
             let [over, under] = [b, a].map(|s| s.piece.between(from, to).elevated(3));
             let mut between = [0.0; 4];
@@ -110,8 +110,8 @@ struct Turn {
     end: Time,
 }
 
-/// Heads that cannot be in place in time, and those that turn while their light goes out. A head in
-/// the dark has all of the dark time to turn; one that is lit has the time of its move.
+/// Reports heads that cannot be in place in time, and heads that turn while their light fades out.
+/// A head in the dark has the whole dark time to turn; a lit one has the time of its move.
 pub(super) fn turns(show: &Show, tracks: &[Track], start: Time, end: Time) -> Vec<TimelineWarning> {
     let mut warnings = Vec::new();
     let levels = show.first_parameters();
@@ -154,7 +154,7 @@ pub(super) fn turns(show: &Show, tracks: &[Track], start: Time, end: Time) -> Ve
     warnings
 }
 
-/// The moves of a head's pan and tilt that turn it, by start and move.
+/// The moves of pan and tilt that turn a head, by start and move.
 fn turned(head: &Head, axes: &[Track]) -> BTreeMap<(Time, NodeId), Turn> {
     let mut out: BTreeMap<(Time, NodeId), Turn> = BTreeMap::new();
     for (track, [low, high]) in axes.iter().zip([head.pan, head.tilt]) {

@@ -1,13 +1,12 @@
 //! The fewest knots that make all control points non-negative.
 //!
 //! Control points of a non-negative polynomial can be negative, and a key image must not be. If the
-//! control points over [s, e] are non-negative then so are those over any part of it, so from the
-//! left it is best to reach as far as possible each time: no other choice of knots needs fewer. The
-//! limit from s is in closed form. With p0, p1, p2 the Taylor coefficients at s and h = e − s, the
-//! inner control points are b(s,s,e) = p0 + p1 h/3, linear in h, and b(s,e,e) = p0 + 2 p1 h/3 +
-//! p2 h²/3, quadratic; the first of their roots, over all coordinates at once, is the next knot. A
-//! curve that touches zero gets its knot on the touching point and bisection's endless halving does
-//! not arise.
+//! control points over [s, e] are non-negative, so are those over any part of it; hence it is
+//! optimal to reach as far as possible from the left each time. The limit from s is in closed form.
+//! With p0, p1, p2 the Taylor coefficients at s and h = e − s, the inner control points are
+//! b(s,s,e) = p0 + p1 h/3, linear in h, and b(s,e,e) = p0 + 2 p1 h/3 + p2 h²/3, quadratic; the
+//! first of their roots, over all coordinates at once, is the next knot. A curve that touches zero
+//! gets its knot on the touching point, where bisection would halve endlessly.
 
 #![allow(
     clippy::indexing_slicing,
@@ -19,9 +18,9 @@ use crate::linalg::{Bernstein, quadratic_roots};
 /// Control points above minus this, relative to the largest, are rounding.
 const ROUNDING: f64 = 4.0 * f64::EPSILON / 2.0;
 
-/// Interior knots of [0, 1], ascending, so that between any two neighbours no control point of any
-/// of `curves` is negative beyond rounding. The curves must not be negative themselves; where one
-/// is, by rounding in its making, control points may be twice as much so.
+/// Interior knots of [0, 1], ascending, such that between neighbours no control point of `curves`
+/// is negative beyond rounding. The curves must be non-negative; where rounding makes one slightly
+/// negative, control points may be twice as negative.
 pub fn knots(curves: &[Bernstein]) -> Vec<f64> {
     let troubled: Vec<(Bernstein, f64)> = curves
         .iter()
@@ -33,7 +32,7 @@ pub fn knots(curves: &[Bernstein]) -> Vec<f64> {
     loop {
         let reach = |(p, slack): &(Bernstein, f64)| reach(p, s, *slack);
         let e = troubled.iter().map(reach).fold(1.0, f64::min);
-        // Not moving means that a curve is negative for good: no knot can help.
+        // No progress means that a curve is truly negative: no knot can help.
         if e >= 1.0 || e <= s {
             return out;
         }
@@ -86,7 +85,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Knots by halving wherever a control point is negative, to a depth.
+    /// Number of knots by repeated halving wherever a control point is negative, to a depth.
     fn bisection(curves: &[Bernstein], depth: usize) -> usize {
         let bad = |p: &Bernstein| p.coefficients().iter().any(|c| *c < -1e-15);
         if depth == 0 || !curves.iter().any(bad) {
@@ -97,8 +96,8 @@ mod tests {
         1 + bisection(&half(0.0, 0.5), depth - 1) + bisection(&half(0.5, 1.0), depth - 1)
     }
 
-    /// A cubic that is non-negative on [0, 1]: t·a² + (1−t)·b² with a, b linear (Lukács); every
-    /// non-negative cubic is one.
+    /// A cubic that is non-negative on [0, 1]: t·a² + (1−t)·b² with a, b linear. Every non-negative
+    /// cubic has this form (Lukács).
     fn lukacs(a: (f64, f64), b: (f64, f64)) -> Bernstein {
         let square = |p: (f64, f64)| [p.0 * p.0, 2.0 * p.0 * p.1, p.1 * p.1];
         let (a, b) = (square(a), square(b));

@@ -1,18 +1,17 @@
-//! Light that is the product of two curves: a level's and a colour's.
+//! Light as the product of two curves: a level's and a colour's.
 //!
-//! Where the degrees of two pieces sum to 3 or less the product is exact; beyond, it is fitted by
-//! cubics as dimmers are (ends exact, half of `dimmer::TOLERANCE`).
+//! When the degrees of two pieces sum to 3 or less the product is exact; otherwise it is fitted by
+//! cubics like dimmers (ends exact, half of `dimmer::TOLERANCE`).
 
 use super::curve::CurvePiece;
 use super::dimmer::{Fitted, Stretch, fit};
 use crate::linalg::{Bernstein, binomial};
 use crate::units::Time;
 
-/// Intervals in which a turn of a product is looked for.
+/// Number of intervals searched for turns of a product.
 const SCANNED: usize = 32;
 
-/// The product of two curves of the same stretch of time.
-/// A fit is within half of `tolerance`.
+/// The product of two curves over one stretch of time. A fit is within half of `tolerance`.
 pub(super) fn product(a: &[CurvePiece], b: &[CurvePiece], tolerance: f64) -> Vec<CurvePiece> {
     let mut out = Vec::with_capacity(a.len().max(b.len()));
     let (mut rest, mut others) = (a.iter().peekable(), b.iter().peekable());
@@ -98,7 +97,7 @@ fn exact(p: &Bernstein, q: &Bernstein) -> Option<Bernstein> {
     Bernstein::new(coefficients.get(..=m + n)?)
 }
 
-/// Two polynomials on [0, 1] whose product is wanted.
+/// Two polynomials on [0, 1] and their product.
 struct Both {
     p: Bernstein,
     q: Bernstein,
@@ -109,7 +108,7 @@ impl Both {
         (self.value(from), self.value(to))
     }
 
-    /// Where the product turns, between changes of sign of its slope.
+    /// Turns of the product, bracketed by sign changes of its slope.
     fn turns(&self) -> Vec<f64> {
         let at = |i: usize| i as f64 / SCANNED as f64;
         let mut out = Vec::new();

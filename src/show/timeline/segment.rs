@@ -1,9 +1,9 @@
-//! The segments of a key sequence, and the memory that they may take.
+//! The segments of a key sequence, and their memory limit.
 
-/// Bytes that keys and segments may take.
+/// Most bytes of keys and segments.
 pub(super) const MOST_BYTES: usize = 256 << 20;
 
-/// The show is too large for its keys to be held.
+/// The show is too large to hold its keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("the key settings of the show need more than {} MB", MOST_BYTES >> 20)]
 pub struct TooManyKeys;
@@ -13,9 +13,9 @@ pub struct TooManyKeys;
 pub struct Segment {
     /// First instant, microseconds; whole, except at knots inserted for positivity.
     pub(super) start: f64,
-    /// Last instant, microseconds; equal to the first only in a last look without length.
+    /// Last instant, microseconds; equal to the first only for a last look of zero length.
     pub(super) end: f64,
-    /// It begins at a knot that positivity inserted.
+    /// True when it begins at a knot that positivity inserted.
     pub(super) inserted: bool,
     /// Its degree, 0 to 3.
     pub degree: usize,
@@ -34,8 +34,7 @@ impl Segment {
         self.end / 1e6
     }
 
-    /// Whether it begins at a knot that is none of the curves', but was inserted so that no key
-    /// needs negative light.
+    /// True when it begins at a knot inserted so that no key needs negative light.
     pub fn is_inserted(&self) -> bool {
         self.inserted
     }

@@ -1,4 +1,5 @@
-//! Knots to Bernstein spans: every [`Interpolation`] is piecewise polynomial of degree at most 3.
+//! Converts knots to Bernstein spans: every [`Interpolation`] is piecewise polynomial of degree at
+//! most 3.
 
 #![allow(
     clippy::indexing_slicing,
@@ -22,11 +23,11 @@ pub(super) fn path_spans(path: &Path) -> Vec<Bernstein> {
 
 /// A named curve ready to be evaluated.
 pub(super) struct Splined {
-    /// Where its knots are, as fractions.
+    /// Positions of the knots, as fractions.
     pub at: Vec<f64>,
-    /// What it does between them.
+    /// The polynomials between them.
     pub spans: Vec<Bernstein>,
-    /// Where it arrives.
+    /// The final value.
     pub last: f64,
 }
 
@@ -45,8 +46,8 @@ pub(super) fn curve_spans(curve: &NamedCurve) -> Vec<Bernstein> {
     spans(curve.interpolation, &curve.knots)
 }
 
-/// One polynomial between each two neighbouring knots (each on its own [0, 1]). Two knots without
-/// slopes of their own are joined by a straight line, whatever the spline's kind (but `Clamped`).
+/// One polynomial between neighbouring knots, each on [0, 1]. Two knots without given slopes are
+/// joined by a straight line in every kind of spline except `Clamped`.
 fn spans(interpolation: Interpolation, knots: &[CurveKnot]) -> Vec<Bernstein> {
     use Interpolation as I;
     let each = |f: &dyn Fn(&CurveKnot, &CurveKnot) -> Bernstein| -> Vec<Bernstein> {
@@ -105,9 +106,9 @@ fn neighbour_chords(knots: &[CurveKnot]) -> Vec<f64> {
         .collect()
 }
 
-/// Slopes that make the spline C2: the tridiagonal system of the cubic spline in its slopes
-/// (de Boor, "A practical guide to splines", ch. IV), by elimination without pivoting (it is
-/// diagonally dominant). At the ends the slope (clamped) or the second derivative (natural) is 0.
+/// Slopes that make the spline C2, from the tridiagonal system of the cubic spline (de Boor, "A
+/// practical guide to splines", ch. IV). It is diagonally dominant, so elimination needs no
+/// pivoting. At the ends the slope (clamped) or the second derivative (natural) is 0.
 fn continuous_curvature(knots: &[CurveKnot], clamped: bool) -> Vec<f64> {
     let n = knots.len();
     if n < 2 {
@@ -140,9 +141,9 @@ fn continuous_curvature(knots: &[CurveKnot], clamped: bool) -> Vec<f64> {
     slopes
 }
 
-/// Fritsch and Butland's weighted harmonic means, "A method for constructing local monotone
-/// piecewise cubic interpolants" (1984); zero at local extremes, three-point formula at the ends,
-/// limited as in Fritsch and Carlson.
+/// Slopes by weighted harmonic means (Fritsch and Butland, "A method for constructing local
+/// monotone piecewise cubic interpolants", 1984); zero at local extremes, three-point formula at
+/// the ends, limited as in Fritsch and Carlson.
 fn monotone_slopes(knots: &[CurveKnot]) -> Vec<f64> {
     let n = knots.len();
     if n < 2 {

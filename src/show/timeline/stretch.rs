@@ -8,9 +8,9 @@ use crate::model::NodeId;
 pub(super) struct Stretch {
     pub piece: CurvePiece,
     pub by: Option<(NodeId, usize)>,
-    /// The move has arrived.
+    /// True once the move has arrived.
     pub holds: bool,
 }
 
-/// A parameter's stretches; the last is a hold for ever.
+/// A parameter's stretches; the last holds for ever.
 pub(super) type Track = Vec<Stretch>;

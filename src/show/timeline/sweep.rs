@@ -1,9 +1,8 @@
-//! One pass over all knots in the order of time that makes segments and keys.
+//! One pass over all knots in time that builds segments and keys.
 //!
-//! Of a large show's coordinates few move at a time. So one setting is kept current throughout:
-//! a coordinate that holds stands in it unchanged from knot to knot, and only those that move are
-//! written for each control point. The hash by which equal keys are found is a sum over the
-//! coordinates, so that it too changes only where the setting does.
+//! In a large show few coordinates move at a time. So the sweep keeps one current setting, in which
+//! only moving coordinates are rewritten for each control point. Equal keys are found by a hash
+//! that is a sum over the coordinates, so that it too changes only with the setting.
 
 #![allow(
     clippy::indexing_slicing,
@@ -18,14 +17,14 @@ use crate::hash::{GOLDEN, mix};
 use crate::linalg::Bernstein;
 use crate::units::Time;
 
-/// Bytes of a key beside its numbers, about: the list's own and its place among those known.
+/// Approximate overhead of a key beyond its numbers, bytes.
 const KEY_BYTES: usize = 64;
-/// Bytes of a segment with its list of keys, about.
+/// Approximate size of a segment with its list of keys, bytes.
 const SEGMENT_BYTES: usize = 112;
-/// A number of a key between minus this and 0 is rounding and becomes 0.
+/// Rounding: numbers of a key between minus this and 0 become 0.
 const ROUNDING: f64 = 1e-11;
 
-/// What has been made so far, and the setting at the knot that was reached.
+/// The result so far, and the setting at the current knot.
 pub(super) struct Sweep<'a> {
     timeline: &'a Timeline,
     /// The distinct control points, in the order of their first use.
@@ -34,18 +33,18 @@ pub(super) struct Sweep<'a> {
     pub segments: Vec<Segment>,
     /// Knots that positivity inserted.
     pub inserted: usize,
-    /// All segments' control points.
+    /// Number of control points of all segments.
     pub control_points: usize,
-    /// Keys by their hash, a key whose hash is taken by the next free number; only looked up, never
+    /// Keys by hash; a key whose hash is taken uses the next free number. Only looked up, never
     /// iterated.
     known: HashMap<u64, usize>,
-    /// The setting: right where coordinates hold.
+    /// The setting, valid for coordinates that hold.
     current: Vec<f64>,
-    /// The hash's share of the coordinates that hold.
+    /// The share of the holding coordinates in the hash.
     hash: u64,
-    /// Coordinates that move, with their pieces.
+    /// Moving coordinates, with their pieces.
     moving: Vec<(usize, &'a CurvePiece)>,
-    /// Where each coordinate stands among those that move.
+    /// Index of each coordinate in `moving`.
     places: Vec<Option<usize>>,
 }
 
@@ -83,7 +82,7 @@ impl<'a> Sweep<'a> {
         self.push_last_look()
     }
 
-    /// Starts the piece of a coordinate: it moves from here on, or holds.
+    /// Starts a piece of a coordinate, which then moves or holds.
     fn begin_piece(&mut self, coordinate: usize, piece: &'a CurvePiece) {
         let moves = piece.polynomial.degree() > 0;
         match (self.places[coordinate], moves) {
@@ -107,7 +106,7 @@ impl<'a> Sweep<'a> {
         hash_share(coordinate, self.current[coordinate])
     }
 
-    /// Takes a coordinate from those that move; the last of them gets its place.
+    /// Removes an entry of `moving`; the last one takes its index.
     fn stop_moving(&mut self, place: usize) {
         let (coordinate, _) = self.moving.swap_remove(place);
         self.places[coordinate] = None;
@@ -129,7 +128,7 @@ impl<'a> Sweep<'a> {
         if degree < 2 {
             return self.push_segment((from, to, false), degree, &curves);
         }
-        // The light of heads that surfaces reflect is a sum of both signs.
+        // Reflected light of heads is a sum of both signs.
         let first_bounced = self.timeline.coordinates() - self.timeline.bounced().len();
         let own = self.moving.iter().zip(&curves);
         let own = own.filter(|((coordinate, _), _)| *coordinate < first_bounced);
@@ -148,8 +147,8 @@ impl<'a> Sweep<'a> {
         Ok(())
     }
 
-    /// Adds a segment on which the moving coordinates, in their order, run along `curves`;
-    /// `inserted` says whether positivity inserted the knot at its start.
+    /// Adds a segment on which the moving coordinates, in their order, follow `curves`; `inserted`
+    /// is true when positivity inserted the knot at its start.
     fn push_segment(
         &mut self,
         (start, end, inserted): (f64, f64, bool),
@@ -178,7 +177,7 @@ impl<'a> Sweep<'a> {
         Ok(())
     }
 
-    /// Index of the key that is the current setting, which is added unless it is there already.
+    /// Index of the key for the current setting, added if new.
     fn intern_key(&mut self, mut hash: u64) -> Result<usize, TooManyKeys> {
         while let Some(&index) = self.known.get(&hash) {
             if self.keys[index] == self.current {
@@ -196,7 +195,7 @@ impl<'a> Sweep<'a> {
         Ok(index)
     }
 
-    /// Adds a segment without length for the last look where the last segment does not end with it.
+    /// Adds a segment of zero length for the last look when the last segment does not end with it.
     fn push_last_look(&mut self) -> Result<(), TooManyKeys> {
         let last = self.timeline.last().iter();
         let last: Vec<f64> = last.map(|v| without_rounding(*v)).collect();
@@ -221,7 +220,7 @@ fn in_time(timeline: &Timeline) -> Vec<(Time, usize, &CurvePiece)> {
     pieces
 }
 
-/// `x` as a number of a key: see [`ROUNDING`]; adding zero makes -0 the same as 0.
+/// `x` without rounding below zero (see [`ROUNDING`]); adding zero turns -0 into 0.
 fn without_rounding(x: f64) -> f64 {
     if x < 0.0 && x > -ROUNDING {
         0.0
@@ -230,7 +229,7 @@ fn without_rounding(x: f64) -> f64 {
     }
 }
 
-/// A coordinate's share of a key's hash, of its number's bits and its place.
+/// A coordinate's share in a key's hash, from the bits of its number and its index.
 fn hash_share(coordinate: usize, value: f64) -> u64 {
     let place = (coordinate as u64).wrapping_mul(GOLDEN);
     mix(value.to_bits().wrapping_add(place))

@@ -1,5 +1,5 @@
-//! Curves against an independent evaluation of the cues; planted segments, degrees and keys; rules
-//! of timing one by one.
+//! Curves against an independent evaluation of the cues; planted segments, degrees and keys; the
+//! rules of timing one by one.
 
 use proptest::prelude::*;
 
@@ -38,7 +38,7 @@ proptest! {
                     match e {
                         TimelineError::Level { parameter, time, level: found, .. } => {
                             prop_assert!(!(0.0..=1.0).contains(&found));
-                            // Where the level jumps, what it comes to from before counts.
+                            // Where the level jumps, the value from before counts.
                             let at = |t: i64| level(parameter, t);
                             let t = time.micros();
                             let before = 2.0 * at(t - 1) - at(t - 2);
@@ -79,7 +79,7 @@ proptest! {
 
     #[test]
     fn exact_dimmers_give_what_the_law_says(seed in any::<u64>()) {
-        // Straight levels under the square law or a straight one: nothing is fitted.
+        // Straight levels under a square or a linear law: nothing is fitted.
         let mut random = Random::new(seed);
         let mut show = wild(&mut random);
         let straight = show.curves[0].interpolation == Interpolation::Linear;
@@ -117,8 +117,8 @@ proptest! {
                         a.value + (level - a.at) / (b.at - a.at) * (b.value - a.value)
                     }
                 };
-                // A law's knots fall on whole microseconds of the fade: all of a piece may be off
-                // by what the level moves in one.
+                // A law's knots fall on whole microseconds of the fade, so that a piece may be off
+                // by the level's change in one.
                 let moved = [t - 1, t + 1].map(|t| {
                     (reference.level_and_share(c, t).0 - level).abs()
                 });
@@ -150,7 +150,7 @@ proptest! {
         let keys = KeySequence::new(&timeline).unwrap();
         let found: Vec<(f64, f64, usize)> =
             keys.segments().iter().map(|s| (s.start(), s.end(), s.degree)).collect();
-        // Two straight stretches may happen to be one line; nothing else may be lost.
+        // Two straight stretches may happen to be one line; no other may be lost.
         prop_assert_eq!(found, planted.segments);
         prop_assert_eq!(keys.keys().len(), planted.keys);
         prop_assert_eq!(keys.inserted(), 0);
@@ -163,7 +163,7 @@ proptest! {
         for bank in &mut show.banks {
             bank.dimmer = random.pick(&[Dimmer::Square, Dimmer::Square, Dimmer::Curve(0)]);
         }
-        // A law, an effect and a colour on one bank: three fits, one behind the other.
+        // A law, an effect and a colour on one bank: three fits in sequence.
         let (id, name) = (NodeId(1), "e".to_owned());
         let kind = random.pick(&[EffectKind::Pulse, EffectKind::Flicker(7)]);
         show.effects.push(Effect { id, name, kind, rate: 0.7, depth: 0.6 });
@@ -342,7 +342,7 @@ fn up_and_down_assert_and_cueonly() {
     show.cues[1].cueonly = true;
     show.cues.push(cue(3, go(14.), 2., vec![to(2, 60.)]));
     assert_eq!(at(&show, 12.), vec![0.75, 0.375, 0.2]);
-    // Cue 3 restores what cue 2 moved, from where each is, in its own time.
+    // Cue 3 restores what cue 2 moved, from the current levels, in its own time.
     assert_eq!(at(&show, 15.), vec![0.75, 0.375, 0.4]);
     assert_eq!(at(&show, 16.), vec![0.5, 0.5, 0.6]);
     show.cues[1].cueonly = false;
@@ -414,8 +414,8 @@ fn the_square_of_a_linear_fade_is_an_exact_quadratic() {
     }
 }
 
-/// The level that is found gives the setting again, stays where it gives it already, and is the nearest one
-/// of a law that rises and falls.
+/// The level found gives the setting again, stays if it gives it already, and is the nearest one
+/// under a law that rises and falls.
 #[test]
 fn levels_are_found_from_settings() {
     let knot = |at: f64, value: f64| CurveKnot {
@@ -453,7 +453,7 @@ fn levels_are_found_from_settings() {
                 let found = super::level(dimmer, &curves, setting, near);
                 let back = settings(dimmer, &curves, &[found])[0];
                 assert!((back - setting).abs() < 1e-9, "{dimmer:?} {level} {near}");
-                // Where a law jumps any of the levels will do.
+                // Where a law jumps, any of the levels will do.
                 let jumps = dimmer == Dimmer::Curve(2);
                 assert!(
                     jumps || (found - near).abs() <= (level - near).abs() + 1e-9,
@@ -556,7 +556,7 @@ fn a_pulse_on_a_level_that_stands_still_is_exact_and_repeats_its_keys() {
         let found = timeline.evaluate(seconds(t))[0];
         assert!((found - want).abs() < 1e-12, "{t}: {found} for {want}");
     }
-    // Cue 2 ends it at the top of a cycle; then the light stands.
+    // Cue 2 ends it at the top of a cycle; then the light holds.
     assert_eq!(timeline.evaluate(seconds(12.0)), [0.8]);
     let keys = KeySequence::new(&timeline).unwrap();
     assert_eq!(keys.segments().len(), 41);
@@ -602,7 +602,7 @@ fn a_spread_pulse_runs_through_its_group() {
                 "{bank} at {t}: {found} for {want}"
             );
         }
-        // At the start all have the light that is there.
+        // All start from the current light.
         assert_eq!(timeline.evaluate(Time::ZERO)[bank], 0.8);
     }
 }

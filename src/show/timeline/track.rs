@@ -1,5 +1,5 @@
-//! A parameter's levels through the show: moves in the order of the cue list, each taking over
-//! from whatever runs or waits.
+//! A parameter's levels through the show: moves in the order of the cue list, each taking over from
+//! a running or waiting one.
 
 #![allow(
     clippy::indexing_slicing,
@@ -21,9 +21,9 @@ use crate::units::Time;
 
 /// Levels outside 0 to 1 by less than this are rounding.
 const ROUNDING: f64 = 1e-11;
-/// A level below this is out, but for rounding.
+/// A level below this is out, up to rounding.
 const DARK: f64 = 1e-9;
-/// Before and after every show.
+/// A time outside every show.
 const NEVER: Time = Time::from_micros(i64::MAX / 4);
 
 /// Plays all moves in the order of the list.
@@ -104,7 +104,7 @@ pub(super) fn tracks(
     Ok((tracks, watch.finish(show)))
 }
 
-/// Ends a track at `time` and returns the level it has there (after a jump, the later one).
+/// Ends a track at `time` and returns its level there (after a jump, the later one).
 fn cut(track: &mut Track, time: Time) -> f64 {
     let level = level_at(track, time);
     while track.last().is_some_and(|s| s.piece.start >= time) {
@@ -120,8 +120,8 @@ fn cut(track: &mut Track, time: Time) -> f64 {
     level
 }
 
-/// When each move of a track begins, and when it has arrived or another takes over. One that takes
-/// no time and changes nothing is none.
+/// Start of each move of a track, and its end or interruption. A move without time and change does
+/// not count.
 pub(super) fn moves(track: &Track) -> Vec<(Time, Time)> {
     let mut level = track.first().map_or(0.0, |s| s.piece.polynomial.first());
     let of = |stretches: &[Stretch]| {
@@ -148,7 +148,7 @@ pub(super) fn level_before(track: &Track, time: Time) -> f64 {
 
 /// The level at a time; at a jump the later one.
 pub(super) fn level_at(track: &Track, time: Time) -> f64 {
-    // Nearly every move begins after the one before it has arrived.
+    // Fast path: nearly every move begins after the one before has arrived.
     if let Some(last) = track.last().filter(|s| s.piece.start <= time) {
         return last.piece.value(time);
     }
@@ -170,7 +170,7 @@ pub(super) fn trimmed(track: &Track, start: Time, end: Time) -> Vec<CurvePiece> 
     track.iter().filter_map(within).collect()
 }
 
-/// One error for each move that leaves 0 to 1 where it is seen: where it is farthest outside.
+/// One error for each move that visibly leaves 0 to 1, where it is farthest outside.
 pub(super) fn out_of_range(tracks: &[Track], start: Time, end: Time) -> Vec<TimelineError> {
     let mut errors = Vec::new();
     for track in tracks {
@@ -183,7 +183,7 @@ pub(super) fn out_of_range(tracks: &[Track], start: Time, end: Time) -> Vec<Time
     errors
 }
 
-/// Where the stretches of one move are farthest outside 0 to 1, if they are outside.
+/// The point where the stretches of one move are farthest outside 0 to 1, if any.
 fn farthest_outside(stretches: &[&Stretch]) -> Option<TimelineError> {
     let (id, parameter) = stretches.first()?.by?;
     let mut worst: Option<(f64, Time, f64)> = None;
@@ -205,7 +205,7 @@ fn farthest_outside(stretches: &[&Stretch]) -> Option<TimelineError> {
     })
 }
 
-/// Shapes of the show's own curves, made once.
+/// Shapes of the show's own curves, computed once.
 struct Fades {
     named: Vec<Splined>,
 }
@@ -216,8 +216,7 @@ impl Fades {
         Fades { named }
     }
 
-    /// A move's pieces from `start` on and the level it leaves; `None` when they are more than
-    /// `most`.
+    /// A move's pieces from `start` on and its final level; `None` when there are more than `most`.
     fn pieces(
         &self,
         m: &Moved,
@@ -226,7 +225,7 @@ impl Fades {
         most: usize,
     ) -> Option<(Vec<CurvePiece>, f64)> {
         let to = match m.motion.as_ref() {
-            // Nothing moves, but the time is taken: a repeat has no passes to tell apart.
+            // Nothing moves, but the time passes; passes of a repeat cannot be told apart.
             Motion::To(to) if *to == from => return Some((Vec::new(), from)),
             Motion::To(to) => *to,
             Motion::Path(path) => {
@@ -252,7 +251,7 @@ impl Fades {
         } else {
             m.timing.up
         };
-        // Exact at completion 0 and 1, where a difference scaled would not be.
+        // Exact at completion 0 and 1, unlike a scaled difference.
         let level = |completion: f64| (1.0 - completion) * from + completion * to;
         let times = at.iter().map(|a| whole.scaled(*a));
         let spans = spans.iter().map(|s| s.mapped(level));
@@ -261,8 +260,8 @@ impl Fades {
     }
 }
 
-/// The spans between `times`, which begin at zero, played from `start` on, `repeat` times over;
-/// `None` when they are more than `most`.
+/// The spans between `times`, which begin at zero, played from `start` on, `repeat` times; `None`
+/// when there are more than `most`.
 fn passes(
     times: impl Iterator<Item = Time> + Clone,
     spans: impl ExactSizeIterator<Item = Bernstein> + Clone,
@@ -281,7 +280,7 @@ fn passes(
         let begin = start + Time::from_micros(whole.micros().saturating_mul(pass));
         let ends = times.clone().zip(times.clone().skip(1));
         for ((from, to), polynomial) in ends.zip(spans.clone()) {
-            // Knots of a curve may fall on the same microsecond of a short fade.
+            // Knots of a curve may fall on one microsecond in a short fade.
             if from < to {
                 pieces.push(CurvePiece {
                     start: begin + from,
@@ -294,7 +293,7 @@ fn passes(
     Some(pieces)
 }
 
-/// The spans of a path that takes time.
+/// The spans of a path with a duration.
 fn path_pieces(path: &Path) -> Vec<Bernstein> {
     if length(path) == Time::ZERO && path.interpolation != Interpolation::Steps {
         Vec::new()

@@ -1,39 +1,38 @@
-//! How far pictures may be off.
+//! Error tolerance of images.
 
 use std::fmt;
 
 use serde::Serialize;
 
-/// What an error is measured in. Of a sequence it is that of the worst moment.
+/// Measure of an error. The error of a sequence is that of its worst moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ErrorUnit {
-    /// The root mean square of the difference, relative to that of the light.
+    /// Root mean square of the difference, relative to that of the light.
     #[default]
     Light,
-    /// The difference as displayed, in steps of 255 of the channel that differs most: the 99th
+    /// The displayed difference, in steps of 255 of the channel that differs most: the 99th
     /// percentile over the pixels.
     Steps,
 }
 
-/// An error that is allowed.
+/// A permitted error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// How much: 0.02 is 2 % of the light, 1.5 are so many steps.
+    /// The number: 0.02 is 2 % of the light, 1.5 is 1.5 steps.
     pub error: f64,
-    /// Of what.
+    /// Its measure.
     pub unit: ErrorUnit,
 }
 
 impl Tolerance {
-    /// So many steps of 255 as displayed.
+    /// A tolerance in displayed steps of 255.
     pub fn steps(error: f64) -> Tolerance {
         let unit = ErrorUnit::Steps;
         Tolerance { error, unit }
     }
 
-    /// `1.5 steps`, `1.5steps` or `1 step`; `None` where there is no number of them, or more than
-    /// there are.
+    /// Reads `1.5 steps`, `1.5steps` or `1 step`; `None` for anything else, or more than 255 steps.
     pub fn parse_steps(text: &str) -> Option<Tolerance> {
         let number = text.strip_suffix("steps").or(text.strip_suffix("step"))?;
         let steps = number.trim_end().parse::<f64>().ok()?;
@@ -42,7 +41,7 @@ impl Tolerance {
 }
 
 impl From<f64> for Tolerance {
-    /// A share of the light.
+    /// A tolerance relative to the light.
     fn from(error: f64) -> Tolerance {
         let unit = ErrorUnit::Light;
         Tolerance { error, unit }
@@ -50,10 +49,10 @@ impl From<f64> for Tolerance {
 }
 
 impl fmt::Display for Tolerance {
-    /// As a show writes it.
+    /// Writes it like a cue sheet.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.unit {
-            // Without the rounding of a division by a hundred.
+            // Remove the rounding of a division by a hundred.
             ErrorUnit::Light => write!(f, "{}%", (self.error * 1e6).round() / 1e4),
             ErrorUnit::Steps => write!(f, "{} steps", self.error),
         }

@@ -2,8 +2,8 @@
 
 use super::*;
 
-/// Form factor from an element at `x` of normal `n` to what of convex `faces` looks at it, all of
-/// them above its horizon: Lambert's contour integral.
+/// Form factor from an element at `x` of normal `n` to the convex `faces` that look at it, all
+/// above its horizon (Lambert's contour integral).
 fn form_factor(faces: &[Vec<Vec3>], x: Vec3, n: Vec3) -> f64 {
     let one = |face: &Vec<Vec3>| {
         if newell(face).dot(x - face[0]) <= 0.0 {
@@ -71,7 +71,8 @@ fn element_to_sphere_of_the_catalogue() {
     assert!(errors[4] < 0.002, "{errors:?}");
 }
 
-/// Element to a parallel disc of radius 1 at height `h`, its axis `a` away (catalogue B-13).
+/// Form factor from an element to a parallel disc of radius 1 at height `h`, its axis `a` away
+/// (catalogue B-13).
 fn disc_factor(h: f64, a: f64) -> f64 {
     let z = 1.0 + (h / a).powi(2) + (1.0 / a).powi(2);
     0.5 * (1.0 - (z - 2.0 / (a * a)) / (z * z - 4.0 / (a * a)).sqrt())
@@ -125,6 +126,6 @@ fn shapes_have_their_area_and_face_outwards() {
         assert!((0.5 * newell(&local(face)).length() / plate.area() - 1.0).abs() < 1e-12);
         assert!((newell(&local(face)).normalized() - vec3(0.0, 1.0, 0.0)).length() < 1e-12);
     }
-    // There are 42 faces a sphere and 16 corners a disc: the manual says so.
+    // The manual states 42 faces for a sphere and 16 corners for a disc.
     assert_eq!(Shape::Sphere { centre, radius }.polygons().len(), 42);
 }

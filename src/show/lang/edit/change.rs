@@ -1,8 +1,8 @@
-//! What an edit came to: the new text, what changed, and where.
+//! Result of an edit: the new text and the changes.
 //!
-//! Invariants: splices are in order, do not touch each other, lie on character boundaries of the
-//! old text, and begin and end with a character that differs, as far as both sides have one. Several
-//! declarations or moves in one edit are one splice.
+//! Invariants: splices are in order, do not touch, lie on character boundaries of the old text, and
+//! begin and end with a character that differs, as far as both sides have one. Several declarations
+//! or moves in one edit are one splice.
 
 use std::fmt;
 use std::ops::Range;
@@ -15,44 +15,44 @@ use crate::lang::report::slice;
 pub struct EditedText {
     /// The whole new text.
     pub source: String,
-    /// What was done, in order.
+    /// The changes, in order.
     pub changes: Vec<Change>,
     /// The difference to the old text, in order.
     pub splices: Vec<Splice>,
 }
 
-/// A piece of the old text and what stands there now.
+/// A piece of the old text and its replacement.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Splice {
     /// Bytes of the old text.
     pub range: Range<usize>,
-    /// What takes their place.
+    /// The replacement.
     pub text: String,
 }
 
-/// What happened to one declaration.
+/// A change to one declaration.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Change {
     /// The word of its statement: `cue`, `bank`, `preview`.
     pub kind: &'static str,
-    /// Its name, number or path, as it was before; empty for `show`, `preview`, `default`.
+    /// Name, number or path before the edit; empty for `show`, `preview`, `default`.
     pub name: String,
-    /// What was done to it.
+    /// Kind of change.
     pub action: Action,
 }
 
-/// What can happen to a declaration.
+/// Kinds of change to a declaration.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Action {
-    /// It is new.
+    /// Newly declared.
     Added,
-    /// It stood there already, and is another as a whole.
+    /// Replaced as a whole.
     Replaced,
-    /// A piece of it is another.
+    /// Changed in part.
     Updated,
-    /// It has this name now.
+    /// Renamed to this name.
     Renamed(String),
-    /// It is gone.
+    /// Deleted.
     Removed,
 }
 
@@ -63,7 +63,7 @@ impl Change {
     }
 }
 
-/// As a line: `cue 2.5: replaced`.
+/// One line: `cue 2.5: replaced`.
 impl fmt::Display for Change {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let what = self.what();
@@ -78,7 +78,7 @@ impl fmt::Display for Change {
 }
 
 impl EditedText {
-    /// The old text, and what several steps made of it, as one splice.
+    /// Combines several steps into one splice of the old text.
     pub(super) fn whole(
         source: &str,
         now: String,
@@ -88,10 +88,10 @@ impl EditedText {
         EditedText::new(source, vec![Splice { range, text: now }], changes)
     }
 
-    /// The text with these splices, which are in order and do not overlap.
+    /// Applies splices that are in order and do not overlap.
     ///
     /// # Errors
-    /// An internal error where they are not, or lie outside the text.
+    /// An internal error when they overlap, are out of order, or lie outside the text.
     pub(super) fn new(
         source: &str,
         splices: Vec<Splice>,
@@ -120,18 +120,17 @@ impl EditedText {
     }
 }
 
-/// Makes one step of an edit, in places of the text as the last step left it.
+/// Applies one step of an edit; positions refer to the text after the last step.
 ///
 /// # Errors
-/// An internal error where the splice begins or ends inside a character.
+/// An internal error when the splice begins or ends inside a character.
 pub(super) fn step(now: &mut String, splice: Splice) -> Result<(), Vec<Diagnostic>> {
     slice(now, splice.range.clone())?;
     now.replace_range(splice.range, &splice.text);
     Ok(())
 }
 
-/// The smallest replacement that turns one text into another: bytes of `old`, and the text that
-/// takes their place.
+/// The smallest replacement that turns one text into another: bytes of `old`, and the new text.
 pub fn difference<'n>(old: &str, new: &'n str) -> (Range<usize>, &'n str) {
     let start = common(old.chars(), new.chars());
     let (left, right) = (old.get(start..), new.get(start..));
@@ -141,7 +140,7 @@ pub fn difference<'n>(old: &str, new: &'n str) -> (Range<usize>, &'n str) {
     (start..old.len() - tail, text)
 }
 
-/// Bytes of the characters that two texts begin with.
+/// Bytes of the common prefix of two texts.
 fn common(a: impl Iterator<Item = char>, b: impl Iterator<Item = char>) -> usize {
     let same = a.zip(b).take_while(|(a, b)| a == b);
     same.map(|(a, _)| a.len_utf8()).sum()

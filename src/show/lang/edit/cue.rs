@@ -1,4 +1,4 @@
-//! Cues as a whole: written from values, copied.
+//! Whole cues: writing them from values, copying them.
 
 use super::change::{Action, EditedText, Splice};
 use super::level;
@@ -18,11 +18,11 @@ pub struct CueText {
     pub number: CueNumber,
     /// Its label; empty for none.
     pub label: String,
-    /// The time of what goes up; `None` for the show's own.
+    /// Fade-up time; `None` for the show's default.
     pub up: Option<Time>,
-    /// The time of what goes down; `None` for the show's own.
+    /// Fade-down time; `None` for the show's default.
     pub down: Option<Time>,
-    /// What it does, in order.
+    /// The moves, in order.
     pub moves: Vec<CueMove>,
 }
 
@@ -75,7 +75,7 @@ impl CueText {
     }
 }
 
-/// Diagnostics of a text that has not been shown.
+/// Removes the places of diagnostics whose text is not shown.
 fn without_places(mut diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
     for diagnostic in &mut diagnostics {
         diagnostic.labels.clear();
@@ -83,7 +83,7 @@ fn without_places(mut diagnostics: Vec<Diagnostic>) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// That a text is one cue that parses, and nothing behind it.
+/// Checks that a text is a single cue that parses.
 fn only_a_cue(text: &str) -> Result<(), Vec<Diagnostic>> {
     let (_, read, _) = read::typed(text)?;
     match read.statements.as_slice() {
@@ -95,7 +95,7 @@ fn only_a_cue(text: &str) -> Result<(), Vec<Diagnostic>> {
     }
 }
 
-/// The text of the cue `from` once more under the number `to`, without its clock time.
+/// Copies the cue `from` to the number `to`, without its clock time.
 pub fn copy(source: &str, from: CueNumber, to: CueNumber) -> Result<EditedText, Vec<Diagnostic>> {
     let scan = sound(source)?;
     let (cut, _) = place::resolve(&scan.cuts, &format!("cue {from}"))?;
@@ -118,7 +118,7 @@ pub fn copy(source: &str, from: CueNumber, to: CueNumber) -> Result<EditedText, 
     EditedText::new(source, vec![splice], changes)
 }
 
-/// The text of a cue without its `at`: a copy has a place of its own in the order.
+/// The text of a cue without its `at`: a copy has its own place in the order.
 fn without_clock(text: &str) -> Option<String> {
     let (_, read, _) = read::typed(text).ok()?;
     let [statement] = read.statements.as_slice() else {
@@ -134,7 +134,7 @@ fn without_clock(text: &str) -> Option<String> {
 }
 
 impl Splice {
-    /// The new statement with blanks before it, behind the line end that it may begin with.
+    /// Indents the new statement after the line end that it may begin with.
     fn indented(mut self, indent: &str) -> Splice {
         let statement = self.text.trim_start().len();
         self.text.insert_str(self.text.len() - statement, indent);

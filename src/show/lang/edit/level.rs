@@ -17,7 +17,7 @@ use crate::lang::syntax::{self, Rule};
 use crate::lang::token::{Token, tokens};
 use crate::units::CueNumber;
 
-/// The move of a bank or a group to a fraction of full, as the language writes it.
+/// Writes the move of a bank or a group to a fraction of full.
 pub fn movement(target: &str, level: f64) -> Result<String, Vec<Diagnostic>> {
     if syntax::prefix(Rule::target, target) != Some(target.len()) {
         let message = format!("`{target}` is not a name");
@@ -27,8 +27,8 @@ pub fn movement(target: &str, level: f64) -> Result<String, Vec<Diagnostic>> {
     Ok(format!("{target} {}", percent(level)?))
 }
 
-/// A fraction of full as the language writes it. A millionth of a percent is less than any dimmer
-/// has steps, and rounding to it writes 0.29 as `29`.
+/// Writes a fraction of full in percent, rounded to a millionth of a percent: finer than any
+/// dimmer's steps, and 0.29 becomes `29`.
 fn percent(level: f64) -> Result<String, Vec<Diagnostic>> {
     if !(0.0..=1.0).contains(&level) {
         let message = format!("the level {level} is outside 0 to 1");
@@ -37,7 +37,7 @@ fn percent(level: f64) -> Result<String, Vec<Diagnostic>> {
     Ok(format!("{}", (level.abs() * 100.0 * 1e6).round() / 1e6))
 }
 
-/// The text in which the cue moves `target` to `level`.
+/// Returns the text in which the cue moves `target` to `level`.
 pub fn update(
     source: &str,
     number: CueNumber,
@@ -62,7 +62,7 @@ pub fn update(
     EditedText::new(source, vec![splice], changes)
 }
 
-/// The text in which the cue makes these moves, in place of what it says of the same targets.
+/// Returns the text in which these moves replace the cue's moves of the same targets.
 pub fn update_moves(
     source: &str,
     number: CueNumber,
@@ -95,7 +95,7 @@ pub fn update_moves(
             let old = all_moves(cue, target).find(|old| old.aim.is_some())?;
             let before = old.aim.as_ref()?;
             let merged = merged(before, aim);
-            // Angles cannot stand behind a level.
+            // Angles cannot follow a level.
             let is_alone = matches!(old.motion, Motion::Bare) || merged.starts_with("to ");
             let text = if is_alone {
                 merged
@@ -110,8 +110,7 @@ pub fn update_moves(
     EditedText::whole(source, now, change.into_iter().collect())
 }
 
-/// Makes one move of a cue: in the place that `edited` gives with its text, or as `written`, a new
-/// one.
+/// Makes one move of a cue: replaces the text at the place that `edited` gives, or adds `written`.
 fn step_in(
     now: &mut String,
     number: CueNumber,
@@ -139,7 +138,7 @@ fn step_in(
     Ok(change)
 }
 
-/// Where heads point that pointed as `old` says, when `new` is said too.
+/// Combines the aim `old` with `new`, which wins.
 fn merged(old: &Aim<'_>, new: &Aim<'_>) -> String {
     let turns = |(word, _): &&(Word<'_>, Word<'_>)| matches!(word.text, "pan" | "tilt");
     let at = if new.at.is_empty() && !new.angles.iter().any(|angle| turns(&angle)) {
@@ -160,7 +159,7 @@ fn merged(old: &Aim<'_>, new: &Aim<'_>) -> String {
     out.join(" ")
 }
 
-/// The one cue that was read, and its place.
+/// The one cue read, and its span.
 fn cue_of<'r, 'a>(read: &'r Read<'a>, report: &Report) -> Option<(&'r Cue<'a>, Span)> {
     match read.statements.as_slice() {
         [
@@ -202,13 +201,13 @@ fn no_level(target: &str, number: CueNumber, motion: &Motion<'_>) -> Diagnostic 
     Diagnostic::error(codes::DOES_NOT_FIT, message).help(help)
 }
 
-/// Where the cue sets the level or the colour of what is written so.
+/// The move that sets the level or the colour of the target written so.
 fn moved<'m, 'a>(cue: &'m Cue<'a>, target: &str) -> Option<&'m Move<'a>> {
     let has_level = |m: &&Move<'_>| m.aim.is_none() || !matches!(m.motion, Motion::Bare);
     all_moves(cue, target).find(has_level)
 }
 
-/// Where the cue moves what is written so.
+/// All moves of the target written so.
 fn all_moves<'m, 'a>(cue: &'m Cue<'a>, target: &str) -> impl Iterator<Item = &'m Move<'a>> {
     let parts = cue.body.parts.iter().flat_map(|part| &part.body.moves);
     let same = move |written: &Target<'_>| match written.channel {
@@ -219,8 +218,8 @@ fn all_moves<'m, 'a>(cue: &'m Cue<'a>, target: &str) -> impl Iterator<Item = &'m
     found.filter(move |m| m.target.as_ref().is_some_and(same))
 }
 
-/// True when a word is a level, not a colour or a colour temperature, nor worked out from one.
-/// A value of another file may be either, so that it is no level here.
+/// True when a word is a level: not a colour or a colour temperature, nor calculated from one. A
+/// value of another file may be either, so it does not count as a level.
 fn is_level(word: Word<'_>, source: &str, scan: &Scan<'_>) -> bool {
     let is_value = |cut: &Cut<'_>| first_word(cut.text) == "let";
     let read = only(source, scan.clone(), &mut Report::default(), is_value);
@@ -248,10 +247,10 @@ fn is_level(word: Word<'_>, source: &str, scan: &Scan<'_>) -> bool {
     true
 }
 
-/// The move as a new one: on a line of its own behind the last move that has one, otherwise beside
-/// what stands there.
+/// Adds a move: on a new line after the last move that has its own line, otherwise on the line of
+/// the last move.
 fn added(source: &str, (cue, span): (&Cue<'_>, Span), written: &str) -> Splice {
-    // What stands directly in a cue is its part 1, which may be written out.
+    // Moves directly in a cue are its part 1, which may also be written as a part.
     let first = cue.body.parts.iter().find(|p| p.number.text == "1");
     let (body, span) = match first.filter(|_| cue.body.moves.is_empty()) {
         Some(part) => (&part.body, part.span),
@@ -282,7 +281,7 @@ fn added(source: &str, (cue, span): (&Cue<'_>, Span), written: &str) -> Splice {
     }
 }
 
-/// The move before a closing brace on whose line something stands.
+/// Adds a move before a closing brace that shares its line with other text.
 fn beside_brace(source: &str, body: &Body<'_>, brace: usize, written: &str) -> Splice {
     let before = source.get(..brace).unwrap_or("");
     let end = before.trim_end().len();
@@ -294,7 +293,7 @@ fn beside_brace(source: &str, body: &Body<'_>, brace: usize, written: &str) -> S
     }
 }
 
-/// Where a move ends with the timing of its own.
+/// End of a move, including its timing.
 fn end_of(last: &Move<'_>) -> usize {
     last.timing.last().map_or(last.span, |t| t.span).end as usize
 }

@@ -1,4 +1,4 @@
-//! Where declarations stand in a text, and where a new one goes.
+//! Positions of declarations in a text, and of new ones.
 
 use std::ops::Range;
 
@@ -9,7 +9,7 @@ use crate::lang::names::nearest;
 use crate::lang::scan::{self, Cut, STATEMENTS, comment_length, first_word, split_word};
 use crate::units::CueNumber;
 
-/// What a declaration declares: statement word and name, number or path.
+/// Identity of a declaration: statement word and name, number or path.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Key {
     word: &'static str,
@@ -17,19 +17,19 @@ pub struct Key {
 }
 
 impl Key {
-    /// What a statement declares, from its first two words.
+    /// Reads the key from the first two words of a statement.
     pub fn of(text: &str) -> Option<Key> {
         let (word, range) = heading(text)?;
         let name = text.get(range)?;
         let name = match word {
-            // One number, one spelling: `2.50` is cue 2.5.
+            // One spelling for each number: `2.50` is cue 2.5.
             "cue" => CueNumber::parse(name).map_or_else(|| name.to_owned(), |n| n.to_string()),
             _ => name.to_owned(),
         };
         Some(Key { word, name })
     }
 
-    /// The cue of a number.
+    /// Key of the cue with this number.
     pub fn cue(number: CueNumber) -> Key {
         Key {
             word: "cue",
@@ -37,7 +37,7 @@ impl Key {
         }
     }
 
-    /// What was done to the declaration.
+    /// The change with this action.
     pub fn change(self, action: Action) -> Change {
         Change {
             kind: self.word,
@@ -62,8 +62,7 @@ impl Key {
     }
 }
 
-/// The word that a statement begins with, and where its name, number or path stands, without
-/// quotes.
+/// The first word of a statement, and the range of its name, number or path, without quotes.
 pub fn heading(text: &str) -> Option<(&'static str, Range<usize>)> {
     let (first, rest) = split_word(text.trim_start());
     let word = STATEMENTS.into_iter().find(|w| *w == first)?;
@@ -75,7 +74,7 @@ pub fn heading(text: &str) -> Option<(&'static str, Range<usize>)> {
             let end = rest.find(|c: char| !(c.is_ascii_digit() || c == '.'));
             0..end.unwrap_or(rest.len())
         }
-        // Its place names it.
+        // A figure is named by its position.
         "figure" => {
             let ends = [" height", " facing"].map(|word| rest.find(word).unwrap_or(rest.len()));
             let end = ends.into_iter().min().unwrap_or_default();
@@ -87,22 +86,22 @@ pub fn heading(text: &str) -> Option<(&'static str, Range<usize>)> {
     Some((word, at + range.start..at + range.end))
 }
 
-/// What a declaration declares: `cue 2.5`, `bank lamps`, `preview`.
+/// Name of a declaration: `cue 2.5`, `bank lamps`, `preview`.
 pub fn name(text: &str) -> Option<String> {
     Key::of(text).map(|key| key.text())
 }
 
-/// The bytes of the declaration that `what` names, without the comments around it.
+/// Bytes of the declaration that `what` names, without the comments around it.
 pub fn locate(source: &str, what: &str) -> Option<Range<usize>> {
     let wanted = Key::of(what)?;
     let cuts = scan::scan(source).cuts;
     find(&cuts, &wanted).map(|cut| cut.span.clone())
 }
 
-/// The statement that `what` names, such as `cue 2.5`, and what it declares.
+/// Finds the statement that `what` names, such as `cue 2.5`, and its key.
 ///
 /// # Errors
-/// The one diagnostic of a declaration that the text does not have.
+/// One diagnostic when the text has no such declaration.
 pub fn resolve<'c, 's>(
     cuts: &'c [Cut<'s>],
     what: &str,
@@ -122,7 +121,7 @@ fn not_found(cuts: &[Cut<'_>], what: &str) -> Diagnostic {
     }
 }
 
-/// What to do about a declaration of an included file.
+/// Advice for a declaration of an included file.
 pub const IN_ANOTHER_FILE: &str = "what an included file declares is edited in that file";
 
 /// True when the text includes others.
@@ -151,7 +150,7 @@ fn after_blanks(text: &str) -> &str {
     rest
 }
 
-/// The declaration `text` in the place of another.
+/// Replaces a declaration by `text`.
 pub fn replaced(source: &str, cut: &Cut<'_>, text: &str) -> Splice {
     let indent = indent(source, cut.span.start).unwrap_or("");
     Splice {
@@ -160,7 +159,7 @@ pub fn replaced(source: &str, cut: &Cut<'_>, text: &str) -> Splice {
     }
 }
 
-/// The declaration `text` at the place that the order of declarations gives it.
+/// Inserts the declaration `text` at its place in the order of declarations.
 pub fn added(source: &str, cuts: &[Cut<'_>], text: &str, wanted: &Key) -> Splice {
     let end_of_line = end_of_line(source);
     let text = fitted(text, "", end_of_line);
@@ -178,7 +177,7 @@ pub fn added(source: &str, cuts: &[Cut<'_>], text: &str, wanted: &Key) -> Splice
             text,
         };
     }
-    // The first cue of all goes before the other cues, not before the show.
+    // The very first cue goes before the other cues, not before the show.
     let cue = keys
         .iter()
         .find(|(key, _)| wanted.word == "cue" && key.word == "cue");
@@ -224,7 +223,7 @@ fn fitted(text: &str, indent: &str, end_of_line: &str) -> String {
     plain.replace('\n', &format!("{end_of_line}{indent}"))
 }
 
-/// What ends the lines of a text.
+/// The line ending of a text.
 pub fn end_of_line(source: &str) -> &'static str {
     if source.contains("\r\n") {
         "\r\n"
@@ -233,19 +232,19 @@ pub fn end_of_line(source: &str) -> &'static str {
     }
 }
 
-/// Where the line of a place begins.
+/// Start of the line of a place.
 pub fn line_start(source: &str, at: usize) -> usize {
     let before = source.get(..at).unwrap_or("");
     before.rfind('\n').map_or(0, |i| i + 1)
 }
 
-/// The blanks between the start of its line and a place; `None` where something else stands there.
+/// The blanks between the line start and a place; `None` when there is other text.
 pub fn indent(source: &str, at: usize) -> Option<&str> {
     let before = source.get(line_start(source, at)..at)?;
     before.trim().is_empty().then_some(before)
 }
 
-/// Where the line after a statement begins, which is after the comments beside it.
+/// Start of the line after a statement and the comments on its last line.
 pub fn after_line(source: &str, end: usize) -> usize {
     let (_, mut rest) = source.split_at(end);
     while let Some(c) = rest.chars().next() {
@@ -257,7 +256,7 @@ pub fn after_line(source: &str, end: usize) -> usize {
     source.len()
 }
 
-/// A statement with the line that it would leave empty.
+/// A statement's span, extended to the whole line if the line would be left empty.
 pub fn with_line(source: &str, span: Range<usize>) -> Range<usize> {
     if indent(source, span.start).is_none() {
         return span;

@@ -1,4 +1,4 @@
-//! Names, and every place that means them.
+//! Renaming, and every place that uses a name.
 //!
 //! The places come from the parsed statements, so that strings, comments, materials, files and
 //! labels are never taken for names.
@@ -17,19 +17,19 @@ use crate::lang::names::{self, Kind};
 use crate::lang::scan::{Cut, first_word, scan};
 use crate::lang::syntax::{self, Rule};
 
-/// A place that names something.
+/// An occurrence of a name.
 struct Place<'t> {
     text: &'t str,
     range: Range<usize>,
-    /// What the place declares.
+    /// Kind of the declaration, at a declaring place.
     declares: Option<Kind>,
-    /// Its statement.
+    /// The statement of the place.
     statement: &'t str,
-    /// Where that begins.
+    /// Start of the statement.
     start: usize,
 }
 
-/// The text in which what was called `from` is called `to`.
+/// Renames `from` to `to` throughout the text.
 pub fn rename(source: &str, from: &str, to: &str) -> Result<EditedText, Vec<Diagnostic>> {
     let scan = sound(source)?;
     let places = places(&scan.cuts)?;
@@ -54,7 +54,7 @@ pub fn rename(source: &str, from: &str, to: &str) -> Result<EditedText, Vec<Diag
     EditedText::new(source, splices, changes)
 }
 
-/// What is done to the statement of the first of its places.
+/// The change reported for the statement of a place.
 fn change(place: &Place<'_>, to: &str) -> Option<Change> {
     let key = Key::of(place.statement)?;
     Some(key.change(match place.declares {
@@ -63,7 +63,7 @@ fn change(place: &Place<'_>, to: &str) -> Option<Change> {
     }))
 }
 
-/// That `to` can be a name, and stands for nothing yet.
+/// Checks that `to` is a valid name not yet in use.
 fn check(to: &str, places: &[Place<'_>]) -> Result<(), Vec<Diagnostic>> {
     if syntax::prefix(Rule::name, to) != Some(to.len()) {
         let message = format!("`{to}` is not a name");
@@ -99,7 +99,7 @@ fn not_declared(cuts: &[Cut<'_>], from: &str, places: &[Place<'_>]) -> Diagnosti
     }
 }
 
-/// All places of a text that name something, in order.
+/// All occurrences of names in a text, in order.
 fn places<'t>(cuts: &[Cut<'t>]) -> Result<Vec<Place<'t>>, Vec<Diagnostic>> {
     let mut out = Vec::new();
     for cut in cuts {
@@ -113,7 +113,7 @@ fn places<'t>(cuts: &[Cut<'t>]) -> Result<Vec<Place<'t>>, Vec<Diagnostic>> {
     Ok(out)
 }
 
-/// Those of a statement; `None` where it does not parse.
+/// Occurrences of names in a statement; `None` when it does not parse.
 fn places_in<'t>(cut: &Cut<'t>) -> Option<Vec<Place<'t>>> {
     let word = first_word(cut.text);
     let pairs = syntax::parse(syntax::rule_of(word)?, cut.text).ok()?;
@@ -124,7 +124,7 @@ fn places_in<'t>(cut: &Cut<'t>) -> Option<Vec<Place<'t>>> {
     let place = |name: pest::Span<'t>| Place {
         text: name.as_str(),
         range: start + name.start()..start + name.end(),
-        // Of the statements that declare a name it is the first one in them.
+        // In a declaring statement, the first name is the declared one.
         declares: declares.take(),
         statement: cut.text,
         start,
@@ -132,17 +132,16 @@ fn places_in<'t>(cut: &Cut<'t>) -> Option<Vec<Place<'t>>> {
     Some(found.into_iter().map(place).collect())
 }
 
-/// A place of a text that names something.
+/// An occurrence of a name in a text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NamePlace {
     /// Its bytes.
     pub range: Range<usize>,
-    /// What the place declares.
+    /// Kind of the declaration, at a declaring place.
     pub declares: Option<Kind>,
 }
 
-/// The places of a text that name something, in order; those of statements that do not parse are
-/// left out.
+/// The occurrences of names in a text, in order; statements that do not parse are skipped.
 pub fn names(text: &str) -> Vec<NamePlace> {
     let cuts = scan(text).cuts;
     let found = cuts.iter().filter(|cut| !cut.broken).filter_map(places_in);
@@ -153,17 +152,17 @@ pub fn names(text: &str) -> Vec<NamePlace> {
     found.flatten().map(place).collect()
 }
 
-/// Why something cannot be called so, whatever else the show has.
+/// Diagnostic for a text that cannot be a name in any show.
 pub fn refused_name(name: &str) -> Option<Diagnostic> {
     check(name, &[]).err()?.pop()
 }
 
-/// Where names of the show stand in a piece of a statement, in order. Never deeper than brackets
-/// nest.
+/// Collects the names of the show in a piece of a statement, in order. Recursion is bounded by the
+/// nesting of brackets.
 fn names_in<'t>(pair: Pair<'t, Rule>, out: &mut Vec<pest::Span<'t>>) {
     match pair.as_rule() {
         Rule::name => out.push(pair.as_span()),
-        // `#dusk` names a value, as far as it is no `#ddaa55`.
+        // `#dusk` names a value unless it reads as a colour such as `#ddaa55`.
         Rule::colour => {
             let span = pair.as_span();
             let name = span
@@ -174,7 +173,7 @@ fn names_in<'t>(pair: Pair<'t, Rule>, out: &mut Vec<pest::Span<'t>>) {
                 out.extend(span.get(1..));
             }
         }
-        // Materials are the stage's names.
+        // Material names belong to the stage.
         Rule::material => {}
         _ => pair.into_inner().for_each(|inner| names_in(inner, out)),
     }

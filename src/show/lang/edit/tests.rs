@@ -1,4 +1,4 @@
-//! Edits by hand, and what holds of every edit of the shipped shows.
+//! Single edits, and properties of every edit of the shipped shows.
 use proptest::prelude::*;
 
 use super::*;
@@ -10,7 +10,7 @@ use footlight_host::files::Memory;
 
 const SHOW: &str = "// top\nshow \"A\"\n\nbank a = x  // one\nbank b = y /* two\n lines */\n\n// the cues\ncue 1 { a 5 }\n  cue 3 {\n    a 6 // six\n  } // three\n";
 
-/// The edited text, once its splices are what they must be.
+/// The edited text, after a check of its splices.
 fn edited(source: &str, edit: Edit) -> EditedText {
     let edited = apply(source, &edit).unwrap();
     let (mut spliced, mut at) = (String::new(), 0);
@@ -143,7 +143,7 @@ fn the_change_is_the_smallest() {
     // Two of one kind, the second of which goes behind the first; then the first once more.
     let three = splices(SHOW, "cue 5 { }\ncue 4 { }\ncue 5 { a 6 }");
     assert_eq!(three, [pair("", "cue 4 { }\ncue 5 { a 6 }\n")]);
-    // Declarations apart from each other are one splice, with what stands between them.
+    // Declarations apart from each other make one splice, including the text between them.
     let between = |a: &str, b: &str| format!("{a}\"\n\nbank a = x  // one\nbank b = {b}");
     let two = splices(SHOW, "bank b = z\nshow \"B\"");
     assert_eq!(two, [(between("A", "y"), between("B", "z"))]);
@@ -336,7 +336,7 @@ fn a_name_is_renamed_where_it_means_the_same() {
                 cue 1 \"lamps\" { /* lamps */ lamps (dim * 2)  curve lin  time (dim)  sky.g 4\n\
                 part 2 \"lamps\" { late + night + { lamps (dim) }  lamps spline 0 (dim), 3 4 } }\n";
     for (from, count) in [
-        ("lamps", 6), // its bank, a group, a look, and three times in the cue
+        ("lamps", 6), // its bank, a group, a look, and three uses in the cue
         ("dim", 9),
         ("two", 3),
         ("l", 4),
@@ -411,7 +411,7 @@ const SHOWS: [&str; 8] = [
     include_str!("../../../../examples/first.lxq"),
 ];
 
-/// The show of a text, which has no error.
+/// Parses a text that has no error.
 fn show(text: &str) -> Show {
     let rig = include_str!("../../../../examples/sketch/parts/rig.lxq");
     let set = include_str!("../../../../examples/sketch/parts/set.lxq");
@@ -424,8 +424,7 @@ fn show(text: &str) -> Show {
         .unwrap_or_else(|| panic!("{text}\n{:#?}", parsed.diagnostics))
 }
 
-/// A shipped show, with the line ends of one system or the other, and with a last line that ends
-/// or does not.
+/// A shipped show with LF or CRLF line ends, with and without a final line end.
 fn source() -> impl Strategy<Value = String> {
     let text = prop::sample::select(SHOWS.to_vec());
     (text, any::<bool>(), any::<bool>()).prop_map(|(text, windows, ends)| {
@@ -438,7 +437,7 @@ fn source() -> impl Strategy<Value = String> {
     })
 }
 
-/// The numbers of the cues that stand in the text.
+/// Numbers of the cues in the text.
 fn cues(source: &str) -> Vec<CueNumber> {
     let cuts = scan::scan(source).cuts;
     let names = cuts.into_iter().filter_map(|cut| name(cut.text));
@@ -450,7 +449,7 @@ fn cues(source: &str) -> Vec<CueNumber> {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, ..ProptestConfig::default() })]
 
-    /// A cue that was copied and deleted has left nothing; deleting it took nothing else.
+    /// Deleting a copied cue restores the text.
     #[test]
     fn a_copy_that_is_deleted_leaves_nothing(
         source in source(),
@@ -472,8 +471,8 @@ proptest! {
         prop_assert_eq!(&deleted.source, &source);
     }
 
-    /// Renaming there and back gives the same bytes, and between them a show that differs in
-    /// nothing but the name.
+    /// Renaming there and back gives the same bytes, and in between the show differs only in the
+    /// name.
     #[test]
     fn a_name_goes_there_and_back(source in source(), at in any::<prop::sample::Index>()) {
         let cuts = scan::scan(&source).cuts;
@@ -490,8 +489,7 @@ proptest! {
         prop_assert_eq!(back.source, source);
     }
 
-    /// A level that a cue sets by a number is the level that the show has then, and nothing else
-    /// of the show is another.
+    /// Updating a level that a cue sets by a number changes that level and nothing else.
     #[test]
     fn a_level_that_is_updated_is_the_only_change(
         source in source(),
@@ -527,14 +525,14 @@ proptest! {
         }
     }
 
-    /// Declarations of one show put into another, whatever they replace there.
+    /// Declarations of one show can be put into another, whatever they replace there.
     #[test]
     fn declarations_are_spliced(source in source(), other in source(), picks in prop::collection::vec(any::<prop::sample::Index>(), 1..6)) {
         let cuts = scan::scan(&other).cuts;
         let texts = picks.iter().map(|pick| pick.get(&cuts).text);
         let statements = texts.collect::<Vec<_>>().join("\n");
         let once = edited(&source, Edit::Declare(statements.clone()));
-        // What stands there already is replaced by itself.
+        // Applying the declarations a second time changes nothing.
         let again = edited(&once.source, Edit::Declare(statements));
         prop_assert_eq!(&again.source, &once.source);
         prop_assert!(again.splices.len() <= picks.len());

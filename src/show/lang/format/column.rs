@@ -1,18 +1,18 @@
-//! Lines of cells, and their alignment under each other.
+//! Lines of cells, and their alignment in columns.
 //!
 //! Neighbouring lines of one kind align their cells from left to right as long as the cells play
-//! the same role; where the roles part, each group goes on alone. Comments behind lines align too.
-//! A column that would push some line further than [`FURTHEST`] is left ragged.
+//! the same role; where the roles differ, each group continues alone. Comments at line ends align
+//! too. A column that would push some line further than [`FURTHEST`] is left ragged.
 
-/// Blanks that alignment may add to a line at one place.
+/// Most blanks that alignment may add to a line at one place.
 const FURTHEST: usize = 24;
 
-/// A piece of a line that may align with the lines around it.
+/// A piece of a line that may align with neighbouring lines.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Cell {
-    /// What it is to its line.
+    /// Role of the cell in its line.
     pub role: &'static str,
-    /// Blanks before it, at least.
+    /// Least number of blanks before it.
     pub gap: usize,
     pub text: String,
 }
@@ -20,11 +20,11 @@ pub struct Cell {
 /// A line of the formatted text.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Line {
-    /// Blanks before it.
+    /// Blanks of indentation.
     pub indent: usize,
-    /// An empty line stands before it.
+    /// True when an empty line precedes.
     pub apart: bool,
-    /// Lines of one kind align; none when the line stands for itself.
+    /// Lines of one kind align; `None` for a line that aligns with no other.
     pub kind: Option<&'static str>,
     /// From left to right.
     pub cells: Vec<Cell>,
@@ -41,11 +41,11 @@ impl Line {
     }
 }
 
-/// A line as far as it is written.
+/// A line, as far as it is written.
 #[derive(Clone, Debug, Default)]
 struct Written {
     text: String,
-    /// Characters of its last line, which is all of it unless a comment in it has several.
+    /// Characters of its last line; a comment may span several.
     width: usize,
 }
 
@@ -77,8 +77,8 @@ pub fn text(lines: &[Line]) -> String {
     out
 }
 
-/// The lines of a run with their cells under each other: column by column, neighbours whose cells
-/// play the same role together. A line may have any number of columns, so this is no recursion.
+/// Aligns the cells of a run of lines, column by column: neighbours whose cells play the same role
+/// align. Iterative, because a line may have any number of columns.
 fn aligned(lines: &[Line]) -> Vec<Written> {
     let all = lines.iter().map(|line| (line, Written::default()));
     let mut all: Vec<(&Line, Written)> = all.collect();
@@ -144,7 +144,7 @@ fn write(lines: &[Line], codes: &[Written], out: &mut String) {
     }
 }
 
-/// Characters of the last line of a text; what terminals make wide is not known here.
+/// Characters of the last line of a text, without regard to wide characters.
 fn width(text: &str) -> usize {
     let last = text.rsplit_once('\n').map_or(text, |(_, last)| last);
     last.chars().count()

@@ -1,32 +1,32 @@
-//! What stands between two words: blanks, line ends and comments.
+//! The gap between two words: blanks, line ends and comments.
 
 use crate::lang::scan::comment_length;
 
-/// A comment, and how it stands to what is before it.
+/// A comment and its position after the text before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Comment<'a> {
-    /// As written, without blanks behind it.
+    /// The comment without trailing blanks.
     pub text: &'a str,
-    /// A line end is before it.
+    /// True when it begins on a new line.
     pub own_line: bool,
-    /// An empty line is before it.
+    /// True when an empty line precedes.
     pub apart: bool,
 }
 
-/// A gap, taken apart.
+/// A parsed gap.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Gap<'a> {
     pub comments: Vec<Comment<'a>>,
-    /// A line end stands anywhere in it, inside a comment too.
+    /// True when it contains a line end, even inside a comment.
     pub broken: bool,
-    /// A line end is between the last comment (or the word before) and the word after.
+    /// True when a line end follows the last comment, or the word before if there is no comment.
     pub ends_line: bool,
-    /// An empty line is there.
+    /// True when it contains an empty line.
     pub apart: bool,
 }
 
 impl<'a> Gap<'a> {
-    /// Takes a gap apart; it must hold nothing but blanks and whole comments.
+    /// Parses a gap, which must hold only blanks and whole comments.
     pub fn of(text: &'a str) -> Gap<'a> {
         let mut gap = Gap {
             broken: text.contains('\n'),

@@ -1,34 +1,34 @@
-//! From words to lines: where a line ends, how far it is indented, where comments go.
+//! Breaks words into lines: line ends, indentation, comments.
 
 use super::column::{Cell, Line};
 use super::gap::{Comment, Gap};
 use super::piece::{Join, Piece};
 
-/// Blanks of indentation a brace.
+/// Indentation per brace, blanks.
 const STEP: usize = 2;
-/// Blanks of indentation of a line that goes on.
+/// Indentation of a continued line, blanks.
 const ONWARD: usize = 4;
-/// A block longer than this is not kept on one line.
+/// Longest block kept on one line, characters.
 const WIDTH: usize = 100;
 
-/// Lines as they grow.
+/// The lines so far.
 #[derive(Debug, Default)]
 pub struct Layout<'a> {
     lines: Vec<Line>,
     current: Line,
-    /// Blocks that are open, each with whether it is on one line.
+    /// Open blocks; true for a block on one line.
     blocks: Vec<bool>,
-    /// The next word cannot stand on the current line.
+    /// True when the next word cannot stand on the current line.
     full: bool,
-    /// The line before this place opened a block.
+    /// True when the line before this place opened a block.
     opened: bool,
-    /// The item that the current line began last.
+    /// The last item begun on the current line.
     last: Option<&'a str>,
 }
 
 impl<'a> Layout<'a> {
-    /// Adds a word after the gap before it. For an opening brace `block` gives the pieces to the
-    /// closing one, and whether they stand on one line.
+    /// Adds a word after the gap before it. For an opening brace, `block` gives the pieces to the
+    /// closing one, and true when they stand on one line.
     pub fn piece<'p>(
         &mut self,
         piece: &Piece<'a>,
@@ -57,7 +57,7 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// The lines, after the comments at the end of the text.
+    /// Adds the comments at the end of the text and returns the lines.
     pub fn finish(mut self, gap: &str) -> Vec<Line> {
         let gap = Gap::of(gap);
         self.comments(&gap.comments, false);
@@ -126,7 +126,7 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// Begins a line that goes on, when the writer or a comment ended the one before.
+    /// Begins a continued line, when the writer or a comment ended the one before.
     fn go_on(&mut self, gap: &Gap<'_>) -> bool {
         let breaks = self.full || gap.ends_line;
         if breaks {
@@ -158,8 +158,7 @@ impl<'a> Layout<'a> {
 
     fn item(&mut self, piece: &Piece<'a>, gap: &Gap<'_>, text: String) {
         let alone = match piece.join {
-            // Timing belongs to the move before it on its line; other timing shares a line with
-            // its like.
+            // Timing belongs to the move before it on its line; other timing words share a line.
             Join::Timing => gap.broken || !matches!(self.last, Some("move" | "timing")),
             Join::Entry => gap.ends_line,
             _ => true,
@@ -192,7 +191,7 @@ impl<'a> Layout<'a> {
         let together = self.together() || together && self.fits(pieces);
         match clause {
             Some(gap) if !self.together() && !self.full => {
-                // A block of several lines has no neighbour to stand apart from.
+                // A block of several lines has no neighbouring clause to keep apart from.
                 let gap = if together { gap } else { 1 };
                 self.cell("{", gap, text);
             }
@@ -211,7 +210,7 @@ impl<'a> Layout<'a> {
         }
     }
 
-    /// Whether a block fits behind what is on the line.
+    /// True when a block fits on the current line.
     fn fits(&self, pieces: &[Piece<'a>]) -> bool {
         let cells = self.current.cells.iter();
         let before: usize = cells.map(|c| c.gap + c.text.chars().count()).sum();
@@ -238,7 +237,7 @@ impl<'a> Layout<'a> {
     }
 }
 
-/// The kind of line a statement makes.
+/// The kind of line of a statement.
 fn kind_of(word: &str) -> &'static str {
     let words = crate::lang::scan::STATEMENTS;
     words
@@ -247,13 +246,13 @@ fn kind_of(word: &str) -> &'static str {
         .unwrap_or("statement")
 }
 
-/// A word as it is always written.
+/// The canonical spelling of a word.
 fn normal(text: &str) -> String {
     if text.starts_with('#') {
         return text.to_lowercase();
     }
     match text.find([' ', '\t']) {
-        // A quantity's unit stands one blank off, however many were written.
+        // One blank separates a quantity from its unit, however many were written.
         Some(_) if !text.starts_with('"') => text.split_whitespace().collect::<Vec<_>>().join(" "),
         _ => text.to_owned(),
     }

@@ -1,4 +1,4 @@
-//! A statement as a row of words, each with how it joins the one before.
+//! A statement as a row of words, each with its separation from the word before.
 
 use std::ops::Range;
 
@@ -7,42 +7,42 @@ use pest::iterators::Pair;
 use crate::lang::scan::first_word;
 use crate::lang::syntax::{self, Rule};
 
-/// How a word joins the word before it.
+/// Separation of a word from the word before it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Join {
-    /// It begins a statement.
+    /// Begins a statement.
     Start,
-    /// No blank: a comma, a slash.
+    /// No blank, as for a comma or a slash.
     Tight,
     /// One blank.
     Word,
-    /// It begins a clause: a column of its own, `gap` blanks at least.
+    /// Begins a clause: a new column after at least `gap` blanks.
     Clause { gap: usize },
-    /// It begins a thing that has a line of its own in a block.
+    /// Begins an item that has its own line in a block.
     Item,
-    /// It begins timing: on the line of the move before it, if it stands there.
+    /// Begins timing, which stays on the line of the move before it if written there.
     Timing,
-    /// It begins an entry that shares a line with its neighbours as the writer likes.
+    /// Begins an entry that shares a line with its neighbours as the writer likes.
     Entry,
-    /// An opening brace; with blanks before it, when it is a column of its own.
+    /// An opening brace; `clause` gives the blanks before it when it starts a column.
     Open { clause: Option<usize> },
     /// A closing brace.
     Close,
 }
 
-/// A word with its place in the statement.
+/// A word and its separation.
 #[derive(Clone, Debug)]
 pub struct Piece<'a> {
     pub text: &'a str,
     pub span: Range<usize>,
     pub join: Join,
-    /// What kind of clause it begins: lines align only where these agree.
+    /// Kind of clause that it begins; lines align only where these agree.
     pub role: &'static str,
-    /// It begins (or is all of) a move, to which timing behind it on the line belongs.
+    /// True when it begins a move, to which timing on the same line belongs.
     pub moves: bool,
 }
 
-/// The pieces of a statement, which must parse; empty if it does not.
+/// The pieces of a statement; empty when it does not parse.
 pub fn pieces(text: &str) -> Vec<Piece<'_>> {
     let Some(rule) = syntax::rule_of(first_word(text)) else {
         return Vec::new();
@@ -61,7 +61,7 @@ pub fn pieces(text: &str) -> Vec<Piece<'_>> {
     walk.out
 }
 
-/// What the next leaf begins.
+/// Role of the next leaf.
 #[derive(Clone, Copy)]
 struct Begin {
     join: Join,
@@ -81,9 +81,9 @@ impl Begin {
 
 struct Walk<'a> {
     out: Vec<Piece<'a>>,
-    /// For the next leaf.
+    /// Set for the next leaf.
     next: Begin,
-    /// Inside a calculation, where a slash divides.
+    /// True inside a calculation, where a slash divides.
     calculating: bool,
 }
 
@@ -145,7 +145,7 @@ impl<'a> Walk<'a> {
     }
 }
 
-/// What a rule begins, if it begins anything; `first` when it is the first in its parent.
+/// The role that a rule begins, if any; `first` is true for the first rule in its parent.
 fn begins(rule: Rule, within: Rule, first: bool) -> Option<Begin> {
     let clause = |role| Some(Begin::plain(Join::Clause { gap: 2 }, role));
     match (rule, within) {

@@ -1,4 +1,4 @@
-//! Layouts that must come out, and what must hold for every text.
+//! Expected layouts, and properties of every text.
 
 mod random_shows;
 
@@ -7,7 +7,7 @@ use crate::diagnostic::Sources;
 use crate::lang;
 use crate::model::Show;
 
-/// The text formats to itself.
+/// Checks that the text formats to itself.
 #[track_caller]
 fn canonical(text: &str) {
     let formatted = format(text).unwrap();
@@ -25,7 +25,7 @@ fn show(text: &str) -> Option<Show> {
     lang::parse(&mut Sources::default(), "a.lxq", text).show
 }
 
-/// What must hold for every text that parses.
+/// Checks the properties of every text that parses.
 #[track_caller]
 pub fn holds(text: &str) {
     let once = format(text).unwrap();
@@ -39,7 +39,7 @@ pub fn holds(text: &str) {
     let words = |text: &str| text.split_whitespace().collect::<String>().to_lowercase();
     let mut of = [words(text), words(&once)];
     assert_eq!(of[0].len(), of[1].len(), "words were lost:\n{once}");
-    // Comments may pass a brace or a comma on their way to the end of a line.
+    // Comments may move past a brace or a comma to the end of a line.
     of = of.map(|t| {
         let mut chars: Vec<char> = t.chars().collect();
         chars.sort_unstable();
@@ -69,7 +69,7 @@ fn a_cue_is_one_line_or_an_item_a_line() {
 
 #[test]
 fn timing_stays_with_its_move() {
-    // On its line it is the move's, on another the cue's.
+    // On the move's line, timing is the move's; on another line, the cue's.
     canonical("cue 1 {\n  lamps 5  time 3\n}\n");
     canonical("cue 1 {\n  lamps 5\n  time 3\n}\n");
     becomes(
@@ -86,7 +86,7 @@ fn timing_stays_with_its_move() {
     );
 }
 
-/// Found by mutation: behind a tab the unit was a word of its own, behind a blank it is not.
+/// Found by mutation: a unit after a tab used to be parsed as a separate word.
 #[test]
 fn a_unit_stands_off_by_blanks_of_any_kind() {
     becomes("cue 1 { z 2700\t K }\n", "cue 1 { z 2700 K }\n");
@@ -154,7 +154,7 @@ fn calculations_breathe() {
     canonical("cue 1 {\n  time (a)/(b)\n  x (full - a)\n}\n");
 }
 
-/// A line of ten thousand columns takes no stack for each of them, and no more than linear time.
+/// A line of ten thousand columns uses no stack per column and takes linear time.
 #[test]
 fn long_lines_cost_no_stack() {
     let entries = "a 10 ".repeat(10_000);

@@ -1,9 +1,9 @@
-//! Values by name (`let`) and what is worked out from them: `(slow + 2)`.
+//! Named values (`let`) and calculations: `(slow + 2)`.
 //!
-//! Quantities of one kind are added and subtracted; one of them is multiplied or divided by a plain
-//! number; two of a kind make a plain number when divided. A number without a unit is of whatever
-//! kind it meets. Invariants: each value is worked out once, in any order of declaration; a result
-//! is the text that would have been written for it.
+//! Quantities of one kind are added and subtracted; a quantity is multiplied or divided by a plain
+//! number; two of a kind divide to a plain number. A number without a unit takes the kind that it
+//! meets. Invariants: each value is computed once, in any order of declaration; a result is the
+//! text that the author would have written for it.
 
 use std::borrow::Cow;
 
@@ -19,7 +19,7 @@ use crate::lang::syntax::{self, Rule};
 use crate::lang::{codes, limits};
 use crate::units::{Time, percent};
 
-/// What a calculation comes to.
+/// Result of a calculation.
 #[derive(Clone, Debug, PartialEq)]
 enum Value {
     /// As written, `#ffb36b`.
@@ -31,7 +31,7 @@ enum Value {
 /// A declared value.
 #[derive(Debug)]
 pub struct Named<'a> {
-    /// Behind the equals sign.
+    /// The text after the equals sign.
     word: Word<'a>,
     worth: Worth,
 }
@@ -39,9 +39,9 @@ pub struct Named<'a> {
 #[derive(Clone, Debug)]
 enum Worth {
     Unknown,
-    /// Being worked out.
+    /// Being computed.
     Busy,
-    /// `None` when something was wrong, and said.
+    /// `None` when it has an error, already reported.
     Known(Option<Value>),
 }
 
@@ -60,7 +60,7 @@ fn word_of<'t>(pair: &Pair<'t, Rule>, base: Span) -> Word<'t> {
 }
 
 impl<'a> Lower<'a, '_> {
-    /// Collects the values, and works all of them out.
+    /// Collects the values and computes them.
     pub fn values(&mut self, statements: &[Statement<'a>]) {
         for statement in statements {
             if let Declaration::Let { value, .. } = &statement.item {
@@ -75,8 +75,8 @@ impl<'a> Lower<'a, '_> {
         }
     }
 
-    /// The text of a quantity or a colour; of a calculation what would have been written instead.
-    /// `None` when it cannot be worked out, which was said.
+    /// The text of a quantity or a colour; a calculation is replaced by the text of its result.
+    /// `None` when it has an error, already reported.
     pub fn text<'w>(&mut self, word: Word<'w>) -> Option<Cow<'w, str>> {
         if !word.text.starts_with('(') {
             return Some(Cow::Borrowed(word.text));
@@ -118,7 +118,7 @@ impl<'a> Lower<'a, '_> {
                 .error(codes::TOO_LARGE, message, (word.span, "too far"), help);
         }
         let pair = syntax::parse(rule, word.text).ok()?.next()?;
-        // A colour by name is a value that rests on another too.
+        // A named colour is a value that may depend on another.
         let outer = std::mem::replace(&mut self.depth, depth);
         let value = self.evaluated(pair, word.span, depth);
         self.depth = outer;
@@ -158,7 +158,7 @@ impl<'a> Lower<'a, '_> {
                 }
             }
             _ => {
-                // Brackets are not part of what they hold.
+                // Brackets are not operands.
                 let mut operands = pair.into_inner().filter(|p| !is_bracket(p.as_rule()));
                 let mut value = self.evaluated(operands.next()?, base, depth)?;
                 while let (Some(operator), Some(operand)) = (operands.next(), operands.next()) {
@@ -229,7 +229,7 @@ impl<'a> Lower<'a, '_> {
     }
 }
 
-/// Beyond this nothing is a quantity of a show.
+/// Greatest magnitude of a result; no quantity of a show is larger.
 const LARGEST: f64 = 1e12;
 
 fn is_bracket(rule: Rule) -> bool {
@@ -264,7 +264,7 @@ fn written(value: &Value) -> String {
     format!("{value}{suffix}")
 }
 
-/// What is wrong with a quantity that was worked out, for the message about it.
+/// Describes a calculated quantity for a message about it.
 pub fn result(word: Word<'_>, text: &str) -> String {
     if word.text == text {
         return String::new();

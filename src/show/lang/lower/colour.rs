@@ -8,7 +8,7 @@ use crate::lang::names::{Kind, nearest};
 use crate::lang::report::Place;
 use crate::units::Rgb;
 
-/// The names of CSS and `amber`, to suggest where one is mistyped; the commonest come first.
+/// Colour names of CSS and `amber`, suggested for a mistyped name; the commonest come first.
 const NAMED: &str = "\
     amber aqua black blue cyan gold green indigo lavender magenta orange pink purple red white \
     yellow aliceblue antiquewhite aquamarine azure beige bisque blanchedalmond blueviolet brown \
@@ -28,13 +28,13 @@ const NAMED: &str = "\
     slateblue slategray slategrey snow springgreen steelblue tan teal thistle tomato turquoise \
     violet wheat whitesmoke yellowgreen";
 
-/// Whether a value is written as a colour.
+/// True when a value is written as a colour.
 pub fn is_colour(text: &str) -> bool {
     text.starts_with('#') || text.starts_with("hsb(") || text.starts_with("gel")
 }
 
 impl Lower<'_, '_> {
-    /// A colour as linear light, however it is written.
+    /// Linear light of a colour in any notation.
     pub fn colour(&mut self, word: Word<'_>) -> Option<Rgb> {
         let text = self.text(word)?;
         if let Some(inner) = text.strip_prefix("hsb(") {
@@ -50,7 +50,7 @@ impl Lower<'_, '_> {
         }
     }
 
-    /// A colour of the show by its name, else one of CSS.
+    /// A colour of the show by name, else one of CSS.
     fn named_colour(&mut self, word: Word<'_>, name: &str) -> Option<Rgb> {
         if let Some(Kind::Value) = self.names.get(name).map(|e| e.kind) {
             let value = self.value_called(name)?;
@@ -116,7 +116,7 @@ impl Lower<'_, '_> {
         self.report.error(codes::BAD_COLOUR, message, at, help)
     }
 
-    /// A gel of the tables that the show names.
+    /// A gel of the show's tables.
     fn gel(&mut self, word: Word<'_>, number: &str) -> Option<Rgb> {
         if let Some(colour) = self.gels.get(number) {
             return Some(*colour);

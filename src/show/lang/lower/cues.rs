@@ -19,13 +19,13 @@ struct Times {
     delay: Time,
     up: Time,
     down: Time,
-    /// Whether the times up and down are the show's default.
+    /// True for a time, up or down, that is the show's default.
     by_default: [bool; 2],
     curve: Fade,
     repeat: u32,
 }
 
-/// What moves a parameter in a cue.
+/// A move of a parameter in a cue.
 #[derive(Clone, Copy)]
 struct Claim {
     id: NodeId,
@@ -130,7 +130,7 @@ impl<'a> Lower<'a, '_> {
         })
     }
 
-    /// What is noted for the operator.
+    /// Joins the notes for the operator.
     fn note(&mut self, body: &Body<'a>) -> String {
         if let [(_, first), (_, second), ..] = body.notes.as_slice() {
             self.once(&mut Some(*first), "note", *second);
@@ -139,7 +139,7 @@ impl<'a> Lower<'a, '_> {
         first.map(|(text, _)| unquoted(*text)).unwrap_or_default()
     }
 
-    /// `follow` or `hang`, after a look at all marks of the body.
+    /// Returns `follow` or `hang`, after a check of all marks of the body.
     fn link(&mut self, body: &Body<'a>) -> Option<(NodeId, Link)> {
         let mut link: Option<(NodeId, Link)> = None;
         let mut first: Option<(Mark, Span)> = None;
@@ -221,7 +221,7 @@ impl<'a> Lower<'a, '_> {
             parts.push(part);
         }
         for part in &mut parts {
-            // What a narrower word has overridden is no move of this cue.
+            // A move that a narrower word has overridden is no move of this cue.
             part.moves.retain(|m| {
                 moved
                     .get(&m.parameter)
@@ -284,7 +284,7 @@ impl<'a> Lower<'a, '_> {
         made
     }
 
-    /// The timing that `list` says, on top of `standard`.
+    /// Applies the timing words of `list` to `standard`.
     fn times(&mut self, list: &[Timing<'a>], standard: Times) -> Times {
         let mut times = standard;
         for (i, timing) in list.iter().enumerate() {
@@ -296,7 +296,7 @@ impl<'a> Lower<'a, '_> {
                 self.timed_twice(earlier.span, timing.span);
                 return times;
             }
-            // What is wrong was said; the time in force stays.
+            // An error was reported; the time in force stays.
             let _ = self.timing(timing, &mut times);
         }
         times
@@ -344,8 +344,7 @@ impl<'a> Lower<'a, '_> {
 
     // ---- moves ------------------------------------------------------------------------------
 
-    /// Adds the moves of a body to its part; those with timing of their own become parts of their
-    /// own.
+    /// Adds the moves of a body to its part; moves with timing become parts.
     fn moves(
         &mut self,
         body: &Body<'a>,
@@ -445,7 +444,7 @@ impl<'a> Lower<'a, '_> {
         }
     }
 
-    /// Timing behind a move that surely was meant otherwise.
+    /// Warns about timing after a move that was probably meant otherwise.
     fn timing_lints(&mut self, written: &ast::Move<'a>) {
         let timing = written.timing.iter();
         let mut timing = timing.filter(|t| t.kind != TimingKind::Repeat);
@@ -487,7 +486,7 @@ impl<'a> Lower<'a, '_> {
     }
 }
 
-/// A cue or a part stands in messages by its word and number; its body would hide what matters.
+/// Span of a cue or a part up to its number: its body would hide the fault.
 fn headed(span: Span, number: Word<'_>) -> Span {
     Span {
         end: number.span.end,

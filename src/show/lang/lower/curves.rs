@@ -11,19 +11,19 @@ use crate::lang::report::Place;
 use crate::model::{CurveKnot, FADES, Fade, Interpolation, Knot, NamedCurve};
 use crate::units::{Time, fraction, percent};
 
-/// A knot of a path whose level may still be a colour.
+/// A knot of a path whose level may be a colour.
 #[derive(Clone, Copy, Debug)]
 pub struct PathKnot {
     /// Time and, for hermite and bezier, slope and inner levels.
     pub knot: Knot,
-    /// Where the bank is then.
+    /// Setting of the bank at the knot.
     pub setting: Setting,
-    /// Inner levels as written; `None` where the level itself stands for them.
+    /// Inner levels as written; `None` when they equal the level.
     pub via: Option<[f64; 2]>,
 }
 
 impl<'a> Lower<'a, '_> {
-    /// Lowers the statements of this module.
+    /// Lowers named curves.
     pub fn curves(&mut self, statements: &[Statement<'a>]) {
         for statement in statements {
             let Declaration::Curve { name, path } = &statement.item else {
@@ -35,7 +35,7 @@ impl<'a> Lower<'a, '_> {
                 let last = i + 1 == path.knots.len();
                 knots.extend(self.curve_knot(knot, path.interpolation, last));
             }
-            // What is wrong with one was said; the others' order is not judged then.
+            // A knot with an error was reported; the order of the others is then not checked.
             if knots.len() < path.knots.len() {
                 knots.clear();
             }
@@ -102,7 +102,7 @@ impl<'a> Lower<'a, '_> {
             .error::<()>(codes::KNOTS, message, (knot.at.span, "not later"), help);
     }
 
-    /// Slope and inner levels of a knot, in fractions of full, as its curve's kind wants them.
+    /// Slope and inner levels of a knot, in fractions of full, as the kind of curve requires.
     fn extras(
         &mut self,
         knot: &ast::Knot<'a>,
@@ -150,15 +150,15 @@ impl<'a> Lower<'a, '_> {
         Some((slope, via))
     }
 
-    /// An inner level of a bezier, as a fraction of full, may lie outside 0 to 1 while the curve
-    /// itself does not.
+    /// An inner level of a bezier, as a fraction of full. It may lie outside 0 to 1 as long as the
+    /// curve does not.
     fn inner_level(&mut self, word: Word<'a>) -> Option<f64> {
         let range = "that is far from every level";
         self.within(word, Wanted::Level, (-1000.0, 1000.0), range)
             .map(fraction)
     }
 
-    /// A path of levels; `None` once what is wrong was said.
+    /// A path of levels; `None` after an error was reported.
     pub fn path(&mut self, path: &ast::Path<'a>) -> Option<Vec<PathKnot>> {
         let count = path.knots.len();
         let mut out = Some(Vec::with_capacity(count));

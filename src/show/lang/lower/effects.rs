@@ -9,7 +9,7 @@ use crate::model::{Effect, EffectChange, EffectKind, NodeId};
 use crate::units::fraction;
 
 impl<'a> Lower<'a, '_> {
-    /// Lowers the statements of this module.
+    /// Lowers the effects.
     pub fn effects(&mut self, statements: &[Statement<'a>]) {
         for statement in statements {
             let Declaration::Effect {
@@ -34,7 +34,7 @@ impl<'a> Lower<'a, '_> {
                 effect.rate = 6.0;
             }
             for clause in clauses {
-                // What is wrong was said; the clause then changes nothing.
+                // An error was reported; the clause then changes nothing.
                 let _ = self.effect_clause(clause, &mut effect);
             }
             self.show.effects.push(effect);
@@ -66,8 +66,8 @@ impl<'a> Lower<'a, '_> {
         Some(())
     }
 
-    /// The effect that a move begins or ends on each of its banks; spread over a group, each bank runs
-    /// an equal share of a period behind the one before it.
+    /// The effect that a move begins or ends on each of its banks. Spread over a group, each bank
+    /// lags the one before it by an equal share of the period.
     pub fn effect_changes(&mut self, written: &ast::Move<'a>, id: NodeId) -> Vec<EffectChange> {
         let (Some(begun), Some(target)) = (written.effect, written.target) else {
             return Vec::new();

@@ -1,4 +1,4 @@
-//! `haze`: its extinction, from a visibility or as it is, and how it scatters.
+//! `haze`: its extinction, given directly or as a visibility, and its scattering.
 
 use super::Lower;
 use crate::lang::ast::{Clause, Span, Word};
@@ -30,7 +30,7 @@ impl<'a> Lower<'a, '_> {
         self.show.haze_id = Some(id);
     }
 
-    /// The extinction that a visibility or an extinction means, 1/m.
+    /// Extinction of a visibility or an extinction, 1/m.
     fn extinction(&mut self, amount: Word<'a>) -> Option<f64> {
         let Some(digits) = amount.text.strip_suffix("/m") else {
             let range = "a visibility is 1m to 100000m; an extinction has its unit, as in `0.05/m`";

@@ -1,4 +1,4 @@
-//! Moving heads: which lights they are, and where cues point them.
+//! Moving heads: which lights are heads, and where cues point them.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -15,13 +15,13 @@ use crate::lang::quantity::Wanted;
 use crate::lang::report::Place;
 use crate::model::{Axis, Cue, Head, LightKind, Motion, NodeId, Point, Pose};
 
-/// The clauses of a head, in a light's declaration.
+/// The clauses of a light's declaration that describe a head.
 pub const CLAUSES: [&str; 6] = ["moves", "pan", "tilt", "zoom", "speed", "standing"];
 
 /// Largest angle of pan and tilt, degrees.
 const MOST: f64 = 1080.0;
 
-/// What a light's clauses say of its head.
+/// The head clauses of a light.
 #[derive(Clone, Default)]
 pub struct Ranges {
     pan: Option<[f64; 2]>,
@@ -31,7 +31,7 @@ pub struct Ranges {
     standing: bool,
 }
 
-/// A head that stands in a bank.
+/// A head in a bank.
 #[derive(Clone)]
 pub struct InBank {
     light: usize,
@@ -39,7 +39,7 @@ pub struct InBank {
     bank: usize,
 }
 
-/// The aims of moves, by move and head: the pan follows from that of the cues before.
+/// Aims of moves, by move and head; their pan follows from the cues before.
 pub type Aims = BTreeMap<(NodeId, usize), (Vec3, Span)>;
 
 impl<'a> Lower<'a, '_> {
@@ -157,7 +157,7 @@ impl<'a> Lower<'a, '_> {
         Some(head)
     }
 
-    /// Pan and tilt towards a place, for the head called `name`, which stands as in `from`.
+    /// Pan and tilt towards a point for the head called `name`, as it hangs or stands in `from`.
     fn way(
         &mut self,
         head: &Head,
@@ -188,7 +188,7 @@ impl<'a> Lower<'a, '_> {
         self.report.error(codes::OUT_OF_REACH, message, at, help)
     }
 
-    /// Finds the heads that stand in banks, and complains of those that cannot move as they should.
+    /// Finds the heads in banks, and reports those that cannot move as they should.
     pub fn heads_in_banks(&mut self) {
         let of = |(light, head, bank): (usize, &Head, usize)| InBank {
             light,
@@ -238,7 +238,7 @@ impl<'a> Lower<'a, '_> {
         }
     }
 
-    /// The line that puts a head into a bank: one that has heads already, or a new one.
+    /// A line that puts a head into a bank: one that has heads already, or a new one.
     fn bank_line(&self, name: &str) -> String {
         let heads = self
             .heads
@@ -259,8 +259,8 @@ impl<'a> Lower<'a, '_> {
 
     // ---- cues -----------------------------------------------------------------------------------
 
-    /// The heads that a move points, with their parameters and where these go. Where the pan of an
-    /// aim is is found by [`Lower::aim_heads`].
+    /// The heads that a move points, with their parameters and targets. [`Lower::aim_heads`] finds
+    /// the pan of aims later.
     pub fn aims(&mut self, written: &ast::Move<'a>, id: NodeId) -> Vec<(usize, Motion)> {
         let (Some(aim), Some(target)) = (&written.aim, written.target) else {
             return Vec::new();
@@ -299,7 +299,7 @@ impl<'a> Lower<'a, '_> {
         out
     }
 
-    /// Angles by their axes, each once.
+    /// Angles by axis, each once.
     fn angles(&mut self, aim: &ast::Aim<'a>, target: &str) -> Vec<(Axis, f64, Span)> {
         let mut out: Vec<(Axis, f64, Span)> = Vec::new();
         for (word, value) in &aim.angles {
@@ -353,11 +353,11 @@ impl<'a> Lower<'a, '_> {
         self.report.error(code, message, (span, label), help)
     }
 
-    /// The heads of a light, a bank or a group, once it is said where there are none.
+    /// The heads of a light, a bank or a group; reports a target without heads.
     fn heads_of(&mut self, target: Target<'a>, alone: bool) -> Vec<usize> {
         let kinds = [Kind::Light, Kind::Bank, Kind::Group];
         let known = self.names.get(target.name.text).map(|e| e.kind);
-        // What is wrong with a target that has a level too is said for the level.
+        // A faulty target that also has a level is reported for the level.
         if !alone && known.is_none_or(|kind| !kinds.contains(&kind) || kind == Kind::Light) {
             return Vec::new();
         }
@@ -387,7 +387,7 @@ impl<'a> Lower<'a, '_> {
                 .error::<()>(codes::DOES_NOT_FIT, message, at, help);
             return Vec::new();
         }
-        // A light with an error has no head; what is wrong with it was said.
+        // A light with an error, already reported, has no head.
         let is_broken = |light: &usize| {
             let kind = self.show.lights.get(*light).map(|l| &l.kind);
             matches!(kind, Some(LightKind::Panel { material, .. }) if material.is_empty())
@@ -423,8 +423,8 @@ impl<'a> Lower<'a, '_> {
         found
     }
 
-    /// Finds the pan and tilt of every aim, cue by cue: the way that is soonest from where the head
-    /// points then.
+    /// Finds the pan and tilt of every aim, cue by cue: the solution reached soonest from where the
+    /// head points before.
     pub fn aim_heads(&mut self) {
         let home = |h: &InBank| (h.head.home.pan, h.head.home.tilt);
         let mut now: Vec<(f64, f64)> = self.heads.iter().map(home).collect();
@@ -455,8 +455,8 @@ impl<'a> Lower<'a, '_> {
         self.show.cues = cues;
     }
 
-    /// Sets the aims of a cue; the pan and tilt of each head that it turns, when it is complete. A place
-    /// out of a head's reach is said once and then stands in `beyond`.
+    /// Sets the aims of a cue: pan and tilt of each head that it turns, once complete. A point out
+    /// of a head's reach is reported once and recorded in `beyond`.
     fn aimed(
         &mut self,
         cue: &mut Cue,
@@ -505,8 +505,8 @@ impl<'a> Lower<'a, '_> {
         to
     }
 
-    /// The moves that stand in `written`, where one of its angles is the name of a bank, a group or a
-    /// look: that name begins a move. The timing is the last one's.
+    /// Splits `written` where one of its angles is the name of a bank, a group or a look: that name
+    /// begins a second move, which takes the timing.
     pub fn told_apart(&self, written: &ast::Move<'a>) -> Option<[ast::Move<'a>; 2]> {
         let aim = written.aim.as_ref()?;
         let moved = |word: &Word<'_>| {

@@ -11,10 +11,10 @@ use crate::lang::names::Kind;
 use crate::lang::report::Place;
 use crate::model::Look;
 
-/// Levels of parameters (see [`crate::model::Show::parameters`]), with the places that say so.
+/// Levels of parameters (see [`crate::model::Show::parameters`]), with their positions in the text.
 pub type Levels = BTreeMap<usize, (f64, Span)>;
 
-/// How much a word of a cue takes in, the widest first.
+/// Breadth of a target, the widest first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Breadth {
     /// `blackout`
@@ -56,8 +56,8 @@ impl<'a> Lower<'a, '_> {
         }
     }
 
-    /// Lowers a look after those that it is made of; without recursion, so that a long chain of looks
-    /// costs no stack.
+    /// Lowers a look after the looks that it contains; without recursion, so that a long chain of
+    /// looks costs no stack.
     fn lower_look_in_postorder(
         &mut self,
         start: usize,
@@ -115,7 +115,7 @@ impl<'a> Lower<'a, '_> {
             .error::<()>(codes::CYCLE, message, (word.span, "leads back here"), help);
     }
 
-    /// The levels of terms together; of two levels of one parameter the later term's wins.
+    /// The combined levels of terms; the later term wins.
     pub fn combined_levels(&mut self, terms: &[Term<'a>]) -> Levels {
         let mut out = Levels::new();
         for term in terms {
@@ -142,7 +142,7 @@ impl<'a> Lower<'a, '_> {
         levels.map(|(c, level)| (*c, (*level, word.span))).collect()
     }
 
-    /// The levels of a look, in which a colour without a level has the level at full.
+    /// The levels of a look, where a colour without a level sets the level to full.
     pub fn with_full(&self, mut levels: Levels) -> Levels {
         let colours = levels
             .range(..)
@@ -158,7 +158,7 @@ impl<'a> Lower<'a, '_> {
         levels
     }
 
-    /// Which emitter of its bank a parameter is; `None` for a level.
+    /// Emitter index of a parameter within its bank; `None` for a level.
     pub fn emitter(&self, parameter: usize) -> Option<usize> {
         let after = self
             .first_parameters
@@ -192,7 +192,7 @@ impl<'a> Lower<'a, '_> {
         out
     }
 
-    /// How much a target takes in: a narrower one overrides what stands before it.
+    /// Breadth of a target: a narrower one overrides what comes before it.
     pub fn breadth(&self, target: Option<Target<'_>>) -> Breadth {
         let Some(target) = target else {
             return Breadth::Everything;
@@ -229,7 +229,7 @@ impl<'a> Lower<'a, '_> {
         );
     }
 
-    /// The banks of a target: itself, or its group's.
+    /// The banks of a target: the bank itself, or its group's.
     pub fn banks_of_target(
         &mut self,
         target: Target<'a>,

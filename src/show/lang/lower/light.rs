@@ -18,19 +18,19 @@ use crate::units::Rgb;
 struct Form {
     /// The word that opens it.
     word: &'static str,
-    /// What messages call it.
+    /// Its name in messages.
     phrase: &'static str,
     /// The clauses it needs, all of them; the first says where it is.
     needs: &'static [&'static str],
     /// The clauses it may have besides.
     takes: &'static [&'static str],
-    /// Why it has no other clause, where a whole light of its kind does not show it.
+    /// Reason why it has no other clause, for kinds where `example` does not show it.
     reason: &'static str,
-    /// A file or a material may say how bright it is, in place of the text.
+    /// True when a file or a material may give the brightness in place of the text.
     own_amount: bool,
-    /// The text may say how bright it is as the luminance of a surface.
+    /// True when the text may give the brightness as the luminance of a surface.
     luminance: bool,
-    /// A whole light of its kind.
+    /// A complete light of its kind.
     example: &'static str,
 }
 
@@ -43,7 +43,7 @@ impl Form {
         }
     }
 
-    /// What says how bright it is, and in what colour.
+    /// Clauses that give brightness and colour.
     fn amounts(&self) -> &'static str {
         if !self.luminance {
             "`1200 cd`, `800 lm`, `2700 K` or a colour such as `#ffb36b`"
@@ -64,7 +64,7 @@ const SPOT: Form = Form {
     example: "spot at 0, -2, 4  aim 0, 0, 1  beam 24  field 40  1200 cd",
 };
 
-/// The kinds of light. A new one has its row here, its arm in `finished`, and its word in the
+/// The kinds of light. A new kind needs a row here, an arm in `finished`, and its word in the
 /// grammar.
 static FORMS: [Form; 8] = [
     SPOT,
@@ -134,7 +134,7 @@ static FORMS: [Form; 8] = [
     },
 ];
 
-/// What the parser expects where a light has no kind yet.
+/// The alternatives that a message lists when a light has no kind yet.
 pub(in crate::lang) const EXPECTED: &str = "a kind of light (`spot`, `lantern`, `panel`, `sphere`, `disc`, `photometric`, `project`, `from`, `like`)";
 
 /// The words of the kinds.
@@ -142,11 +142,11 @@ pub(in crate::lang) fn words() -> impl Iterator<Item = &'static str> {
     FORMS.iter().map(|form| form.word)
 }
 
-/// What a light's clauses say, before it is known to have what it needs.
+/// The clauses of a light, before the check that they are complete.
 #[derive(Clone, Default)]
 pub(super) struct Spec {
     form: Option<&'static Form>,
-    /// The panel's material, or the file.
+    /// Material of a panel, or file.
     of: String,
     at: Option<Vec3>,
     aim: Option<Vec3>,
@@ -157,9 +157,9 @@ pub(super) struct Spec {
     amount: Option<(f64, Unit)>,
     kelvin: Option<Rgb>,
     gel: Option<Rgb>,
-    /// White and colour as they are written.
+    /// White and colour as written.
     written: [String; 2],
-    /// It moves.
+    /// Set for a moving light.
     pub(super) head: Option<heads::Ranges>,
 }
 
@@ -175,7 +175,7 @@ impl Spec {
         }
     }
 
-    /// How bright a point source is.
+    /// Brightness of a point source.
     fn output(&self) -> Output {
         match self.amount {
             None => Output::Own,
@@ -191,7 +191,7 @@ impl Spec {
 
     /// Kind and colour in the words of the text.
     fn words(&self) -> [String; 2] {
-        // A lantern's name says that it is one.
+        // A lantern is recognised by its name.
         let form = self
             .form
             .map(|form| form.word)
@@ -200,7 +200,7 @@ impl Spec {
         [format!("{form} {}", self.of), self.written.join(" ")].map(|text| text.trim().to_owned())
     }
 
-    /// How bright a surface is, where the text says so.
+    /// Brightness of a surface, when the text gives it.
     fn strength(&self) -> Option<Strength> {
         let (amount, unit) = self.amount?;
         let light = self.tint().scaled(amount);
@@ -212,7 +212,7 @@ impl Spec {
     }
 }
 
-/// A word of the text however it is spaced and in whatever case.
+/// A word of the text without regard to spacing and case.
 fn plain(text: &str) -> String {
     let text = text.chars().filter(|c| !c.is_whitespace());
     text.collect::<String>().to_lowercase()
@@ -237,7 +237,7 @@ impl<'a> Lower<'a, '_> {
                 form,
                 colour,
                 head,
-                // A placeholder: there is an error, so that lowering returns no show.
+                // A placeholder: after an error, lowering returns no show.
                 kind: kind.unwrap_or(LightKind::Panel {
                     material: String::new(),
                     strength: None,
@@ -246,7 +246,7 @@ impl<'a> Lower<'a, '_> {
         }
     }
 
-    /// Fills in `specs[index]` and those of all lights it is like.
+    /// Fills in `specs[index]` and those of the lights that it is like.
     fn with_model(
         &mut self,
         index: usize,
@@ -302,12 +302,12 @@ impl<'a> Lower<'a, '_> {
         }
         self.repeated_clauses(&light.clauses);
         for clause in &light.clauses {
-            // What is wrong was said; the clause then changes nothing.
+            // An error was reported; the clause then changes nothing.
             let _ = self.clause(clause, spec);
         }
     }
 
-    /// The figures of a lantern's data sheet; what follows its name replaces them.
+    /// Takes the figures of a lantern's data sheet; clauses after its name replace them.
     fn lantern(&mut self, name: Word<'a>, spec: &mut Spec) {
         let Some(found) = lanterns().find(|lantern| lantern.name == spec.of) else {
             let message = format!("there is no lantern called {}", name.text);
@@ -322,7 +322,7 @@ impl<'a> Lower<'a, '_> {
             let at = (name.span, "not in the table");
             self.report
                 .error::<()>(codes::UNKNOWN_NAME, message, at, help);
-            // Nothing more is known of it.
+            // Nothing else is known about it.
             spec.form = None;
             return;
         };
@@ -376,7 +376,7 @@ impl<'a> Lower<'a, '_> {
         self.within(word, Wanted::Angle, (0.1, 179.0), range)
     }
 
-    /// A clause that lights of this kind have. Nothing is known of a light like a broken one.
+    /// Checks that lights of this kind have the clause. A light like a broken one passes.
     fn fits(&mut self, clause: &Clause<'a>, form: Option<&Form>) -> Option<()> {
         let word = clause.word.text;
         let has = |f: &&Form| f.needs.contains(&word) || f.takes.contains(&word);
@@ -481,9 +481,9 @@ impl<'a> Lower<'a, '_> {
         })
     }
 
-    /// Says what is missing.
+    /// Reports missing clauses.
     fn complete(&mut self, light: &ast::Light<'a>, spec: &Spec, form: &Form) -> Option<()> {
-        // What was written but wrong has been said already.
+        // A clause with an error was reported already.
         let stated = |word: &str| light.clauses.iter().any(|c| c.word.text == word);
         let lacking = form.needs.iter().filter(|w| spec.lacks(w));
         let mut missing: Vec<String> = lacking
@@ -508,7 +508,7 @@ impl<'a> Lower<'a, '_> {
         self.report.error(codes::MISSING, message, at, help)
     }
 
-    /// A place and an aim that differ.
+    /// Position and aim, which must differ.
     fn focus(&mut self, light: &ast::Light<'a>, spec: &Spec) -> Option<(Vec3, Vec3)> {
         let (position, aim) = (spec.at?, spec.aim?);
         if position != aim {
@@ -560,7 +560,7 @@ impl<'a> Lower<'a, '_> {
         })
     }
 
-    /// How bright a panel is; its material says so where the text has neither amount nor colour.
+    /// Strength of a panel; its material gives it when the text has neither amount nor colour.
     fn panel_strength(&mut self, light: &ast::Light<'a>, spec: &Spec) -> Option<Option<Strength>> {
         match spec.strength() {
             None if spec.tint() != Rgb::WHITE => {

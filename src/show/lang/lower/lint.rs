@@ -1,4 +1,4 @@
-//! What is legal and surely not meant.
+//! Warnings: legal statements that are probably mistakes.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,7 +10,7 @@ use crate::model::{Bank, Cue, EffectChange, Interpolation, Motion, NodeId, Part}
 use crate::units::percent;
 
 impl Lower<'_, '_> {
-    /// Looks for all of it.
+    /// Runs all checks.
     pub fn lints(&mut self) {
         self.shared_lights();
         self.unused_lights();
@@ -33,8 +33,8 @@ impl Lower<'_, '_> {
         self.report.add(diagnostic.help(help));
     }
 
-    /// Levels of which none is more than 1, in the whole show or several in a cue: meant from 0 to 1,
-    /// and nearly dark.
+    /// Warns when no level exceeds 1, in the whole show or in a cue of several moves: the author
+    /// probably meant fractions, not percent.
     fn fractions(&mut self) {
         let of_cues: Vec<Vec<(NodeId, f64)>> =
             self.show.cues.iter().map(|c| self.cue_levels(c)).collect();
@@ -57,7 +57,7 @@ impl Lower<'_, '_> {
         self.warn(codes::FRACTIONS, message, (id, "nearly dark"), help);
     }
 
-    /// The brightest that each move of a cue takes its bank's level to.
+    /// The highest level of each move of a cue.
     fn cue_levels(&self, cue: &Cue) -> Vec<(NodeId, f64)> {
         let moves = cue.parts.iter().flat_map(|part| &part.moves);
         let levels =
@@ -103,7 +103,7 @@ impl Lower<'_, '_> {
         }
     }
 
-    /// Lamps inside a box: its faces keep all light in.
+    /// Warns of lamps inside a box, whose faces keep all light in.
     fn buried_lamps(&mut self) {
         let mut found = Vec::new();
         for light in &self.show.lights {
@@ -134,7 +134,7 @@ impl Lower<'_, '_> {
         }
     }
 
-    /// Banks given as images in a show with haze.
+    /// Warns of banks given as images in a show with haze.
     fn images_in_haze(&mut self) {
         let first = self.show.images().next().map(|(id, _)| id);
         let (Some(haze), Some(image)) = (self.show.haze_id, first) else {
@@ -153,7 +153,7 @@ impl Lower<'_, '_> {
         );
     }
 
-    /// The statements that use lights, with their lights.
+    /// The statements that use lights, with these lights.
     fn users(&self) -> impl Iterator<Item = (NodeId, &[usize])> {
         let banks = self.show.banks.iter().map(|b| (b.id, b.lights.as_slice()));
         let fixed = self.show.fixed.iter().map(|f| (f.id, f.lights.as_slice()));
@@ -211,7 +211,7 @@ impl Lower<'_, '_> {
         let mut restores = false;
         for cue in &self.show.cues {
             let acts = |part: &Part| !(part.moves.is_empty() && part.effects.is_empty());
-            // What a cue before it moved for itself alone goes back.
+            // Moves of a `cueonly` cue are undone by the next one.
             let restores = std::mem::replace(&mut restores, cue.cueonly);
             if restores || cue.assert || cue.parts.iter().any(acts) {
                 continue;
@@ -249,7 +249,8 @@ impl Lower<'_, '_> {
         }
     }
 
-    /// Effects that run to the end of the show on banks that a cue before the last has taken out for good.
+    /// Warns of effects that run to the end of the show on banks that a cue before the last has
+    /// taken out for good.
     fn endless_effects(&mut self) {
         let mut running: BTreeMap<usize, &EffectChange> = BTreeMap::new();
         let mut levels: BTreeMap<usize, (f64, NodeId)> = BTreeMap::new();
@@ -301,7 +302,7 @@ impl Lower<'_, '_> {
         }
     }
 
-    /// Banks that share a channel: the desk has one level for both.
+    /// Warns of banks that share a channel: the desk has one level for both.
     fn shared_channels(&mut self) {
         let mut users: BTreeMap<u32, NodeId> = BTreeMap::new();
         for Bank { id, channel, .. } in &self.show.banks {

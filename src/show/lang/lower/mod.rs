@@ -1,9 +1,9 @@
-//! From the tree to the model: names become indices, texts become quantities, invariants of
-//! [`crate::model`] are established.
+//! Lowers the tree to the model: names become indices, texts become quantities, and the invariants
+//! of [`crate::model`] are established.
 //!
-//! Two passes: all names are declared first, so that order plays no part; then each family of
-//! statements is lowered, every error reported. A show comes out only if there was no error;
-//! placeholders that stand for broken pieces never leave this module.
+//! Two passes: all names are declared first, so that order does not matter; then each family of
+//! statements is lowered, and every error reported. A show results only when there is no error;
+//! placeholders for broken pieces never leave this module.
 
 mod calculation;
 mod colour;
@@ -38,7 +38,7 @@ use crate::diagnostic::Diagnostic;
 use crate::model::{Axis, NodeId, Show};
 use crate::units::Rgb;
 
-/// Lowers what was read of a show. Returns the show, if there was no error, and the places of its
+/// Lowers the statements of a show. Returns the show, if there was no error, and the spans of its
 /// nodes.
 pub fn lower(read: &Read<'_>, report: &mut Report) -> (Option<Show>, SpanMap) {
     let statements = read.statements.as_slice();
@@ -59,7 +59,7 @@ pub fn lower(read: &Read<'_>, report: &mut Report) -> (Option<Show>, SpanMap) {
     };
     lower.declare(statements);
     for (kind, name) in &read.broken {
-        // A clash with a broken declaration is not worth a word: the first error is elsewhere.
+        // A clash with a broken declaration is not reported: the first error is elsewhere.
         let _ = lower.names.declare(*name, *kind, None);
     }
     lower.values(statements);
@@ -86,20 +86,20 @@ struct Lower<'a, 'r> {
     show: Show,
     /// In the order of their statements.
     values: Vec<Named<'a>>,
-    /// The first parameter of each bank, and after the last bank their number.
+    /// The first parameter of each bank; the last entry is their number.
     first_parameters: Vec<usize>,
     /// The first parameter of heads.
     first_pose: usize,
     /// In the order of [`Show::heads`].
     heads: Vec<heads::InBank>,
     aims: heads::Aims,
-    /// Levels that may still be written out.
+    /// Levels that may still be expanded.
     budget: usize,
-    /// Names may be declared in a file that was not read: what was wrong with it was said.
+    /// True when a file was not read, which was reported: it may declare any name.
     names_lost: bool,
-    /// The colours of gels by their numbers.
+    /// Colours of gels by number.
     gels: &'r BTreeMap<String, Rgb>,
-    /// How many values rest on each other where one is worked out.
+    /// Nesting of values that depend on each other, during a calculation.
     depth: usize,
 }
 
@@ -152,8 +152,8 @@ impl<'a> Lower<'a, '_> {
         self.spans.add(span)
     }
 
-    /// Finds a name of one of `kinds`; says what is wrong when there is none. `words` are keywords
-    /// that might have been meant. `None` without a word for a declaration that is itself broken.
+    /// Finds a name of one of `kinds`, or reports what is wrong. `words` are keywords that might
+    /// have been meant. A declaration that is itself broken gives `None` without a report.
     fn find(&mut self, name: Word<'_>, kinds: &[Kind], words: &[&'a str]) -> Option<(Kind, usize)> {
         match self.names.get(name.text) {
             Some(entry) if kinds.contains(&entry.kind) => entry.index.map(|i| (entry.kind, i)),
@@ -195,7 +195,7 @@ impl<'a> Lower<'a, '_> {
             name.text
         );
         let candidates = self.names.of(kinds).chain(words.iter().copied());
-        // Words of other desks mean something only where words may stand.
+        // Words of other desks matter only where keywords may stand.
         let foreign = names::foreign(name.text).filter(|_| !words.is_empty());
         let help = match (names::nearest(name.text, candidates), foreign) {
             (Some(near), _) => format!("did you mean `{near}`?"),
@@ -235,7 +235,7 @@ impl<'a> Lower<'a, '_> {
         )
     }
 
-    /// Takes `count` levels from the budget; false, once said, when the show is too large.
+    /// Takes `count` levels from the budget; false, with a report, when the show is too large.
     fn spend(&mut self, count: usize, span: Span) -> bool {
         if self.budget == 0 {
             return false;

@@ -1,4 +1,4 @@
-//! Moves of a cue: what each parameter is to do.
+//! Moves of a cue: the motion of each parameter.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use crate::lang::names::{self, Kind, nearest};
 use crate::model::{Knot, Motion, Path};
 use crate::units::{fraction, percent};
 
-/// The words of a cue that a mistyped name may have meant.
+/// Keywords of a cue that a mistyped name may stand for.
 const BODY_WORDS: [&str; 16] = [
     "assert", "at", "blackout", "block", "cueonly", "curve", "delay", "down", "follow", "hang",
     "part", "repeat", "snap", "time", "up", "out",
@@ -74,7 +74,7 @@ impl<'a> Lower<'a, '_> {
         }
     }
 
-    /// Banks that a level or a path may stand on; looks are named in the message when they cannot.
+    /// Banks that may take a level or a path; the message names looks when they cannot.
     fn moving(&mut self, target: Target<'a>) -> Vec<usize> {
         match self.names.get(target.name.text) {
             None => {
@@ -97,14 +97,14 @@ impl<'a> Lower<'a, '_> {
         for (parameter, (level, _)) in &levels {
             let emitter = self.emitter(*parameter);
             let own = emitter.is_some_and(|e| levels.contains_key(&(parameter - e - 1)));
-            // A colour stays what it is where its level is scaled.
+            // A colour is not scaled with its level.
             let level = if own { *level } else { scaled(*level, share) };
             out.push((*parameter, Motion::To(level)));
         }
         out
     }
 
-    /// Reports `channel 1 at 50`, with the bank that the channel is.
+    /// Reports `channel 1 at 50`, naming the bank on the channel.
     fn channel_moved(&mut self, target: Target<'a>, number: Word<'a>) {
         let channel = number.text.parse::<u32>().ok();
         let bank = self.show.banks.iter();
@@ -138,14 +138,13 @@ impl<'a> Lower<'a, '_> {
         self.report.error::<()>(codes::NO_LEVEL, message, at, help);
     }
 
-    /// True, once said, where `next` is no move of its own but what was to be the level of
-    /// `written`: `lamps slow`.
+    /// True, with a report, when `next` was meant as the level of `written`: `lamps slow`.
     pub(super) fn no_level_word(&mut self, written: &ast::Move<'a>, next: &ast::Move<'a>) -> bool {
         let (Some(target), Some(level)) = (written.target, next.target) else {
             return false;
         };
         let bare = |one: &ast::Move<'a>| matches!(one.motion, Written::Bare) && one.aim.is_none();
-        // Most moves have a level, and are through here.
+        // A fast path: most moves have a level.
         if !(bare(written) && bare(next) && written.timing.is_empty() && written.effect.is_none())
             || self.names_lost
         {
@@ -201,7 +200,7 @@ impl<'a> Lower<'a, '_> {
         };
         let mut out = Vec::new();
         for bank in banks {
-            // A path of levels moves one parameter, one of colours three.
+            // A path of levels moves one parameter, a path of colours three.
             let mut paths: BTreeMap<usize, Vec<Knot>> = BTreeMap::new();
             for (knot, source) in knots.iter().zip(&written.knots) {
                 let Some(levels) = self.levels_of(bank, target, knot.setting) else {
@@ -243,7 +242,7 @@ fn is_channel(word: &str) -> bool {
     matches!(word, "channel" | "chan" | "ch")
 }
 
-/// What to type for `word` behind an rgb bank.
+/// A line to type when `word` follows an rgb bank.
 fn colour_help(bank: &str, word: &str) -> String {
     match colour::named(word) {
         Some(_) => format!("a colour has a `#`: `{bank} #{word}`"),
@@ -251,8 +250,8 @@ fn colour_help(bank: &str, word: &str) -> String {
     }
 }
 
-/// A share of a level. What text wrote is multiplied as it was written, since equal looks make one
-/// key only where they are equal to the bit: 85 at 30 is `25.5`.
+/// Scales a level. Levels from the text are multiplied as decimals, because looks share a key only
+/// when they are equal to the bit: 85 at 30 is `25.5`.
 fn scaled(level: f64, share: f64) -> f64 {
     let written = percent(level);
     let exact = if fraction(written) == level {

@@ -15,10 +15,10 @@ use crate::lang::report::Place;
 use crate::model::{NamedView, Stage};
 use crate::units::{Tolerance, ToneCurve, fraction};
 
-/// The frame behind a `lens`: its height in metres.
+/// Height of the frame behind a `lens`, metres.
 const FRAME: f64 = 0.024;
 
-/// A view of which nothing is known.
+/// The placeholder for an unknown view.
 const NOWHERE: geometry::View = geometry::View {
     from: Vec3::ZERO,
     to: Vec3::ZERO,
@@ -29,7 +29,7 @@ const NOWHERE: geometry::View = geometry::View {
 };
 
 impl<'a> Lower<'a, '_> {
-    /// Lowers the statements of this module.
+    /// Lowers `show`, `preview`, `stage` and `view`.
     pub fn preview(&mut self, statements: &[Statement<'a>]) {
         let (mut title, mut preview, mut haze) = (None, None, None);
         let mut surfaces = BTreeMap::new();
@@ -70,7 +70,7 @@ impl<'a> Lower<'a, '_> {
         }
     }
 
-    /// Reports a second one of what stands once; `first` remembers the first.
+    /// Reports a second statement of a kind allowed once; `first` remembers the first.
     pub fn once(&mut self, first: &mut Option<Span>, what: &str, span: Span) {
         let Some(earlier) = first.replace(span) else {
             return;
@@ -91,7 +91,7 @@ impl<'a> Lower<'a, '_> {
                 self.once(&mut Some(earlier.span), key.text, key.span);
             }
             seen.push(*key);
-            // What is wrong was said; the entry then changes nothing.
+            // An error was reported; the entry then changes nothing.
             let _ = self.preview_entry(*key, *value);
             if let Some(stops) = stops {
                 let _ = self.bias(*stops);
@@ -164,7 +164,7 @@ impl<'a> Lower<'a, '_> {
         steps
     }
 
-    /// The stops behind `exposure auto`.
+    /// The stops after `exposure auto`.
     fn bias(&mut self, word: Word<'a>) -> Option<()> {
         self.show.preview.bias = self.stops(word, "stops are -30 to 30")?;
         Some(())
@@ -176,7 +176,7 @@ impl<'a> Lower<'a, '_> {
         self.within(unsigned, Wanted::Number, (-30.0, 30.0), range)
     }
 
-    /// Reports a value that is not of its setting's kind.
+    /// Reports a value of the wrong kind for its setting.
     fn unfit(&mut self, key: Word<'a>, value: Word<'a>) -> Option<()> {
         let (key, word) = (key.text, value.text);
         let message = match (key, word) {
@@ -275,7 +275,7 @@ impl<'a> Lower<'a, '_> {
         });
     }
 
-    /// The view of a camera of the stage: nothing of it is known yet.
+    /// A view of a camera in the stage, not yet known.
     fn imported_view(&mut self, name: Word<'a>, clauses: &[Clause<'a>]) -> geometry::View {
         let is_more = |c: &&Clause<'a>| !["from", "size"].contains(&c.word.text);
         if let Some(clause) = clauses.iter().find(is_more) {
@@ -332,7 +332,7 @@ impl<'a> Lower<'a, '_> {
         }
     }
 
-    /// In degrees; none where neither is said.
+    /// Vertical field of view in degrees, from `fov` or `lens`; `None` without either.
     fn field_of_view(
         &mut self,
         fov: Option<&Clause<'a>>,
@@ -348,10 +348,10 @@ impl<'a> Lower<'a, '_> {
         Some(long.map(|long| 2.0 * (0.5 * FRAME / long).atan().to_degrees()))
     }
 
-    /// Reports keywords that stand twice among the clauses of a statement.
+    /// Reports keywords used twice among the clauses of a statement.
     pub fn repeated_clauses(&mut self, clauses: &[Clause<'a>]) {
         for (i, clause) in clauses.iter().enumerate().take(32) {
-            // What begins with no letter is a value without a keyword.
+            // A clause that begins with no letter is a value without a keyword.
             let keyword = clause.word.text.starts_with(char::is_alphabetic);
             let same = |c: &&Clause<'a>| keyword && c.word.text == clause.word.text;
             if let Some(earlier) = clauses.iter().take(i).find(same) {

@@ -8,7 +8,7 @@ use crate::model::ImageFile;
 use crate::model::{Bank, Dimmer, Fade, Fixed, Group, LightKind, Luminaire, NodeId};
 
 impl<'a> Lower<'a, '_> {
-    /// Lowers the statements of this module.
+    /// Lowers banks, fixed lights and groups.
     pub fn rig(&mut self, statements: &[Statement<'a>]) {
         let lights: Vec<(&ast::Light<'a>, Span)> = statements
             .iter()
@@ -54,7 +54,7 @@ impl<'a> Lower<'a, '_> {
         }
     }
 
-    /// Names in a row, each once.
+    /// Indices of the named items, each once.
     fn listed(&mut self, words: &[Word<'a>], kind: Kind) -> Vec<usize> {
         let mut seen = std::collections::BTreeMap::new();
         let mut out = Vec::new();
@@ -70,8 +70,8 @@ impl<'a> Lower<'a, '_> {
         out
     }
 
-    /// The lights of the statement `id`: those it names, or its image, which becomes a light that
-    /// no other statement can name.
+    /// The lights of the statement `id`: those it names, or its image, which becomes a light
+    /// without a usable name.
     fn shining(
         &mut self,
         id: NodeId,

@@ -1,4 +1,4 @@
-//! `surface`: materials of the stage redefined, and solids that a show declares itself.
+//! `surface`: redefined materials of the stage, and solids that a show declares.
 
 use std::collections::BTreeMap;
 
@@ -13,19 +13,19 @@ use crate::lang::quote::unquoted;
 use crate::model::Surface;
 use crate::units::Rgb;
 
-/// Sides of what is round, if nothing else is said: of a cylinder as few as look round on a stage,
-/// of a disc as many as a light has that is one.
+/// Default sides of round solids: few for a cylinder, which still looks round on a stage; for a
+/// disc as many as a disc light has.
 const SIDES: [(&str, usize); 3] = [("cylinder", 12), ("disc", 16), ("sphere", 15)];
 /// The most sides.
 const MOST_SIDES: u32 = 64;
 /// The least length of a solid's edge, metres.
 const LEAST: f64 = 1e-4;
 
-/// Colours of a figure, sRGB: of light skin and of dark grey cloth.
+/// Colours of a figure, sRGB: light skin and dark grey cloth.
 const SKIN: [u8; 3] = [0xc8, 0x9a, 0x7c];
 const CLOTH: [u8; 3] = [0x5a, 0x5c, 0x66];
 
-/// What each kind takes: what it needs, and what it may have.
+/// Clauses that each kind requires, and those that it allows.
 fn clauses_of(kind: &str) -> (&'static [&'static str], &'static [&'static str]) {
     match kind {
         "box" => (&["from", "to"], &["inside"]),
@@ -47,7 +47,7 @@ fn example(kind: &str) -> &'static str {
 }
 
 impl<'a> Lower<'a, '_> {
-    /// Lowers one; `seen` remembers the names.
+    /// Lowers a `surface`; `seen` remembers the names.
     pub fn surface(
         &mut self,
         span: Span,
@@ -65,7 +65,7 @@ impl<'a> Lower<'a, '_> {
         let gloss = Clause::value(clauses, "gloss")
             .and_then(|w| self.within(*w, Wanted::Number, (0.0, 1.0), range));
         let reflectance = match reflectances {
-            // A stage's material keeps its own.
+            // A material of the stage keeps its reflectance.
             [] if Clause::find(clauses, "gloss").is_some() && solids.is_empty() => None,
             [] => {
                 let message = format!("the surface `{name}` has no reflectance");
@@ -95,8 +95,8 @@ impl<'a> Lower<'a, '_> {
         });
     }
 
-    /// A person as solids of two surfaces, whose reflectances a `surface` of their names replaces. The
-    /// surfaces of all figures are the same two.
+    /// Adds a person: solids of two surfaces that all figures share. A `surface` of their names
+    /// replaces the reflectances.
     pub fn figure(&mut self, span: Span, clauses: &[Clause<'a>]) {
         let id = self.node(span);
         self.repeated_clauses(clauses);
@@ -254,7 +254,7 @@ impl<'a> Lower<'a, '_> {
         corners?.try_into().ok()
     }
 
-    /// Nothing is flat that must not be, and nothing crosses itself.
+    /// Checks that a solid is neither flat nor crosses itself.
     fn solid_enough(&mut self, made: &Solid, solid: &ast::Solid<'a>) -> Option<()> {
         let why = match made {
             Solid::Cuboid { low, high, .. } => {

@@ -1,4 +1,4 @@
-//! What starts each cue, over the whole show: every cue is started by one thing, in order.
+//! Triggers of cues over the whole show: one for each cue, in order.
 
 use super::Lower;
 use crate::diagnostic::Diagnostic;
@@ -8,7 +8,7 @@ use crate::model::{Cue, Link, NodeId, Trigger};
 use crate::units::Time;
 
 impl Lower<'_, '_> {
-    /// Checks the sorted cues.
+    /// Checks the triggers of the sorted cues.
     pub fn triggers(&mut self) {
         let cues = std::mem::take(&mut self.show.cues);
         if let Some(last) = cues.last()

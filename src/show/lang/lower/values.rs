@@ -14,16 +14,16 @@ use crate::lang::report::Place;
 use crate::lang::{codes, limits};
 use crate::units::{Rgb, Time, fraction};
 
-/// What a bank is set to: a level, a colour, or both.
+/// The setting of a bank: a level, a colour, or both.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Setting {
     /// 0 to 1.
     pub level: Option<f64>,
-    /// Linear, each channel 0 to 1, with its place.
+    /// Linear, each channel 0 to 1, with its span.
     pub colour: Option<(Rgb, Span)>,
 }
 
-/// Sizes of pictures by their names.
+/// Named sizes of images.
 const SIZES: [(&str, (&str, &str)); 4] = [
     ("360p", ("640", "360")),
     ("720p", ("1280", "720")),
@@ -31,7 +31,7 @@ const SIZES: [(&str, (&str, &str)); 4] = [
     ("4k", ("3840", "2160")),
 ];
 
-/// A time with a unit of plain English, as it is written here.
+/// Rewrites a time with an English unit, `5 seconds`, in the unit of the language.
 fn timed(digits: &str, unit: &str) -> Option<String> {
     let seconds = match unit {
         "sec" | "secs" | "second" | "seconds" => return Some(format!("{digits}s")),
@@ -81,7 +81,7 @@ impl Lower<'_, '_> {
         None
     }
 
-    /// The text of what must not be a colour.
+    /// The text of a word that must not be a colour.
     fn uncoloured<'w>(&mut self, word: Word<'w>, wanted: Wanted) -> Option<Cow<'w, str>> {
         let text = self.text(word)?;
         if is_colour(&text) {
@@ -99,7 +99,7 @@ impl Lower<'_, '_> {
         }
     }
 
-    /// A quantity within bounds; `range` says them in words.
+    /// A quantity within bounds; `range` names them in messages.
     pub fn within(
         &mut self,
         word: Word<'_>,

@@ -3,12 +3,12 @@
 use super::*;
 use crate::hash::mix;
 
-/// From -1 to 1.
+/// A pseudo-random number from -1 to 1.
 fn number(seed: u64, i: usize) -> f64 {
     (mix(seed << 32 | i as u64) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
 }
 
-/// The Gram matrix of columns, and their products with `b`.
+/// The Gram matrix of the columns, and their products with `b`.
 fn normal_equations(a: &Matrix, b: &[f64]) -> (Matrix, Vec<f64>) {
     let b = nalgebra::DVector::from_column_slice(b);
     let right = a.transpose() * b;
@@ -20,8 +20,7 @@ fn residual(a: &Matrix, b: &[f64], x: &[f64]) -> f64 {
     off.norm_squared()
 }
 
-/// Violation of the conditions of Karush, Kuhn and Tucker, where columns have norm 1, relative to what is
-/// fitted.
+/// Violation of the Karush-Kuhn-Tucker conditions for columns of norm 1, relative to the target.
 fn violation((gram, right): (&Matrix, &[f64]), bounds: &[(f64, f64)], x: &[f64], size: f64) -> f64 {
     let mut most = 0.0_f64;
     for (i, (lower, upper)) in bounds.iter().enumerate() {
@@ -41,7 +40,8 @@ fn violation((gram, right): (&Matrix, &[f64]), bounds: &[(f64, f64)], x: &[f64],
     most
 }
 
-/// Columns of norms over eight orders, half of the problems with columns that are sums of others.
+/// Column norms span eight orders of magnitude; in half of the problems some columns are sums of
+/// others.
 #[test]
 fn a_thousand_random_problems_meet_the_conditions_of_optimality() {
     for seed in 0..1000_u64 {
@@ -85,8 +85,8 @@ fn a_thousand_random_problems_meet_the_conditions_of_optimality() {
     }
 }
 
-/// Seed, least sum of squares and its place, by SciPy 1.17.1's `nnls` for odd seeds and `lsq_linear` from 0
-/// to 1 for even ones, made by
+/// Seed, least sum of squares and minimiser, by SciPy 1.17.1's `nnls` for odd seeds and
+/// `lsq_linear` from 0 to 1 for even ones, made by
 ///
 /// ```text
 /// from scipy.optimize import lsq_linear, nnls
@@ -137,7 +137,7 @@ fn the_minimum_is_that_of_scipy() {
         let off = residual(&a, &b, &found.x) - cost;
         assert!(off.abs() < 1e-12 * cost, "{seed}: {off:e}");
         for (found, x) in found.x.iter().zip(x) {
-            // SciPy's own interior point stops a little short of a bound.
+            // SciPy's interior point method stops a little short of a bound.
             assert!((found - x).abs() < 1e-9, "{seed}: {found} {x}");
         }
         assert!(found.tied.is_empty());
@@ -150,8 +150,9 @@ fn near(found: &[f64], expected: &[f64], tolerance: f64) {
     }
 }
 
-/// Two equal columns and one of twice their light share a sum, least far from where they stand: by multipliers,
-/// each moves by its own share of light. Where a bound stops one, the others go on.
+/// Two equal columns and one of twice their light share a sum with the least change: by Lagrange
+/// multipliers, each moves in proportion to its light. When one reaches a bound, the others
+/// continue.
 #[test]
 fn ties_are_the_smallest_change() {
     let a = Matrix::from_row_slice(2, 4, &[1.0, 1.0, 2.0, 0.0, 0.0, 0.0, 0.0, 1.0]);
@@ -159,25 +160,25 @@ fn ties_are_the_smallest_change() {
         let (gram, right) = normal_equations(&a, &[sum, 0.25]);
         bounded_least_squares(&gram, &right, &[(0.0, 1.0); 4], &stood)
     };
-    // 0.9 stood; 0.7 more in shares 1 : 1 : 2, of which each counts its light.
+    // The start gives 0.9; the missing 0.7 is divided 1 : 1 : 2 by light.
     let found = solve(1.6, [0.1, 0.4, 0.2, 0.9]);
     assert_eq!(found.tied, [0, 1, 2]);
     let by = 0.7 / 6.0;
     near(&found.x, &[0.1 + by, 0.4 + by, 0.2 + 2.0 * by, 0.25], 1e-6);
-    // The third stops at full; 1.0 is shared by the two others.
+    // The third stops at full; the two others share 1.0.
     let found = solve(3.0, [0.1, 0.2, 0.9, 0.0]);
     near(&found.x, &[0.45, 0.55, 1.0, 0.25], 1e-6);
-    // What stands already fits.
+    // The start fits already.
     let found = solve(0.9, [0.1, 0.4, 0.2, 0.25]);
     near(&found.x, &[0.1, 0.4, 0.2, 0.25], 1e-9);
-    // More than all of them have: nothing is left to choose.
+    // The target exceeds their sum: all are at full, and nothing is tied.
     let found = solve(9.0, [0.1, 0.4, 0.2, 0.25]);
     near(&found.x, &[1.0, 1.0, 1.0, 0.25], 1e-9);
     assert!(found.tied.is_empty());
 }
 
-/// A column without light keeps its value; single precision of two alike columns is no difference, and one
-/// of a thousandth is.
+/// A column without light keeps its value. Columns that differ by single-precision rounding are
+/// tied; columns that differ by a thousandth are not.
 #[test]
 fn columns_that_are_alike_to_rounding_are_tied() {
     let rows = 4000;

@@ -1,10 +1,10 @@
-//! Heads: where they point over time, and what they cannot do.
+//! Heads: their aims over time, and warnings about them.
 
 use super::planted::seconds;
 use crate::model::*;
 use crate::timeline::Timeline;
 
-/// The show of two heads that hang 5 m up at the sides, with some cues.
+/// The show of two heads that hang 5 m up at the sides, with these cues.
 fn heads(cues: &str) -> Show {
     let rig = "show \"Heads\"\n\
         light mh1 spot at -2, 0, 5  aim -2, 0, 0  beam 12  field 18  900 cd  moves  tilt -130 to 130\n\
@@ -19,7 +19,7 @@ fn heads(cues: &str) -> Show {
         .unwrap_or_else(|| panic!("{:?}", parsed.diagnostics))
 }
 
-/// Where a head points at a time, as a place at the distance of `target`.
+/// Distance between `target` and the point of the beam at its distance.
 fn points_at(show: &Show, timeline: &Timeline, head: usize, t: f64, target: [f64; 3]) -> f64 {
     let (light, ranges, _) = show.heads()[head];
     let place = show.lights[light].kind.place().unwrap();
@@ -65,7 +65,7 @@ fn heads_aim_each_by_itself_and_turn_linearly() {
     assert!(knots.windows(2).all(|pair| pair[0] < pair[1]));
     let known = [11.0, 15.0, 20.0].map(seconds);
     assert!(known.iter().all(|knot| knots.contains(knot)), "{knots:?}");
-    // Behind the settings of banks and the fixed light is the light of heads that surfaces reflect.
+    // The reflected light of heads follows the settings of banks and the fixed light.
     assert_eq!(timeline.coordinates(), 3 + timeline.bounced().len());
     assert_eq!(timeline.evaluate(seconds(5.0))[..3], [0.0, 0.8, 1.0]);
     let levels = timeline.levels(seconds(30.0));
@@ -86,7 +86,7 @@ fn a_head_turns_in_the_dark_at_once() {
     assert!(points_at(&show, &timeline, 0, 10.0, BAND) < 1e-12);
     assert!(points_at(&show, &timeline, 1, 20.0, HOUSE) < 1e-12);
     assert_eq!(timeline.warnings(), []);
-    // In the light it takes its time, and goes back after the cue.
+    // In the light it takes its time, and returns after the cue.
     assert!(points_at(&show, &timeline, 0, 31.0, BAND) > 0.5);
     assert!(points_at(&show, &timeline, 0, 32.0, BAND) < 1e-12);
     assert!(points_at(&show, &timeline, 0, 40.5, HOUSE) > 0.5);
@@ -95,7 +95,7 @@ fn a_head_turns_in_the_dark_at_once() {
 
 #[test]
 fn the_pan_goes_on_round_from_where_it_is() {
-    // Round the stage by quarters at the height of the head, and once more: the range ends at 270.
+    // Round the stage by quarters at the height of the head, and on: the range ends at 270.
     let around = "cue 1 at 0:00 { snap  heads 80  mh1 to -2, 9, 5 }\n\
         cue 2 { mh1 to -11, 0, 5 }\ncue 3 { mh1 to -2.5, -9, 5 }\ncue 4 { mh1 to 7, -0.5, 5 }\n";
     let show = heads(around);
@@ -107,7 +107,7 @@ fn the_pan_goes_on_round_from_where_it_is() {
         .collect();
     let rounded: Vec<f64> = pans.iter().map(|pan| pan.round()).collect();
     assert_eq!(rounded, [0.0, 90.0, 177.0, 267.0]);
-    // A cue between moves the turn along.
+    // A cue inserted between delays the turn.
     let show = heads(&format!("{around}cue 1.5 {{ mh1 to 7, -0.5, 5 }}\n"));
     let pans: Vec<f64> = {
         let timeline = Timeline::new(&show).unwrap();

@@ -1,15 +1,15 @@
-//! The cues evaluated at one instant straight from the rules, with none of the compiler's code: the
-//! reference implementation. At any time the latest cue whose move has started rules.
+//! The reference implementation: evaluates the cues at one instant straight from the rules, with
+//! none of the compiler's code. At any time the latest cue whose move has started wins.
 
 #![allow(clippy::indexing_slicing, clippy::unwrap_used, reason = "test oracle")]
 
 use crate::linalg::{Matrix, least_squares};
 use crate::model::*;
 
-/// What a cue does to a parameter: motion, repeats, and the part whose times it takes.
+/// Action of a cue on a parameter: motion, repeats, and the part that gives the times.
 type Does<'s> = Option<(Motion, u32, &'s Part)>;
 
-/// A show with what its cues say and imply.
+/// A show with the written and implied moves of its cues.
 pub struct Reference<'s> {
     show: &'s Show,
     parameters: Vec<Coordinate>,
@@ -33,7 +33,7 @@ fn arrives(motion: &Motion) -> f64 {
     }
 }
 
-/// The part with no time of its own, for what is implied beside a path.
+/// The part without time, for moves implied by a path.
 fn at_once(part: &Part) -> &'static Part {
     let zero = crate::units::Time::ZERO;
     let (up, down) = (zero, zero);
@@ -86,7 +86,7 @@ impl<'s> Reference<'s> {
         made
     }
 
-    /// A colour alone brings a bank that is out to full.
+    /// A plain colour brings a bank that is out to full.
     fn brighten(&self, holds: &[f64], does: &mut [Does<'s>]) {
         for level in 0..does.len() {
             let is_level = self.parameters[level].emitter().is_none();
@@ -147,7 +147,7 @@ impl<'s> Reference<'s> {
         level * share
     }
 
-    /// The level of a coordinate's bank, and which share of the light its emitter gives.
+    /// The level of a coordinate's bank, and the share of the light that its emitter gives.
     pub fn level_and_share(&self, coordinate: usize, t: i64) -> (f64, f64) {
         let wanted = &self.show.coordinates()[coordinate];
         let of = |channel: Option<usize>| {
@@ -161,12 +161,12 @@ impl<'s> Reference<'s> {
         )
     }
 
-    /// A parameter at `t` microseconds, of the first `count` cues alone.
+    /// A parameter at `t` microseconds under the first `count` cues alone.
     pub fn level(&self, c: usize, count: usize, t: i64) -> f64 {
         self.level_at(c, count, t, false)
     }
 
-    /// The same; where it jumps then, what it was `before`.
+    /// Like [`Reference::level`]; at a jump, `before` selects the earlier value.
     fn level_at(&self, c: usize, count: usize, t: i64, before: bool) -> f64 {
         let show = self.show;
         for k in (0..count).rev() {
@@ -220,7 +220,7 @@ impl<'s> Reference<'s> {
     }
 }
 
-/// The level of a path so many microseconds after its start.
+/// The level of a path `within` microseconds after its start.
 fn along(p: &Path, within: i64, before: bool) -> f64 {
     let at: Vec<f64> = p
         .knots
@@ -285,7 +285,7 @@ fn fade(show: &Show, fade: Fade, within: i64, whole: i64) -> f64 {
     }
 }
 
-/// The sum of binomial times power times coefficient.
+/// The sum of binomial coefficient times power times coefficient.
 fn bernstein_sum(coefficients: &[f64], u: f64) -> f64 {
     let degree = coefficients.len() as i32 - 1;
     let mut binomial = 1.0;

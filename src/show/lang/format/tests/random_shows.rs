@@ -1,6 +1,6 @@
 //! The formatter against random shows: every statement of the language, comments in odd places,
-//! wide characters, tabs and both kinds of line end. The text formatted is the same show, keeps its
-//! words, comments and groups, and is formatted already.
+//! wide characters, tabs and both kinds of line end. The formatted text is the same show, keeps its
+//! words, comments and groups, and is a fixed point.
 
 use std::fmt::Write as _;
 
@@ -12,7 +12,7 @@ use crate::lang;
 use crate::model::{Axis, Show};
 use crate::timeline::Timeline;
 
-/// Choices, read one after the other; when they are used up the plainest is made, so that a failure
+/// A sequence of random choices. When it is used up, the plainest choice is made, so that a failure
 /// shrinks to a small text.
 struct Choices<'c> {
     left: std::slice::Iter<'c, u16>,
@@ -20,14 +20,14 @@ struct Choices<'c> {
     comments: usize,
 }
 
-/// What may stand between two words.
+/// Kinds of gap between two words.
 #[derive(Clone, Copy, PartialEq)]
 enum Between {
-    /// Anything, a line end too.
+    /// Any gap, including a line end.
     Any,
-    /// No line end.
+    /// A gap without a line end.
     Beside,
-    /// Nothing at all, or anything.
+    /// No gap, or any gap.
     Near,
 }
 
@@ -44,7 +44,7 @@ impl Choices<'_> {
         of[self.pick(of.len())]
     }
 
-    /// Writes one of these.
+    /// Writes one of these, chosen at random.
     fn push(&mut self, of: &[&str]) {
         let one = self.one(of);
         self.text.push_str(one);
@@ -72,7 +72,7 @@ impl Choices<'_> {
         self.one(&[" ", "  ", "\t", " \t ", "     "])
     }
 
-    /// The gap before a word.
+    /// Writes the gap before a word.
     fn gap(&mut self, between: Between) {
         let mut out = String::new();
         let near = between == Between::Near && self.chance(50);
@@ -118,13 +118,13 @@ impl Choices<'_> {
         self.text.push_str(word);
     }
 
-    /// All that is written with blanks between its words.
+    /// Writes words with gaps between them.
     fn say(&mut self, words: &str) {
         let words: Vec<&str> = words.split(' ').collect();
         self.words(&words);
     }
 
-    /// What is between two statements.
+    /// Writes the gap between two statements.
     fn end(&mut self) {
         if self.chance(20) {
             self.push(&[" ", "", "\t"]);
@@ -242,7 +242,7 @@ impl Choices<'_> {
             "900 cd 3200K",
         ]);
         self.clause(rest);
-        // Any place is within its reach.
+        // Any position is within reach of these.
         let ranges = self.one(&[
             "",
             " standing",
@@ -272,7 +272,7 @@ impl Choices<'_> {
         self.end();
     }
 
-    /// Words of which a photometric unit stays on its number's line.
+    /// Writes words of which a photometric unit stays on its number's line.
     fn clause(&mut self, words: &str) {
         for word in words.split(' ').filter(|w| !w.is_empty()) {
             if matches!(word, "cd" | "lm" | "K" | "cd/m2") {
@@ -386,7 +386,7 @@ impl Choices<'_> {
         self.words(&["}"]);
     }
 
-    /// Timing: of the cue where it stands first, of the move before it where it stands beside that.
+    /// Writes timing: of the cue at its start, of a move when it follows one.
     fn timing(&mut self, first: Between) {
         let mut between = first;
         let one = self.one(&[
@@ -413,7 +413,8 @@ impl Choices<'_> {
 
     fn moves(&mut self, banks: &[&str]) {
         for bank in banks {
-            // A move that stands beside timing of the cue is no matter; timing beside a move is.
+            // A move may follow timing of the cue on one line, but timing after a move belongs to
+            // the move.
             self.words(&[bank]);
             match self.pick(13) {
                 0 => self.words(&["85"]),
@@ -483,15 +484,15 @@ fn show(text: &str) -> Show {
         .unwrap_or_else(|| panic!("{}\n{text}", said()))
 }
 
-/// A word, or a comment with whether an empty line stands before it.
+/// A word, or a comment; the flag is true when an empty line precedes.
 #[derive(Clone, Debug, PartialEq)]
 enum Token {
     Word(String, bool),
     Comment(String, bool),
 }
 
-/// Words without regard to case, comments to the letter; both with whether they begin a group: an
-/// empty line is before them, and no brace opens right before or closes right behind.
+/// Words without regard to case, comments to the letter. Each is marked when it begins a group: an
+/// empty line precedes it, and it is next to no brace.
 fn tokens(text: &str) -> Vec<Token> {
     let text = text.replace("\r\n", "\n");
     let (mut out, mut rest, mut lines) = (Vec::new(), text.as_str(), 0);
@@ -541,7 +542,7 @@ fn comments(tokens: &[Token]) -> Vec<&str> {
     .collect()
 }
 
-/// The words run together: where blanks stand in a quantity is the formatter's to say.
+/// The words without gaps: the formatter decides on blanks inside a quantity.
 fn words(tokens: &[Token]) -> String {
     let word = |t: &Token| match t {
         Token::Word(text, _) => Some(text.clone()),
@@ -550,8 +551,8 @@ fn words(tokens: &[Token]) -> String {
     tokens.iter().filter_map(word).collect()
 }
 
-/// The first words of statements, each with whether a group begins there: with it, or with the
-/// comments right before it.
+/// The first words of statements, each marked when it or the comments right before it begin a
+/// group.
 fn groups(tokens: &[Token]) -> Vec<(String, bool)> {
     let (mut out, mut depth, mut apart) = (Vec::new(), 0, false);
     for token in tokens {

@@ -1,4 +1,4 @@
-//! Sheets with values against the same sheets written out, and what cannot be worked out.
+//! Cue sheets with values against the same cue sheets written out, and calculations with errors.
 
 use crate::diagnostic::Sources;
 use crate::lang::{Parsed, codes, parse};
@@ -9,7 +9,7 @@ fn parsed(text: &str) -> Parsed {
 
 const VALUES: &str = r##"
 show "Values"
-let half  = quick / slow                     // above what it rests on
+let half  = quick / slow                     // declared before the values that it uses
 let slow  = 12s
 let quick = slow/4
 let dim   = 2*20 + -(5)
@@ -57,7 +57,7 @@ fn a_value_is_what_would_have_been_written() {
     assert!(with.show.is_some(), "{:#?}", with.diagnostics);
     let mut written = parsed(WRITTEN_OUT).show.unwrap();
     let mut show = with.show.unwrap();
-    // 7ft + 30cm has a rounding of its own.
+    // 7ft + 30cm rounds differently.
     for show in [&mut show, &mut written] {
         for light in &mut show.lights {
             if let crate::model::LightKind::Spot(spot) = &mut light.kind {
