@@ -1,8 +1,9 @@
-//! The one door to the outside: reading a show's files, writing results, other programs, the clock.
+//! The only access to the outside: reading a show's files, writing results, other programs, the
+//! clock.
 //!
-//! Invariants: a show reads only from its own folder downwards, whatever links or `..` a path
-//! holds and whatever is put in their place meanwhile; only regular files are read; a file is never
-//! left half written (it is written beside its place, then renamed). No other module of the library
+//! Invariants: a show reads only from its own folder downwards, whatever links or `..` a path holds
+//! and even if they change meanwhile; only regular files are read; a file is never left half
+//! written (it is written to a temporary file, then renamed). No other module of the library
 //! touches `std::fs`, a process or a clock.
 
 pub mod claim;
@@ -33,7 +34,7 @@ pub use self::machine::{
 };
 pub use self::store::{Entry, MemoryStore, Store};
 
-/// Why a file could not be read or written.
+/// Error of reading or writing a file.
 #[derive(Debug, thiserror::Error)]
 pub enum FileError {
     /// The path leaves the show's folder.
@@ -49,10 +50,10 @@ pub enum FileError {
         path: String,
         /// Its size in bytes.
         size: u64,
-        /// The largest size that is read.
+        /// The limit in bytes.
         limit: u64,
     },
-    /// It is no regular file: reading it could wait, or go on, without end.
+    /// Not a regular file: reading it could wait, or continue, without end.
     #[error("`{path}` is {kind}, not a file")]
     NotAFile {
         /// The path as given.
@@ -60,25 +61,25 @@ pub enum FileError {
         /// `a folder`, `a pipe`, `a socket` or `a device`.
         kind: &'static str,
     },
-    /// The file to be edited has other names too, which would keep the old content.
+    /// The file to be edited has other names, which would keep the old content.
     #[error("`{path}` has {names} names (hard links)")]
     Linked {
         /// The path as given.
         path: String,
-        /// How many names it has.
+        /// Its number of names.
         names: u64,
     },
-    /// Anything else the operating system says.
+    /// Any other error of the operating system.
     #[error("`{path}`: {source}")]
     Io {
         /// The path as given.
         path: String,
-        /// What the system said.
+        /// The system's error.
         source: io::Error,
     },
 }
 
-/// Do two paths name one file that exists?
+/// True when two paths name one existing file.
 pub fn is_same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
@@ -88,7 +89,7 @@ pub fn is_link(path: &Path) -> bool {
     fs::symlink_metadata(path).is_ok_and(|about| about.is_symlink())
 }
 
-/// Reads a file up to `limit` bytes, however much it grows meanwhile.
+/// Reads a file up to `limit` bytes, even if it grows meanwhile.
 fn read_limited(
     opened: Result<Opened, Refusal>,
     shown: &str,
@@ -119,7 +120,7 @@ fn io_error(path: impl Display) -> impl Fn(io::Error) -> FileError {
     }
 }
 
-/// The same, but for a missing file [`FileError::Missing`].
+/// Turns the system's error into [`FileError::Missing`] or another [`FileError`].
 fn read_error(path: impl Display) -> impl Fn(io::Error) -> FileError {
     move |source| match source.kind() {
         io::ErrorKind::NotFound => FileError::Missing(path.to_string()),
@@ -127,7 +128,7 @@ fn read_error(path: impl Display) -> impl Fn(io::Error) -> FileError {
     }
 }
 
-/// A number that no other call gives: names made of it are unlike those of other threads.
+/// A number unique within the process, for the names of temporary files.
 fn unique() -> u64 {
     RandomState::new().build_hasher().finish()
 }

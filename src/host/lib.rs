@@ -1,4 +1,4 @@
-//! What an embedding program gives to Footlight: files, programs, a clock, progress.
+//! Services that an embedding program provides to Footlight: files, programs, a clock, progress.
 //!
 //! All effects on the outside go through this crate. An embedding program implements its traits, or
 //! takes the ready types.
@@ -9,13 +9,13 @@
 //!   [`MemoryStore`](files::MemoryStore) to memory.
 //! - [`Clock`](files::Clock) tells the time; [`Processes`](files::process::Processes) starts other
 //!   programs; [`claim`](files::claim) shares work among processes of several machines.
-//! - [`Progress`](work::Progress) hears how far a call is, and cancels it. [`Work`](work::Work) carries
-//!   progress, threads and memory for one call down to whatever loops.
+//! - [`Progress`](work::Progress) receives the progress of a call, and cancels it.
+//!   [`Work`](work::Work) carries progress, threads and memory of one call down to every loop.
 //!
 //! Invariants:
 //!
 //! - A show reads only from its own folder downwards, whatever links or `..` a path holds.
-//! - Only regular files are read, up to a limit.
+//! - A file is never left half written: it is written to a temporary file, then renamed.
 //! - A file is never left half written: it is written next to its place, then renamed.
 //! - Programs are started without a shell and are ended with the process that started them.
 //!

@@ -1,7 +1,7 @@
-//! What a long task is given by the embedding program: progress, cancel, threads, memory.
+//! Resources of a long task: progress, cancellation, threads, memory.
 //!
-//! The library has no clock, no threads and no limits of its own: every long loop takes a
-//! [`Work`], reports to it and asks it whether to go on.
+//! The library has no clock, threads or limits itself: every long loop takes a [`Work`], reports to
+//! it and checks it for cancellation.
 
 use std::fmt;
 
@@ -13,7 +13,7 @@ pub trait Progress: Send + Sync {
         let _ = (task, done, total);
     }
 
-    /// True once the task should stop. Asked every few milliseconds, also by several threads at
+    /// True once the task should stop. Polled every few milliseconds, also by several threads at
     /// once.
     fn cancelled(&self) -> bool {
         false
@@ -26,19 +26,20 @@ pub struct Silent;
 
 impl Progress for Silent {}
 
-/// The means given to a task.
+/// Resources of a task.
 #[derive(Clone, Copy)]
 pub struct Work<'a> {
-    /// Where progress goes and cancel comes from.
+    /// Receiver of progress, and source of cancellation.
     pub progress: &'a dyn Progress,
-    /// Threads to use, at least 1. Results do not depend on it.
+    /// Number of threads, at least 1. Results do not depend on it.
     pub threads: usize,
-    /// Bytes that the task may hold at once; beyond it a leaner method or an error.
+    /// Most bytes that the task may hold at once; if it needs more, it uses a leaner method or
+    /// fails.
     pub memory: usize,
 }
 
 impl Work<'static> {
-    /// One thread, four gigabytes, no progress shown: for tests and small tools.
+    /// One thread, four gigabytes, no progress: for tests and small tools.
     pub fn silent() -> Work<'static> {
         Work {
             progress: &Silent,
@@ -49,7 +50,7 @@ impl Work<'static> {
 }
 
 impl<'a> Work<'a> {
-    /// The same means where so many bytes of the memory are held already.
+    /// The same resources minus `bytes` of memory held by the caller.
     #[must_use]
     pub fn holding(self, bytes: usize) -> Work<'a> {
         Work {
@@ -63,7 +64,7 @@ impl Work<'_> {
     /// `Err(Cancelled)` once the embedding program asked to stop.
     ///
     /// # Errors
-    /// `Cancelled` then.
+    /// `Cancelled` in that case.
     pub fn check(&self) -> Result<(), Cancelled> {
         if self.progress.cancelled() {
             Err(Cancelled)
@@ -82,7 +83,7 @@ impl fmt::Debug for Work<'_> {
     }
 }
 
-/// What `task` makes of each item, in their order, on up to `threads` threads.
+/// Applies `task` to each item on up to `threads` threads; results are in the order of the items.
 pub fn in_order<T: Sync, R: Send>(
     items: &[T],
     threads: usize,
@@ -112,7 +113,7 @@ pub fn in_order<T: Sync, R: Send>(
     made.into_iter().flatten().collect()
 }
 
-/// The embedding program asked to stop.
+/// The embedding program cancelled the task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("cancelled")]
 pub struct Cancelled;

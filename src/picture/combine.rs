@@ -1,22 +1,22 @@
-//! Sums of pictures: linear combinations and scalar products.
+//! Linear combinations and scalar products of images.
 //!
 //! Every sum runs in a fixed order, so results do not depend on the number of threads.
 
 use super::Image;
 
-/// Channels summed at a time: the running sum stays in the first-level cache.
+/// Channels summed at a time, so that the running sum stays in the first-level cache.
 const BLOCK: usize = 4096;
 
-/// The sum of `weight * image` over `terms`, all of the size `like` (width, height); terms of
-/// another size or of weight zero are left out. Uses up to `threads` threads.
+/// The sum of `weight * image` over `terms`, in the size `like` (width, height); terms of another
+/// size or of weight zero are skipped. Uses up to `threads` threads.
 pub fn combine(like: (usize, usize), terms: &[(f64, &Image)], threads: usize) -> Image {
     let mut out = Image::new(like.0, like.1);
     add(&mut out, terms, threads);
     out
 }
 
-/// Adds `weight * image` over `terms` to a picture: what [`combine`] of the terms that made it,
-/// followed by these, would be. Terms are left out as there.
+/// Adds `weight * image` over `terms` to an image. The result equals [`combine`] of all terms in
+/// sequence; terms are skipped as there.
 pub fn add(sum: &mut Image, terms: &[(f64, &Image)], threads: usize) {
     let like = sum.size();
     let terms: Vec<(f32, &[f32])> = terms
@@ -30,8 +30,8 @@ pub fn add(sum: &mut Image, terms: &[(f64, &Image)], threads: usize) {
     });
 }
 
-/// `fine + by * (fine - cheap)`: where two qualities of one picture point to. Channels that `cheap`
-/// lacks stay as they are.
+/// `fine + by * (fine - cheap)`: extrapolates from two qualities of one image. Channels missing in
+/// `cheap` stay unchanged.
 pub fn extrapolate(fine: &Image, cheap: &Image, by: f64, threads: usize) -> Image {
     let mut out = fine.clone();
     let (by, cheap) = (by as f32, cheap.data());
@@ -44,9 +44,9 @@ pub fn extrapolate(fine: &Image, cheap: &Image, by: f64, threads: usize) -> Imag
     out
 }
 
-/// Adds `weight * image` to `image`, a weight for each channel; the sum of all terms is made in
-/// double precision before it is added and rounded once. Terms of another size are left out. Uses
-/// up to `threads` threads.
+/// Adds `weight * image` to `image`, with a weight for each channel; the terms are summed in double
+/// precision, added and rounded once. Terms of another size are skipped. Uses up to `threads`
+/// threads.
 pub fn add_coloured(image: &mut Image, terms: &[([f64; 3], &Image)], threads: usize) {
     let like = image.size();
     let terms: Vec<&([f64; 3], &Image)> = terms
@@ -80,8 +80,8 @@ pub fn add_coloured(image: &mut Image, terms: &[([f64; 3], &Image)], threads: us
     });
 }
 
-/// Hands `data` out in parts, each with where it starts, one to a thread; all but the last are
-/// multiples of `unit`.
+/// Divides `data` into parts, one per thread, each with its start; all but the last are multiples
+/// of `unit`.
 fn in_parts(
     data: &mut [f32],
     unit: usize,
@@ -113,7 +113,7 @@ fn sum_blocks<'a>(sums: &mut [f32], start: usize, terms: &[(f32, &'a [f32])]) {
         let part = |data: &'a [f32]| data.get(own.clone()).unwrap_or_default();
         let (fours, rest) = terms.as_chunks();
         for [a, b, c, d] in fours {
-            // In the order of the terms, but the sum is read and written once for the four.
+            // Four terms in order, with one read and one write of the sum.
             let parts = part(a.1)
                 .iter()
                 .zip(part(b.1))
@@ -131,8 +131,7 @@ fn sum_blocks<'a>(sums: &mut [f32], start: usize, terms: &[(f32, &'a [f32])]) {
     }
 }
 
-/// The scalar product over all pixels and channels, in double precision; the shorter picture
-/// ends it.
+/// The scalar product over all pixels and channels, in double precision; the shorter image ends it.
 pub fn dot(a: &Image, b: &Image) -> f64 {
     let mut lanes = [0.0_f64; 8];
     let (a, b) = (a.data().chunks_exact(8), b.data().chunks_exact(8));
@@ -170,7 +169,7 @@ mod tests {
         }
     }
 
-    /// Several terms at a time are the same as one after the other.
+    /// Several terms at a time give the result of adding them one by one.
     #[test]
     fn sums_run_in_the_order_of_the_terms() {
         let images: Vec<Image> = (0..11).map(|i| ramp(0.1 + 0.37 * i as f32)).collect();

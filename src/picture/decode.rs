@@ -1,8 +1,8 @@
 //! PNG, JPEG and WebP files, read by the `image` crate.
 //!
-//! Codes count as sRGB (IEC 61966-2-1), whatever the file's header or profile says. Photographs
-//! are turned as their EXIF orientation says. The size in the header is held against the limit
-//! before any pixel is decoded.
+//! Codes count as sRGB (IEC 61966-2-1), whatever the file's header or profile says. EXIF
+//! orientation is applied. The size in the header is checked against the limit before any pixel is
+//! decoded.
 
 use std::io::Cursor;
 
@@ -11,14 +11,14 @@ use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 use super::{Codes, Image, PictureError, require_memory};
 use footlight_show::units::srgb_decode;
 
-/// Bytes that the header of a PNG file may take, such as an inflated colour profile.
+/// Most bytes of a PNG file's header data, such as an inflated colour profile.
 const HEADER_BYTES: u64 = 16 << 20;
-/// Bytes a pixel of the decoded file and of a turned copy, 16 bits a channel.
+/// Bytes per pixel of the decoded file and of a rotated copy, 16 bits per channel.
 const DECODED: u64 = 8 + 8;
-/// Bytes a pixel that a WebP decoder keeps besides.
+/// Additional bytes per pixel of the WebP decoder.
 const WEBP: u64 = 8;
 
-/// Whether [`light`] and [`codes`] read files that begin like `bytes`.
+/// True when [`light`] and [`codes`] read files that begin with `bytes`.
 pub fn is_read(bytes: &[u8]) -> bool {
     format(bytes).is_some()
 }
@@ -32,9 +32,9 @@ fn format(bytes: &[u8]) -> Option<ImageFormat> {
     is_read.then_some(format)
 }
 
-/// The picture in a file, its codes turned linear: 0 to 1, in steps of at most 0.9 % of the whole
-/// at 8 bits. Grey becomes RGB; what is transparent lets black through. At most about
-/// `limit_bytes` of memory are used.
+/// Decodes a file to linear light, 0 to 1, in steps of at most 0.9 % of the whole at 8 bits. Grey
+/// becomes RGB; transparent pixels are blended with black. Uses at most about `limit_bytes` of
+/// memory.
 ///
 /// # Errors
 /// [`PictureError::Malformed`] for a corrupt or truncated file, [`PictureError::Unsupported`] for
@@ -48,8 +48,8 @@ pub fn light(bytes: &[u8], limit_bytes: usize) -> Result<Image, PictureError> {
     Ok(image)
 }
 
-/// Like [`light`], with the colours of what is transparent as the file has them, and the alpha of each
-/// pixel, 0 to 1.
+/// Like [`light`], with the colours of transparent pixels unchanged, and the alpha of each pixel, 0
+/// to 1.
 ///
 /// # Errors
 /// As [`light`].
@@ -74,19 +74,19 @@ pub fn light_and_alpha(
     Ok((image, mask))
 }
 
-/// The sRGB codes of a file with alpha, those of 16 bits cut to eight.
+/// The sRGB codes of a file with alpha, 16 bits reduced to eight.
 ///
 /// # Errors
 /// As [`light`].
 pub fn codes(bytes: &[u8], limit_bytes: usize) -> Result<Codes, PictureError> {
-    // The codes and the texels that are made of them: eight bytes each, and a third more for the
-    // coarser levels.
+    // The codes and the texels made of them: eight bytes each, and a third more for the smaller
+    // levels.
     let decoded = decoded(bytes, 4 + 11, limit_bytes)?.into_rgba8();
     let size = [decoded.width(), decoded.height()].map(|n| n as usize);
     Ok((size, decoded.pixels().map(|pixel| pixel.0).collect()))
 }
 
-/// The upright image of a file of which a pixel takes `pixel_bytes` of the limit.
+/// The upright image of a file; a pixel takes `pixel_bytes` of the limit.
 fn decoded(
     bytes: &[u8],
     pixel_bytes: u64,
@@ -137,7 +137,7 @@ mod tests {
     use ::png::{BitDepth, ColorType, Encoder};
     use proptest::prelude::*;
 
-    /// A WebP file of two pixels without loss, as libwebp writes them.
+    /// A lossless WebP file of two pixels, written by libwebp.
     const TWO: &[u8] = include_bytes!("../../tests/kit/two.webp");
 
     fn png(colour: ColorType, depth: BitDepth, data: &[u8]) -> Vec<u8> {
@@ -166,7 +166,7 @@ mod tests {
                 [half * 0.2; 3],
             ),
             (ColorType::Rgba, eight, &[255, 188, 0, 0], [0.0; 3]),
-            // 188/255 as 16 bits is the byte twice.
+            // 188/255 in 16 bits is the byte twice.
             (
                 ColorType::Rgb,
                 sixteen,
@@ -225,8 +225,8 @@ mod tests {
         }
     }
 
-    /// A grey image of 16 x 8, its left block of one code and its right one of another, by hand:
-    /// Huffman tables of one code each. `orientation` stands in an EXIF segment.
+    /// A grey image of 16 x 8, its left and right block of one code each, built by hand with
+    /// Huffman tables of one code. `orientation` is stored in an EXIF segment.
     fn jpeg(orientation: u8) -> Vec<u8> {
         let mut file = vec![0xff, 0xd8, 0xff, 0xe1, 0, 34];
         file.extend(b"Exif\0\0II*\0\x08\0\0\0\x01\0");
@@ -257,8 +257,8 @@ mod tests {
             file.push(symbol);
         }
         file.extend([0xff, 0xda, 0, 8, 1, 1, 0, 0, 63, 0]);
-        // A block: the code 0, how the mean differs from the block before in six bits, then its
-        // end. By 40 and 40 eighths, from 128.
+        // A block: the code 0, the difference of the mean from the previous block in six bits, then
+        // its end. By 40 and 40 eighths, from 128.
         file.extend([0b0101_0000, 0b0101_0000, 0xff, 0xd9]);
         file
     }

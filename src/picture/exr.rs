@@ -1,9 +1,9 @@
-//! OpenEXR: linear pictures exactly, in memory.
+//! OpenEXR: exact linear images, in memory.
 //!
-//! What is written has no number that is not finite. What is read is bounded: the size in the
-//! header of *every* part is held against the caller's limit before any pixel is read, because a
-//! corrupt header may ask for terabytes. OpenEXR has no checksum: a flipped bit reads as another
-//! number, which only a hash kept elsewhere can tell.
+//! Written numbers are finite. Reading is bounded: the size in the header of *every* part is
+//! checked against the caller's limit before any pixel is read, because a corrupt header may ask
+//! for terabytes. OpenEXR has no checksum: a flipped bit reads as another number, which only a hash
+//! kept elsewhere can detect.
 
 pub mod layer;
 mod primaries;
@@ -23,7 +23,7 @@ use nalgebra::{Matrix3, Vector3};
 use self::stack::Rows;
 use super::{Image, PictureError, require_memory};
 
-/// How each number is stored.
+/// Storage of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
     /// 16 bits, ZIP compressed: for exchange. Relative error at most 2^-11 from 6.1e-5 to 65504;
@@ -35,16 +35,16 @@ pub enum Precision {
 
 /// The largest finite half.
 const HALF_MAX: f32 = 65504.0;
-/// The most bytes of an attribute's name; longer ones need a flag that old readers lack.
+/// Most bytes of an attribute's name; longer ones need a flag that old readers lack.
 const NAME_LIMIT: usize = 31;
 
-/// `image` as an OpenEXR file, with `attributes` in its header.
+/// Encodes `image` as an OpenEXR file, with `attributes` in its header.
 ///
 /// # Errors
-/// [`PictureError::Size`] for a picture without pixels, [`PictureError::NotFinite`],
+/// [`PictureError::Size`] for an image without pixels, [`PictureError::NotFinite`],
 /// [`PictureError::Range`] for magnitudes beyond 65504 at half precision, and
-/// [`PictureError::Attribute`] for a name that is empty, longer than 31 bytes, given twice, taken
-/// by the format, or anything that is not ASCII.
+/// [`PictureError::Attribute`] for a name that is empty, longer than 31 bytes, repeated or
+/// reserved, or for anything that is not ASCII.
 pub fn encode(
     image: &Image,
     precision: Precision,
@@ -62,21 +62,22 @@ pub fn encode(
     file.encode(image.size(), attributes)
 }
 
-/// The R, G and B channels of an OpenEXR file (scan lines or tiles, 16 or 32 bits, first part that
-/// has them), as large as its display window: what the data window leaves free is black, what lies
-/// outside the display window is dropped; other primaries than those of Rec. 709 are converted to
-/// them. At most about `limit_bytes` of memory are used.
+/// Decodes the R, G and B channels of an OpenEXR file (scan lines or tiles, 16 or 32 bits, first
+/// part that has them), in the size of its display window: pixels outside the data window are
+/// black, pixels outside the display window are dropped. Other primaries than those of Rec. 709 are
+/// converted. Uses at most about `limit_bytes` of memory.
 ///
 /// # Errors
 /// [`PictureError::Malformed`] for a corrupt or truncated file, [`PictureError::Memory`] when its
 /// headers ask for more than `limit_bytes`, [`PictureError::Layer`] when only layers have R, G and
-/// B, [`PictureError::Unsupported`] when nothing has, and [`PictureError::NotFinite`].
+/// B, [`PictureError::Unsupported`] when no channels are R, G and B, and
+/// [`PictureError::NotFinite`].
 pub fn decode(bytes: &[u8], limit_bytes: usize) -> Result<Image, PictureError> {
     let mut images = layer::decode(bytes, &[None], limit_bytes)?;
     images.pop().unwrap_or_else(|| Err(truncated("no picture")))
 }
 
-/// The text attributes of the first part's header that are not the format's own.
+/// The text attributes of the first part's header, except the format's own.
 ///
 /// # Errors
 /// [`PictureError::Malformed`] when the headers cannot be read.
@@ -110,8 +111,8 @@ fn require_finite(image: &Image) -> Result<(), PictureError> {
     }
 }
 
-/// Refuses what would become infinite as a half: rounding starts at 65520, but anything beyond the
-/// largest half is an error of scale already.
+/// Refuses numbers that would become infinite as a half. Rounding starts at 65520, but anything
+/// beyond the largest half is already an error of scale.
 fn require_half_range(image: &Image) -> Result<(), PictureError> {
     let beyond = image.data().iter().filter(|v| v.abs() > HALF_MAX);
     let (count, largest) = beyond.fold((0, 0.0_f32), |(n, m), v| (n + 1, m.max(v.abs())));
@@ -150,7 +151,7 @@ fn layer_attributes(attributes: &[(String, String)]) -> Result<LayerAttributes, 
     Ok(layer)
 }
 
-/// Names with a fixed type and meaning (OpenEXR standard attributes).
+/// Reserved names with a fixed type and meaning (OpenEXR standard attributes).
 const RESERVED: &str = "adoptedNeutral altitude aperture capDate channels chromaticities \
     chunkCount comments compression dataWindow displayWindow dwaCompressionLevel envmap expTime focus \
     framesPerSecond isoSpeed keyCode latitude lineOrder longitude lookModTransform \
@@ -158,8 +159,8 @@ const RESERVED: &str = "adoptedNeutral altitude aperture capDate channels chroma
     screenWindowCenter screenWindowWidth software tiles timeCode type utcOffset version view \
     whiteLuminance wrapmodes xDensity worldToCamera";
 
-/// Holds every header's claim against the limit, and the number of chunks against the length of
-/// the file (each chunk has eight bytes in the offset table alone).
+/// Checks every header's size against the limit, and the number of chunks against the length of the
+/// file (each chunk takes eight bytes in the offset table alone).
 fn guard_sizes(headers: &[Header], file: usize, limit: u64) -> Result<(), PictureError> {
     let mut needed = 0_u64;
     for header in headers {
@@ -182,7 +183,7 @@ fn area(size: Vec2<usize>, bytes_per_pixel: usize) -> u64 {
         .saturating_mul(bytes_per_pixel as u64)
 }
 
-/// The first flat part with unsubsampled R, G and B, and where those stand among its channels.
+/// The first flat part with unsubsampled R, G and B, and their indices among its channels.
 fn rgb_part(headers: &[Header]) -> Result<(usize, [usize; 3]), PictureError> {
     for (part, header) in headers.iter().enumerate() {
         let find = |name: &str| {
@@ -201,18 +202,18 @@ fn rgb_part(headers: &[Header]) -> Result<(usize, [usize; 3]), PictureError> {
     })
 }
 
-/// The place of a channel that is not read: its colour stays black.
+/// Index for a missing channel, whose colour stays black.
 const NO_CHANNEL: usize = usize::MAX;
 
-/// The picture being read: the display window, and how much of the data window has come.
+/// The image being read: the display window, and the progress in the data window.
 struct Canvas {
     image: Image,
     channels: [usize; 3],
-    /// Data window's corner as seen from the display window's.
+    /// Corner of the data window relative to the display window.
     offset: [i64; 2],
     expected: usize,
     painted: usize,
-    /// From the file's primaries to those of Rec. 709.
+    /// Conversion from the file's primaries to Rec. 709.
     primaries: Option<Matrix3<f64>>,
 }
 
@@ -267,7 +268,7 @@ impl Canvas {
         let Some(row) = row.and_then(|y| rows.nth(y)) else {
             return;
         };
-        // What stands left of the display window is dropped, as is what stands right of it.
+        // Pixels left and right of the display window are dropped.
         let x = position.0 as i64 + dx;
         let [outside, inside] = [-x, x].map(|n| usize::try_from(n).unwrap_or(0));
         let places = row.iter_mut().skip(channel).step_by(3).skip(inside);
@@ -293,7 +294,8 @@ impl Canvas {
     }
 }
 
-/// A text of a header: UTF-8, as the format's library and other programs write it, or else Latin-1.
+/// Decodes a header text: UTF-8, as the format's library and other programs write it, or else
+/// Latin-1.
 fn text(text: &Text) -> String {
     let bytes = text.bytes();
     let utf_8 = std::str::from_utf8(bytes).map(str::to_owned);
@@ -396,7 +398,7 @@ mod tests {
             refused,
             Err(PictureError::Memory { width: 64, .. })
         ));
-        // The data window's far corner, an attribute of four integers, moved out to 2^30.
+        // The far corner of the data window, an attribute of four integers, is moved to 2^30.
         let name = b"dataWindow\0box2i\0";
         let at = bytes.windows(name.len()).position(|w| w == name).unwrap() + name.len() + 4;
         let mut huge = bytes.clone();
@@ -453,7 +455,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(2000))]
 
-        /// No panic, and no picture larger than the limit allows.
+        /// No panic, and no image larger than the limit.
         #[test]
         fn corrupt_files_stay_within_the_limit(
             half in any::<bool>(),

@@ -5,13 +5,13 @@
 //! ```
 //!
 //! - [`Image`] holds linear RGB in single precision.
-//! - [`combine`] adds images with weights and finds scalar products; [`shrink`] averages an image down
-//!   to fewer pixels.
+//! - [`combine`] adds images with weights and finds scalar products; [`shrink`] averages an image
+//!   down to fewer pixels.
 //! - [`exr`] reads and writes linear images exactly, one or many in a file. [`decode`] reads the
 //!   formats that hold 8 bits for each channel.
-//! - [`sketch`] reads a picture that levels are to come near to.
-//! - [`tone`] turns light into display bytes: exposure, tone curve, sRGB code. [`signed`] does so for
-//!   images of either sign.
+//! - [`sketch`] reads an image whose light is to be approached by levels.
+//! - [`tone`] turns light into display bytes: exposure, tone curve, sRGB code. [`signed`] does so
+//!   for images of either sign.
 //! - [`png`], [`y4m`] and [`terminal`] write display bytes.
 //!
 //! Invariants:
@@ -22,8 +22,8 @@
 //!   [`PictureError`] beyond it.
 //! - Sums do not depend on the number of threads.
 //!
-//! This crate does not know lights, shows or files: it takes bytes and returns bytes. Of
-//! `footlight-show` it uses the units alone.
+//! This crate does not know lights, shows or files: it takes bytes and returns bytes. It uses only
+//! the units of `footlight-show`.
 
 pub mod combine;
 pub mod decode;
@@ -36,11 +36,11 @@ pub mod terminal;
 pub mod tone;
 pub mod y4m;
 
-/// Columns and rows of an image with its codes as they stand in the file, row by row from the top:
-/// red, green, blue and alpha.
+/// Columns and rows of an image, and its codes as in the file, row by row from the top: red, green,
+/// blue and alpha.
 pub type Codes = ([usize; 2], Vec<[u8; 4]>);
 
-/// Why a picture could not be read or written.
+/// Error of reading or writing an image.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError {
     /// The bytes are not a whole, well-formed file of the format.
@@ -48,23 +48,23 @@ pub enum PictureError {
     Malformed {
         /// The format's name.
         format: &'static str,
-        /// What the format's reader said.
+        /// The reader's error.
         reason: String,
     },
-    /// A well-formed file of a kind that is not read here.
+    /// A well-formed file of an unsupported kind.
     #[error("cannot read this {format} file: {reason}")]
     Unsupported {
         /// The format's name.
         format: &'static str,
-        /// What it has that is not read.
+        /// The unsupported feature.
         reason: String,
     },
     /// The file has no such layer.
     #[error("{}", no_layer(wanted.as_deref(), layers))]
     Layer {
-        /// The layer asked for; `None`: the picture outside all layers.
+        /// The layer requested; `None` for the image outside all layers.
         wanted: Option<String>,
-        /// The layers there are.
+        /// The existing layers.
         layers: Vec<String>,
     },
     /// It would need more memory than allowed.
@@ -84,7 +84,7 @@ pub enum PictureError {
         "{count} of the picture's numbers are NaN or infinite, the first at column {x}, row {y}"
     )]
     NotFinite {
-        /// How many.
+        /// Their number.
         count: usize,
         /// Column of the first.
         x: usize,
@@ -94,14 +94,14 @@ pub enum PictureError {
     /// Some numbers are beyond what the precision holds.
     #[error("{count} numbers are beyond {limit}, the largest is {largest}")]
     Range {
-        /// How many.
+        /// Their number.
         count: usize,
         /// The largest magnitude that the precision holds.
         limit: f32,
-        /// The largest magnitude in the picture.
+        /// The largest magnitude in the image.
         largest: f32,
     },
-    /// The file would be larger than allowed, whatever can be spared.
+    /// The file would be larger than allowed, even without optional parts.
     #[error("it needs about {needed} bytes; the limit is {limit}")]
     Bytes {
         /// Bytes needed, estimated.
@@ -117,7 +117,7 @@ pub enum PictureError {
     Attribute {
         /// Its name.
         name: String,
-        /// What is wrong with it.
+        /// The fault.
         reason: &'static str,
     },
 }
@@ -130,7 +130,7 @@ fn no_layer(wanted: Option<&str>, layers: &[String]) -> String {
     }
 }
 
-/// Refuses what needs more memory than allowed.
+/// Checks that the memory needed is within the limit.
 fn require_memory(size: (usize, usize), needed: u64, limit: u64) -> Result<(), PictureError> {
     if needed > limit {
         Err(PictureError::Memory {
@@ -144,7 +144,7 @@ fn require_memory(size: (usize, usize), needed: u64, limit: u64) -> Result<(), P
     }
 }
 
-/// A linear RGB picture, `width` x `height`, row 0 on top.
+/// A linear RGB image, `width` x `height`, row 0 on top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     width: usize,
@@ -153,7 +153,7 @@ pub struct Image {
 }
 
 impl Image {
-    /// A black picture.
+    /// A black image.
     pub fn new(width: usize, height: usize) -> Image {
         Image {
             width,
@@ -162,7 +162,7 @@ impl Image {
         }
     }
 
-    /// From interleaved channels; `None` unless `data` holds `width * height * 3` numbers.
+    /// An image from interleaved channels; `None` unless `data` holds `width * height * 3` numbers.
     pub fn from_data(width: usize, height: usize, data: Vec<f32>) -> Option<Image> {
         (data.len() == width * height * 3).then_some(Image {
             width,
@@ -171,7 +171,7 @@ impl Image {
         })
     }
 
-    /// Pixels a row, and rows.
+    /// Columns and rows.
     pub fn size(&self) -> (usize, usize) {
         (self.width, self.height)
     }
@@ -191,12 +191,12 @@ impl Image {
         &self.data
     }
 
-    /// The same, writable.
+    /// Mutable channels.
     pub fn data_mut(&mut self) -> &mut [f32] {
         &mut self.data
     }
 
-    /// The picture of every `step`-th column and row, the first one half a step inside.
+    /// Every `step`-th column and row, the first one half a step inside.
     pub fn every(&self, step: usize) -> Image {
         let step = step.max(1);
         let first = |length: usize| (step / 2).min(length.saturating_sub(1));

@@ -1,11 +1,10 @@
-//! Smaller pictures, by averages of light.
+//! Smaller images, by averages of light.
 
 use super::Image;
 use footlight_show::units::{srgb_decode, srgb_encode};
 
-/// `image` with `width` x `height` pixels, neither larger than it was: each the mean of the light
-/// on its part of the picture, pixels cut by its edges counted in part. The mean of the whole
-/// picture stays as it was.
+/// Shrinks `image` to `width` x `height` pixels, at most its size: each is the mean of the light on
+/// its area, with pixels cut by its edges counted in part. The mean of the whole image stays.
 pub fn shrink(image: &Image, width: usize, height: usize) -> Image {
     let (wide, high) = image.size();
     let (width, height) = (width.clamp(1, wide.max(1)), height.clamp(1, high.max(1)));
@@ -22,7 +21,7 @@ pub fn shrink(image: &Image, width: usize, height: usize) -> Image {
     out
 }
 
-/// Adds a row of the larger picture, `share` times its light, to one of the smaller.
+/// Adds a row of the larger image, weighted by `share`, to one of the smaller.
 fn add_row(row: &mut [f32], from: &[f32], columns: &[Vec<(usize, f64)>], share: f32) {
     let (pixels, _) = from.as_chunks::<3>();
     for (to, parts) in row.chunks_exact_mut(3).zip(columns) {
@@ -36,8 +35,8 @@ fn add_row(row: &mut [f32], from: &[f32], columns: &[Vec<(usize, f64)>], share: 
     }
 }
 
-/// Interleaved sRGB bytes with `to` pixels across and down, each the mean, in linear light, of the
-/// area that it covers. Enlarged by whole numbers this repeats pixels. Missing bytes count as black.
+/// Resamples interleaved sRGB bytes to `to` columns and rows, each pixel the mean of its area in
+/// linear light. Enlargement by whole numbers repeats pixels. Missing bytes count as black.
 pub fn resampled(from: (usize, usize), rgb: &[u8], to: (usize, usize)) -> Vec<u8> {
     let table: [f32; 256] = std::array::from_fn(|code| srgb_decode(code as f64 / 255.0) as f32);
     let columns = overlaps(from.0, to.0);
@@ -66,7 +65,7 @@ pub fn resampled(from: (usize, usize), rgb: &[u8], to: (usize, usize)) -> Vec<u8
 }
 
 /// For each of `to` equal parts of `from` pixels: the pixels in it and their shares, which add up
-/// to one. Shares that rounding alone makes are left out.
+/// to one. Shares caused by rounding are dropped.
 pub fn overlaps(from: usize, to: usize) -> Vec<Vec<(usize, f64)>> {
     let size = from as f64 / to as f64;
     let part = |i: usize| {
@@ -115,7 +114,7 @@ mod tests {
 
     #[test]
     fn coded_pixels_are_means_of_light_and_repeat_when_doubled() {
-        // Half the light of white is the code 188, not 128.
+        // Half the light of white has the code 188, not 128.
         let (size, pair) = ((2, 1), [0, 0, 0, 255, 255, 255]);
         assert_eq!(resampled(size, &pair, (1, 1)), [188, 188, 188]);
         let row = [10, 20, 30, 10, 20, 30, 200, 100, 50, 200, 100, 50];

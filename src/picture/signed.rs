@@ -1,9 +1,9 @@
-//! Signed pictures (basis images, differences) to display bytes.
+//! Signed images (basis images, differences) as display bytes.
 //!
-//! Dark grey is zero, amber light, blue negative light, brighter the more there is: a pair that all
-//! common kinds of colour blindness tell apart. What counts is the largest channel of either sign,
-//! not luminance, in whose weights a source of blue alone would all but vanish. Where some channels
-//! are positive and others negative, both colours add up towards white.
+//! Zero is dark grey, light amber and negative light blue, brighter with magnitude: all common
+//! kinds of colour blindness can distinguish the two. The largest channel of either sign counts,
+//! not luminance, in which a blue source would almost vanish. Where some channels are positive and
+//! others negative, both colours add up towards white.
 
 use super::Image;
 use super::tone::{PERCENTILE, level};
@@ -16,8 +16,8 @@ const POSITIVE: [f64; 3] = [1.0, 0.76, 0.36];
 /// Full negative light, display-coded.
 const NEGATIVE: [f64; 3] = [0.22, 0.52, 1.0];
 
-/// `image` in signed colours as RGB bytes, interleaved: `scale` and beyond shows as full amber,
-/// `-scale` as full blue, with sRGB's coding between, so that faint light is seen. NaN counts as
+/// Encodes `image` in signed colours as interleaved RGB bytes: `scale` and beyond is full amber,
+/// `-scale` full blue, with sRGB's coding between, so that faint light is visible. NaN counts as
 /// zero; a scale that is not positive makes everything neutral.
 pub fn encode(image: &Image, scale: f32) -> Vec<u8> {
     let (pixels, _) = image.data().as_chunks::<3>();
@@ -34,7 +34,7 @@ pub fn encode(image: &Image, scale: f32) -> Vec<u8> {
 }
 
 /// A scale for `image`: the 99.5th percentile of the magnitudes, so that a few emitters do not
-/// drown the rest.
+/// dominate.
 pub fn scale(image: &Image) -> f32 {
     let (pixels, _) = image.data().as_chunks::<3>();
     let magnitude = |pixel: &[f32; 3]| pixel.iter().fold(0.0_f32, |m, v| m.max(v.abs()));
@@ -74,7 +74,7 @@ mod tests {
         let mut last = (zero, zero);
         for step in 1..=20 {
             let level = step as f32 / 10.0;
-            // Blue light is light, not negative light.
+            // Blue light is not negative light.
             let (light, dark) = (shown([0.0, 0.0, level]), shown([-level, 0.0, 0.0]));
             assert!(light[0] > light[2], "{level}");
             assert!(dark[2] > dark[0], "{level}");

@@ -1,4 +1,4 @@
-//! A picture that levels are to come near to: light, how much of it counts, and where it is cut.
+//! A sketch for solving levels: target light, weights, and clipped channels.
 
 use super::exr::layer;
 use super::shrink::shrink;
@@ -11,18 +11,18 @@ use footlight_show::units::srgb_decode;
 pub struct Sketch {
     /// Its light.
     pub light: Image,
-    /// How much each pixel counts, 0 to 1: the file's alpha.
+    /// Weight of each pixel, 0 to 1: the file's alpha.
     pub mask: Vec<f32>,
-    /// Channels whose light is at least this: the display shows its most.
+    /// True for channels that are clipped: their light is at least this.
     pub cut: Vec<bool>,
 }
 
 impl Sketch {
-    /// Reads a file with about `limit_bytes` of memory. OpenEXR is light as it is, its colours multiplied
-    /// by its alpha; PNG, JPEG and WebP are displayed with `tone`.
+    /// Reads a file with about `limit_bytes` of memory. OpenEXR holds light, its colours multiplied
+    /// by its alpha; PNG, JPEG and WebP are inverted through `tone`.
     ///
     /// # Errors
-    /// [`PictureError`] as of the readers.
+    /// [`PictureError`] of the readers.
     pub fn read(bytes: &[u8], tone: Tone, limit_bytes: usize) -> Result<Sketch, PictureError> {
         if bytes.starts_with(b"\x76\x2f\x31\x01") {
             let (mut light, alpha) = layer::decode_with_alpha(bytes, limit_bytes)?;
@@ -43,7 +43,7 @@ impl Sketch {
         }
         let (mut light, mask) = decode::light_and_alpha(bytes, limit_bytes)?;
         let cut = light.data().iter().map(|v| *v >= 1.0).collect();
-        // What shows as black or white is a code of 8 bits rounded: on the mean a quarter, at least 254.5.
+        // Black and white are rounded 8-bit codes: on average a quarter, and at least 254.5.
         let [black, white] = [0.25, 254.5].map(|code| srgb_decode(code / 255.0));
         for value in light.data_mut() {
             *value = tone.light(f64::from(*value).clamp(black, white)) as f32;
@@ -51,7 +51,7 @@ impl Sketch {
         Ok(Sketch { light, mask, cut })
     }
 
-    /// The sketch averaged down to a size. An area is cut where a part of it is.
+    /// The sketch averaged down to a size. A pixel is clipped when part of its area is.
     #[must_use]
     pub fn shrunk(&self, size: (usize, usize)) -> Sketch {
         if self.light.size() == size {
@@ -81,7 +81,7 @@ impl Sketch {
     }
 }
 
-/// Takes colours that were multiplied by their alpha back.
+/// Divides colours by their alpha.
 fn divide(light: &mut Image, mask: &[f32]) {
     let (pixels, _) = light.data_mut().as_chunks_mut::<3>();
     for (pixel, alpha) in pixels.iter_mut().zip(mask) {
@@ -104,7 +104,7 @@ mod tests {
         curve: ToneCurve::Filmic,
     };
 
-    /// Codes come back as the light that shows as them, and the ends as bounds.
+    /// Codes become the light that shows as them, and the end codes become bounds.
     #[test]
     fn codes_are_the_light_that_shows_as_them() {
         let codes: Vec<u8> = (0..=255).flat_map(|c| [c; 3]).collect();
@@ -118,7 +118,7 @@ mod tests {
         assert_eq!(sketch.mask, [1.0; 256]);
     }
 
-    /// Two pixels with alpha, averaged to one: each counts by its alpha.
+    /// Two pixels with alpha, averaged to one: each weighs by its alpha.
     #[test]
     fn transparent_pixels_count_less_or_not_at_all() {
         let image = Image::from_data(2, 1, vec![4.0, 4.0, 4.0, 1.0, 1.0, 1.0]).unwrap();

@@ -1,7 +1,7 @@
-//! Pictures for terminals: half blocks in 24-bit colour, or Kitty's graphics protocol.
+//! Images for terminals: half blocks in 24-bit colour, or Kitty's graphics protocol.
 //!
-//! Invariants: every line resets its colours at its end, so that a cut or interleaved print leaves
-//! the terminal clean; a picture is made smaller, by averages of light, never larger.
+//! Invariants: every line resets its colours at its end, so that cut or interleaved output leaves
+//! the terminal clean; an image is only made smaller, by averages of light, never larger.
 
 use std::fmt::Write;
 
@@ -10,25 +10,24 @@ use base64::prelude::{BASE64_STANDARD, Engine as _};
 use super::shrink::resampled;
 use super::{PictureError, png};
 
-/// The part of a terminal that a picture may take, in characters, which are taken to be twice as
-/// high as wide.
+/// Space for an image in a terminal, in characters, which count as twice as high as wide.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Room {
-    /// Characters a line.
+    /// Characters per line.
     pub columns: usize,
     /// Lines.
     pub lines: usize,
 }
 
 impl Room {
-    /// Half characters, wide and high, that a picture takes: its own size if that has room.
+    /// Half characters, wide and high, for an image: its own size if it fits.
     fn fit(self, width: usize, height: usize) -> [usize; 2] {
         let (columns, lines) = (self.columns as f64, 2.0 * self.lines as f64);
         let scale = (columns / width as f64).min(lines / height as f64).min(1.0);
         [width, height].map(|n| ((n as f64 * scale).round() as usize).max(1))
     }
 
-    /// How many lines a picture takes.
+    /// Number of lines of an image.
     fn lines_of(self, width: usize, height: usize) -> usize {
         if self.holds(width, height) {
             self.fit(width, height)[1].div_ceil(2)
@@ -70,17 +69,17 @@ pub fn half_blocks(width: usize, height: usize, rgb: &[u8], room: Room) -> Strin
     text
 }
 
-/// The most bytes of a piece of Kitty's protocol.
+/// Most bytes of a chunk of Kitty's protocol.
 const PIECE: usize = 4096;
 
-/// The same picture in every pixel for terminals that support Kitty's graphics protocol, as a PNG
-/// file shown over as many characters as half blocks would take; the cursor goes to the line below
-/// it. A picture with a `number` takes the place of the one before of that number.
+/// The full-resolution image for terminals with Kitty's graphics protocol, as a PNG file over as
+/// many characters as half blocks would take; the cursor goes to the line below it. An image with a
+/// `number` replaces the previous one of that number.
 /// (<https://sw.kovidgoyal.net/kitty/graphics-protocol>: `a=T` transmit and show, `f=100` PNG, `i`
 /// and `p` its number, `C=1` leave the cursor, `q=2` answer nothing.)
 ///
 /// # Errors
-/// [`PictureError::Size`] when the bytes are not a picture of that size.
+/// [`PictureError::Size`] when the bytes do not fit that size.
 pub fn kitty(
     width: usize,
     height: usize,
@@ -117,7 +116,7 @@ mod tests {
         Room { columns, lines }
     }
 
-    /// The protocol read back: its pieces joined are the PNG file.
+    /// The joined chunks are the PNG file.
     #[test]
     fn kittys_pieces_are_a_picture() {
         let rgb: Vec<u8> = (0..90 * 60 * 3)
@@ -159,7 +158,7 @@ mod tests {
     #[test]
     fn boxes_average_light_not_codes() {
         let rgb = [0, 0, 0, 255, 255, 255, 255, 255, 255, 0, 0, 0];
-        // Half the light of white is code 188.
+        // Half the light of white has the code 188.
         assert_eq!(
             half_blocks(2, 2, &rgb, room(1, 9)),
             "\x1b[38;2;188;188;188m\u{2580}\x1b[0m\n"

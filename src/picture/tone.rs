@@ -1,9 +1,9 @@
-//! Linear light to display bytes: exposure, a curve, the sRGB code.
+//! Linear light to display bytes: exposure, tone curve, sRGB code.
 //!
-//! Invariants: the same bytes for the same picture in every output and on every machine (each byte
-//! is that of comparing with 255 thresholds, so no power function runs per pixel); more light never
-//! gives a smaller byte; negative and NaN channels show as black, and only here: pictures keep
-//! them. A still stretch is still to the bit. Dithering is off unless asked for: without it two
+//! Invariants: equal images give equal bytes in every output and on every machine (each byte
+//! follows from comparison with 255 thresholds, so no power function runs per pixel); more light
+//! never gives a smaller byte; negative and NaN channels show as black, and only here: images keep
+//! them. A still stretch is identical to the bit. Dithering is off unless requested, so that two
 //! levels compare pixel by pixel.
 
 mod table;
@@ -13,53 +13,53 @@ pub use self::table::{BLOCK, ByteTable};
 use super::Image;
 use footlight_show::units::{ToneCurve, srgb_decode, srgb_encode};
 
-/// Where [`auto_exposure`] puts bright light: just below white.
+/// Level at which [`auto_exposure`] puts bright light: just below white.
 const BRIGHT: f64 = 0.9;
-/// The part of a picture's pixels that are not brighter than what counts as its bright light.
+/// Share of an image's pixels that are not brighter than its bright light.
 pub(super) const PERCENTILE: f64 = 0.995;
-/// The part of the lit pixels that show surfaces rather than lamps, for certain.
+/// Share of the lit pixels that certainly show surfaces rather than lamps.
 const SURFACES: f64 = 0.97;
-/// How far beyond those the bright light may lie: past it the filmic curve is white anyway.
+/// Largest ratio of the bright light to those surfaces: beyond it the filmic curve is white anyway.
 const BEYOND: f32 = 3.0;
 /// Stops that keep every threshold a normal float.
 const MOST_STOPS: f64 = 100.0;
-/// A pixel is lit from this part of the bright light on.
+/// Least light of a lit pixel, relative to the bright light.
 const LIT: f32 = 0.003;
 
-/// An exposure and a curve.
+/// An exposure and a tone curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Tone {
-    /// In stops: light is multiplied by 2^exposure. Beyond 100 either way it counts as 100.
+    /// Stops: light is multiplied by 2^exposure, clamped to 100 either way.
     pub exposure: f64,
     /// The curve after it.
     pub curve: ToneCurve,
 }
 
 impl Tone {
-    /// `image` as sRGB bytes, interleaved, row by row from the top.
+    /// Encodes `image` as interleaved sRGB bytes, row by row from the top.
     pub fn encode(&self, image: &Image) -> Vec<u8> {
         let mut out = vec![0; image.data().len()];
         self.table().encode(image.data(), &mut out);
         out
     }
 
-    /// The look-up of [`Tone::encode`], for encoding many pictures.
+    /// The look-up table of [`Tone::encode`], for many images.
     pub fn table(&self) -> ByteTable {
         ByteTable::new(&self.thresholds())
     }
 
-    /// The display's value, 0 to 1 and not rounded, of light.
+    /// Display value of light, 0 to 1, not rounded.
     pub fn display(&self, light: f64) -> f64 {
         srgb_encode(self.curve.apply(light * self.gain()))
     }
 
-    /// The light that shows as `brightness`, 0 to 1: white is that of 1.
+    /// The light that shows as `brightness`, 0 to 1; for 1, the least light that shows white.
     pub fn light(&self, brightness: f64) -> f64 {
         self.curve.invert(brightness) / self.gain()
     }
 
-    /// Light per square of the display's value, in the dark: sRGB's code is about the square root
-    /// of brightness there, and so k c^2 with this k is about the light of display value c.
+    /// The k for which k c^2 is about the light of display value c in the dark, where sRGB's code
+    /// is about the square root of brightness.
     pub fn knee(&self) -> f32 {
         (1.0 / (self.curve.slope() * self.gain())) as f32
     }
@@ -68,7 +68,7 @@ impl Tone {
         self.exposure.clamp(-MOST_STOPS, MOST_STOPS).exp2()
     }
 
-    /// The least light that shows as each code from 1 to 255: where it rounds up to the code.
+    /// The least light that rounds to each code from 1 to 255.
     pub fn thresholds(&self) -> [f32; 255] {
         std::array::from_fn(|below| {
             let brightness = srgb_decode((below as f64 + 0.5) / 255.0);
@@ -77,28 +77,27 @@ impl Tone {
     }
 }
 
-/// How many channels of `image` are negative: they show as black.
+/// Number of negative channels of `image`, which show as black.
 pub fn negative(image: &Image) -> usize {
     image.data().iter().filter(|v| **v < 0.0).count()
 }
 
-/// One exposure, in stops, for a whole sequence: it puts the bright light of the brightest picture
-/// just below white (0.9). Without light, 0. Of large pictures every so manieth row and column is
-/// looked at ([`sampling`]).
+/// One exposure, in stops, for a whole sequence: it puts the bright light of the brightest image
+/// just below white (0.9). Without light, 0. Large images are sampled (see [`sampling`]).
 ///
-/// A picture's bright light is the 99.5th percentile of its luminance, so that lamps seen as a few
-/// pixels do not darken the rest; and at most three times the 97th percentile of its lit pixels
-/// (those of at least 0.3 % of the former), so that larger lamps may be cut at white.
+/// An image's bright light is the 99.5th percentile of its luminance, so that lamps of a few pixels
+/// do not darken the rest; and at most three times the 97th percentile of its lit pixels (those of
+/// at least 0.3 % of the former), so that larger lamps may be clipped.
 pub fn auto_exposure<'a>(images: impl Iterator<Item = &'a Image>) -> f64 {
     let thin = |i: &Image| i.every(sampling(i.width(), i.height()));
     exposure(images.map(|i| bright_light(&thin(i))).fold(0.0, f64::max))
 }
 
-/// Pixels that decide how bright a picture is: of 16,000 the brightest half percent are 80.
+/// Number of sampled pixels: the brightest half percent of 16,000 are 80.
 const SAMPLED: usize = 16_000;
 
-/// Which rows and columns of a picture are looked at for its bright light: every so manieth, so
-/// that about 16,000 pixels are.
+/// Sampling interval of rows and columns for an image's bright light, which gives about 16,000
+/// pixels.
 pub fn sampling(width: usize, height: usize) -> usize {
     let pixels = |step: usize| width.div_ceil(step) * height.div_ceil(step);
     let mut step = 1;
@@ -108,7 +107,7 @@ pub fn sampling(width: usize, height: usize) -> usize {
     step
 }
 
-/// The exposure, in stops, that puts bright light just below white.
+/// Exposure, in stops, that puts bright light just below white.
 pub fn exposure(bright: f64) -> f64 {
     if bright > 0.0 {
         (BRIGHT / bright).log2()
@@ -117,7 +116,7 @@ pub fn exposure(bright: f64) -> f64 {
     }
 }
 
-/// The bright light of a picture, of which every pixel is looked at; see [`auto_exposure`].
+/// Bright light of an image, from every pixel; see [`auto_exposure`].
 pub fn bright_light(image: &Image) -> f64 {
     let (pixels, _) = image.data().as_chunks::<3>();
     let luminance = |[r, g, b]: &[f32; 3]| 0.2126 * r + 0.7152 * g + 0.0722 * b;
@@ -127,7 +126,8 @@ pub fn bright_light(image: &Image) -> f64 {
     f64::from(bright.min(BEYOND * level(&mut values, SURFACES)))
 }
 
-/// A percentile of what is finite, which is kept alone; 0 when nothing is, or when it is negative.
+/// A percentile of the finite values, dropping the others; 0 when there are none, or when it is
+/// negative.
 pub(super) fn level(values: &mut Vec<f32>, percentile: f64) -> f32 {
     values.retain(|v| v.is_finite());
     let rank = (values.len() as f64 * percentile) as usize;
@@ -180,7 +180,7 @@ mod tests {
             exposure: 1.0,
             curve: ToneCurve::Plain,
         };
-        // 18 % grey after one stop; sRGB's own value for 0.18 is 118.
+        // 18 % grey after one stop; sRGB's code for 0.18 is 118.
         assert_eq!(plain.encode(&grey(0.09)), [118; 3]);
         for (light, byte) in [(0.5, 255), (9.0, 255), (0.0, 0), (-1.0, 0), (f32::NAN, 0)] {
             assert_eq!(plain.encode(&grey(light)), [byte; 3], "{light}");
@@ -209,19 +209,19 @@ mod tests {
             0.0
         );
         assert_eq!(auto_exposure(std::iter::empty()), 0.0);
-        // 2 % lamps, 98 % walls: the lamps are cut at white.
+        // 2 % lamps, 98 % walls: the lamps are clipped.
         let mut lamps = Image::new(100, 100);
         lamps.data_mut().fill(1.0);
         lamps.data_mut()[..600].fill(50.0);
         let exposure = auto_exposure([&lamps].into_iter());
         assert!((exposure - 0.3_f64.log2()).abs() < 1e-6);
-        // Four times as large both ways, and so looked at in every fourth row and column alone.
+        // Four times as large both ways, so that every fourth row and column is sampled.
         let wide = (0..400 * 400).map(|i| (i / 400 / 4, i % 400 / 4));
         let wide = wide.flat_map(|(y, x)| lamps.pixel(x, y).unwrap()).collect();
         let wide = Image::from_data(400, 400, wide).unwrap();
         assert_eq!((sampling(400, 400), wide.every(4)), (4, lamps.clone()));
         assert_eq!(auto_exposure([&wide].into_iter()), exposure);
-        // The same 2 % are the only light: they are the picture.
+        // Those 2 % are now the only light: they set the exposure.
         lamps.data_mut()[600..].fill(1e-3);
         let exposure = auto_exposure([&lamps].into_iter());
         assert!((exposure - (0.9_f64 / 50.0).log2()).abs() < 1e-6);
@@ -249,7 +249,7 @@ mod tests {
     }
 
     proptest! {
-        /// Any bits at all: comparing with each threshold is the definition.
+        /// For any bits, the table agrees with the definition by thresholds.
         #[test]
         fn any_float_is_looked_up_as_it_is_compared(bits: u32, exposure in -120.0..120.0_f64, at in 0_usize..2) {
             let tone = Tone { exposure, curve: CURVES[at] };
@@ -262,7 +262,7 @@ mod tests {
             }
         }
 
-        /// Comparing with thresholds is the same as applying the curve and rounding.
+        /// Comparison with thresholds equals applying the curve and rounding.
         #[test]
         fn thresholds_are_the_curve(light in 0.0_f32..4.0, exposure in -3.0..3.0_f64, at in 0_usize..2) {
             let tone = Tone { exposure, curve: CURVES[at] };

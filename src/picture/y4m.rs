@@ -1,49 +1,50 @@
 //! YUV4MPEG2: uncompressed video that every encoder reads from a pipe.
 //!
-//! Invariants: what goes in are display codes; luma and chroma are those of ITU-R BT.709 (Kr =
-//! 0.2126, Kb = 0.0722) in the limited range of 8 bits, 16 to 235 and 16 to 240. The format cannot
-//! name the matrix, so the one who encodes it has to say `bt709`; it does name the range. A frame
-//! is the same bytes on every machine: no number is rounded on a tie but one way, half up.
+//! Invariants: the input is display codes; luma and chroma follow ITU-R BT.709 (Kr = 0.2126, Kb =
+//! 0.0722) in the limited range of 8 bits, 16 to 235 and 16 to 240. The format names the range but
+//! cannot name the matrix, so the encoder needs the option `bt709`. A frame has equal bytes on
+//! every machine: ties always round half up.
 
 use super::PictureError;
 use super::png::require_size;
 
-/// How many pixels share a colour.
+/// Number of pixels that share a colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Chroma {
-    /// Four (4:2:0), the colour in the middle of its square: what players everywhere decode.
+    /// Four (4:2:0), the colour in the middle of its square; players everywhere decode it.
     #[default]
     Quarter,
-    /// One (4:4:4): no colour is lost.
+    /// One (4:4:4), without loss of colour.
     Full,
 }
 
 /// A film's size, rate and kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Film {
-    /// Pixels a row.
+    /// Columns.
     pub width: usize,
     /// Rows.
     pub height: usize,
-    /// Frames a second; in thousandths.
+    /// Frames per second, in thousandths.
     pub rate: f64,
-    /// How colour is sampled.
+    /// Sampling of colour.
     pub chroma: Chroma,
 }
 
-/// Red's, green's and blue's share of luma (BT.709).
+/// Shares of red, green and blue in luma (BT.709).
 const LUMA: [f32; 3] = [0.2126, 0.7152, 0.0722];
-/// Luma's range and offset, of codes 0 to 255.
+/// Range and offset of luma, of codes 0 to 255.
 const LUMA_RANGE: (f32, f32) = (219.0 / 255.0, 16.0);
-/// Chroma's range (of differences -1/2 to 1/2) and its middle.
+/// Range of chroma (of differences -1/2 to 1/2) and its middle.
 const CHROMA_RANGE: (f32, f32) = (224.0 / 255.0, 128.0);
 
 impl Film {
-    /// The line that opens the file.
+    /// The first line of the file.
     pub fn header(&self) -> String {
         let (rate, unit) = reduced((self.rate * 1000.0).round().max(1.0) as u64, 1000);
         let chroma = match self.chroma {
-            // The samples lie as in JPEG; the range is limited all the same, as the last word says.
+            // The sample positions are those of JPEG, but the range is limited, as the last word
+            // says.
             Chroma::Quarter => "420jpeg",
             Chroma::Full => "444",
         };
@@ -53,16 +54,16 @@ impl Film {
         )
     }
 
-    /// Bytes of a frame, its own line included.
+    /// Bytes of a frame, including its header line.
     fn frame_bytes(&self) -> usize {
         let (wide, high) = self.chroma_size();
         MARK.len() + self.width * self.height + 2 * wide * high
     }
 
-    /// Appends a frame made of interleaved sRGB bytes, rows from the top.
+    /// Appends a frame from interleaved sRGB bytes, rows from the top.
     ///
     /// # Errors
-    /// [`PictureError::Size`] when the bytes are not a picture of the film's size.
+    /// [`PictureError::Size`] when the bytes do not fit the film's size.
     pub fn push(&self, rgb: &[u8], out: &mut Vec<u8>) -> Result<(), PictureError> {
         require_size(self.width, self.height, rgb)?;
         out.reserve(self.frame_bytes());
@@ -92,8 +93,8 @@ impl Film {
         }
     }
 
-    /// The mean codes of every two by two pixels, fewer at an odd edge. (Chroma is linear in the
-    /// codes, so the mean of the chroma is the chroma of the mean.)
+    /// Mean codes of every two by two pixels, fewer at an odd edge. (Chroma is linear in the codes,
+    /// so the mean of the chroma is the chroma of the mean.)
     fn quarters(&self, pixels: &[[u8; 3]]) -> Vec<[f32; 3]> {
         let mut means = Vec::with_capacity(self.chroma_size().0 * self.chroma_size().1);
         for rows in pixels.chunks(2 * self.width) {
@@ -115,7 +116,7 @@ impl Film {
     }
 }
 
-/// What opens a frame.
+/// Header of a frame.
 const MARK: &[u8] = b"FRAME\n";
 
 /// Cb and Cr, in the order of the planes.
@@ -132,7 +133,7 @@ fn luma(rgb: [f32; 3]) -> u8 {
     (LUMA_RANGE.1 + LUMA_RANGE.0 * weighted(rgb) + 0.5) as u8
 }
 
-/// (channel - luma) / 2 (1 - share), which is within -1/2 and 1/2 of the codes' range.
+/// (channel - luma) / 2 (1 - share), between -1/2 and 1/2 of the codes' range.
 fn chroma(rgb: [f32; 3], channel: f32, share: f32) -> u8 {
     let difference = (channel - weighted(rgb)) / (2.0 * (1.0 - share));
     (CHROMA_RANGE.1 + CHROMA_RANGE.0 * difference + 0.5) as u8
@@ -162,8 +163,8 @@ mod tests {
         }
     }
 
-    /// A frame's planes back to codes, by the inverse of the standard's matrix in double precision,
-    /// each colour repeated over its pixels.
+    /// Decodes a frame's planes to codes, by the inverse of the standard's matrix in double
+    /// precision; colours repeat over their pixels.
     fn decode(film: &Film, frame: &[u8]) -> Vec<[f64; 3]> {
         let planes = frame.strip_prefix(MARK).unwrap();
         let (wide, high) = film.chroma_size();
@@ -237,8 +238,8 @@ mod tests {
     }
 
     proptest! {
-        /// Half a step of luma is 0.58 codes, half one of chroma 1.06 of blue; together less than
-        /// 2.
+        /// Half a step of luma is 0.58 codes, half a step of chroma 1.06 of blue; together less
+        /// than 2.
         #[test]
         fn full_chroma_comes_back_to_its_rounding(
             rgb in prop::collection::vec(any::<u8>(), 3 * 7 * 5),
@@ -252,7 +253,7 @@ mod tests {
             }
         }
 
-        /// Where two by two pixels have one colour nothing but rounding is lost; odd edges too.
+        /// When two by two pixels share a colour only rounding is lost, also at odd edges.
         #[test]
         fn quarter_chroma_keeps_squares_of_one_colour(
             colours in prop::collection::vec(any::<[u8; 3]>(), 4 * 3),
@@ -269,7 +270,7 @@ mod tests {
             }
         }
 
-        /// Grey has no colour, whatever its neighbours.
+        /// Grey has no chroma, whatever its neighbours.
         #[test]
         fn quarter_chroma_is_the_mean(greys in prop::collection::vec(any::<u8>(), 12)) {
             let film = film(4, 3, Chroma::Quarter);

@@ -1,4 +1,4 @@
-//! What the pages see, and who may see it.
+//! The pages' data and access rights.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::net::TcpStream;
@@ -18,7 +18,7 @@ const LETTERS: usize = 32;
 pub struct Token(String);
 
 impl Token {
-    /// 128 random bits of the system's.
+    /// Creates a token from 128 random bits of the system.
     pub fn new() -> Result<Token, Error> {
         let mut bits = [0_u8; LETTERS / 2];
         getrandom::fill(&mut bits)
@@ -26,7 +26,7 @@ impl Token {
         Ok(Token(bits.iter().map(|b| format!("{b:02x}")).collect()))
     }
 
-    /// Whether this is it, in a time that does not say how much of it is right.
+    /// Compares in constant time.
     fn is(&self, other: &str) -> bool {
         let (own, other) = (self.0.as_bytes(), other.as_bytes());
         let off = own.iter().zip(other).fold(0, |off, (a, b)| off | (a ^ b));
@@ -34,76 +34,76 @@ impl Token {
     }
 }
 
-/// What the holder of a token may do.
+/// Rights of a token.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Role {
-    /// Run the show.
+    /// Runs the show.
     Runs,
-    /// Look on.
+    /// Watches the show.
     Follows,
 }
 
-/// What was done with the show last: the desk's state, in names.
+/// The latest action on the show: the desk's state, by names.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Run {
-    /// The page that did it.
+    /// The page that acted.
     by: String,
-    /// Number of the cue that was run last.
+    /// Number of the last cue run.
     cue: Option<String>,
-    /// Moment of the sequence, where it stops, and since when what is left of older light fades.
+    /// Time in the sequence, where it stops, and since when older light fades.
     time: f64,
     until: f64,
     ran: f64,
     playing: bool,
-    /// Whether the whole sequence plays, and not a cue.
+    /// True when the whole sequence plays instead of a cue.
     sequence: bool,
-    /// Level of the grand master, 0 in a blackout; full where there is none.
+    /// Level of the grand master, 0 in a blackout; `None` means full.
     grand: Option<f64>,
     /// Levels held by hand.
     held: BTreeMap<String, f64>,
-    /// Older light, and the seconds that it fades.
+    /// Older light, and the seconds over which it fades.
     rest: Option<BTreeMap<String, [f64; 2]>>,
 }
 
-/// What a page receives when something happens.
+/// An update for the pages.
 #[derive(Serialize)]
 struct Message<'a> {
     version: u64,
     wrong: &'a str,
     state: &'a str,
     run: Option<&'a Run>,
-    /// Seconds since it was done.
+    /// Seconds since the action.
     age: f64,
 }
 
-/// Picture files by their numbers.
+/// Image files by number.
 pub type Files = BTreeMap<u64, Arc<Vec<u8>>>;
 
 #[derive(Default)]
 struct Now {
-    /// Changes so far.
+    /// Number of changes.
     tick: u64,
     version: u64,
     show: Arc<String>,
-    /// Files of this version, and of the one before, which a page may still be reading.
+    /// Files of this version and of the previous one, which a page may still be reading.
     files: [Files; 2],
     wrong: String,
     state: String,
     run: Option<(Run, Instant)>,
 }
 
-/// The pages, and what they see.
+/// The connected pages and their data.
 pub struct Audience {
     port: u16,
     tokens: [Token; 2],
-    /// What a page is called before it has the show.
+    /// Title of a page before it has the show.
     title: String,
     now: Mutex<Now>,
     changed: Condvar,
-    /// Connections that have not said yet whose they are, the oldest first.
+    /// Connections whose request has not arrived, the oldest first.
     pub strangers: Mutex<VecDeque<(u64, TcpStream)>>,
-    /// Connections that run the show, and those that follow it.
+    /// Number of connections that run the show, and that follow it.
     pub seats: [AtomicUsize; 2],
 }
 
@@ -120,7 +120,7 @@ impl Audience {
         }
     }
 
-    /// Where the show is run, and where it is watched.
+    /// Addresses to run the show and to watch it.
     pub fn addresses(&self) -> [String; 2] {
         let port = self.port;
         self.tokens
@@ -128,7 +128,7 @@ impl Audience {
             .map(|token| format!("http://127.0.0.1:{port}/{}/", token.0))
     }
 
-    /// What a token gives, if it is one.
+    /// The role of a token, if it is valid.
     pub fn role(&self, token: &str) -> Option<Role> {
         let [run, watch] = &self.tokens;
         match () {
@@ -138,14 +138,13 @@ impl Audience {
         }
     }
 
-    /// Whether `host` is this machine as its own addresses say it: another name may have been made to
-    /// lead here by its owner.
+    /// True when `host` is a local address: an outside name may resolve to this machine too.
     pub fn is_own_host(&self, host: &str) -> bool {
         let name = host.strip_suffix(&format!(":{}", self.port));
         name.is_some_and(|name| name == "127.0.0.1" || name.eq_ignore_ascii_case("localhost"))
     }
 
-    /// Whether a page is one of ours.
+    /// True when a page is ours.
     pub fn is_own_origin(&self, origin: &str) -> bool {
         origin
             .strip_prefix("http://")
@@ -153,11 +152,11 @@ impl Audience {
     }
 
     fn now(&self) -> MutexGuard<'_, Now> {
-        // Each change is whole: a panic elsewhere leaves nothing half done.
+        // Each change is complete, so a panic elsewhere leaves the state consistent.
         self.now.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Makes a change, and tells all.
+    /// Makes a change, and wakes all connections.
     fn change(&self, change: impl FnOnce(&mut Now)) {
         let mut now = self.now();
         change(&mut now);
@@ -165,7 +164,7 @@ impl Audience {
         self.changed.notify_all();
     }
 
-    /// Shows another version.
+    /// Publishes another version.
     pub fn show(&self, data: String, files: Files) {
         self.change(|now| {
             now.version += 1;
@@ -175,21 +174,21 @@ impl Audience {
         });
     }
 
-    /// Says what is wrong with the show; empty where nothing is.
+    /// Publishes what is wrong with the show; empty if nothing is.
     pub fn wrong(&self, text: &str) {
         if self.now().wrong != text {
             self.change(|now| text.clone_into(&mut now.wrong));
         }
     }
 
-    /// Says how far the images are.
+    /// Publishes the state of the images.
     pub fn state(&self, text: String) {
         if self.now().state != text {
             self.change(|now| now.state = text);
         }
     }
 
-    /// Takes what a page did.
+    /// Publishes an action of a page.
     pub fn run(&self, run: Run) {
         self.change(|now| now.run = Some((run, Instant::now())));
     }
@@ -205,7 +204,7 @@ impl Audience {
         (now.version > 0).then(|| Arc::clone(&now.show))
     }
 
-    /// A picture's file.
+    /// An image file.
     pub fn file(&self, number: u64) -> Option<Arc<Vec<u8>>> {
         let now = self.now();
         now.files
@@ -214,8 +213,8 @@ impl Audience {
             .cloned()
     }
 
-    /// What there is to tell, once something has changed since `tick` or after `patience`; and the
-    /// next tick.
+    /// Waits until something has changed since `tick`, at most `patience`; returns the message and
+    /// the next tick.
     pub fn message(&self, tick: Option<u64>, patience: Duration) -> (String, u64) {
         let now = self.now();
         let waits = |now: &mut Now| tick == Some(now.tick);
@@ -231,7 +230,7 @@ impl Audience {
                 .as_ref()
                 .map_or(0.0, |(_, at)| at.elapsed().as_secs_f64()),
         };
-        // Text and numbers alone: there is nothing in it that JSON could not say.
+        // The message holds only text and numbers, so JSON cannot fail.
         let text = serde_json::to_string(&message).unwrap_or_default();
         (text, now.tick)
     }

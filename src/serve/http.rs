@@ -1,4 +1,4 @@
-//! HTTP/1.1 as far as the page needs it: one request on a connection, within limits of its own.
+//! HTTP/1.1 for the page: one request per connection, within limits.
 
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
@@ -9,50 +9,50 @@ use std::time::{Duration, Instant};
 
 use super::audience::{Audience, Role, Run};
 
-/// Connections at a time that have not sent their address yet. A new one takes the place of the oldest:
-/// whoever has an address sends it at once.
+/// Most connections whose request has not arrived. A new one replaces the oldest: a client with an
+/// address sends its request at once.
 const STRANGERS: usize = 32;
 
-/// Connections at a time of pages that run the show, and of those that follow it; a page that is open
-/// has one.
+/// Most connections of pages that run the show, and that follow it; an open page has one.
 const SEATS: [usize; 2] = [32, 64];
 
-/// How long the head of a request may take to come.
+/// Time limit for the head of a request.
 const GREETING: Duration = Duration::from_secs(2);
 
-/// Bytes of a request's head. Other servers of this machine may have left cookies under its name.
+/// Most bytes of a request's head. Other servers on this machine may have set cookies under its
+/// name.
 const HEAD: usize = 32 << 10;
 const HEADERS: usize = 64;
 
-/// Bytes of what a page sends.
+/// Most bytes of a request's body.
 const BODY: usize = 256 << 10;
 
-/// How long what follows the head may take to come, and an answer to go.
+/// Time limit for the body, and for sending an answer.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// How long to wait after a connection that could not be taken.
+/// Pause after a connection could not be accepted.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// How often a page receives again what it has, so that neither side waits for one that is gone.
+/// Interval of repeated updates, so that neither side waits for one that is gone.
 const PULSE: Duration = Duration::from_secs(10);
 
 /// A request.
 #[derive(Debug, Default, PartialEq)]
 struct Request {
     is_post: bool,
-    /// Parts of the address, between its slashes.
+    /// Parts of the path, between slashes.
     parts: Vec<String>,
     host: String,
     origin: Option<String>,
     body: Vec<u8>,
 }
 
-/// What is answered.
+/// The answer to a request.
 enum Answer {
     File(&'static str, Body),
     Done,
     Events,
-    /// With a status and why.
+    /// A status and the reason.
     Refusal(&'static str, &'static str),
 }
 
@@ -61,29 +61,29 @@ enum Body {
     Bytes(Arc<Vec<u8>>),
 }
 
-/// Takes connections, on a thread of its own, as long as the program runs.
+/// Accepts connections on another thread, as long as the program runs.
 pub fn listen(listener: TcpListener, audience: &Arc<Audience>) {
     let audience = Arc::clone(audience);
-    // Without threads to spare nothing is served, which is seen at once.
+    // Without a thread no page is served, which the user sees at once.
     let _ = thread::Builder::new().spawn(move || {
         for stream in listener.incoming() {
             match stream {
                 Ok(stream) => take(stream, &audience),
-                // Out of handles: some come free.
+                // Out of handles: wait until some are free.
                 Err(_) => thread::sleep(PAUSE),
             }
         }
     });
 }
 
-/// A connection that has not sent its address yet.
+/// A connection whose request has not arrived.
 struct Stranger<'a> {
     audience: &'a Audience,
     number: u64,
 }
 
 fn strangers(audience: &Audience) -> MutexGuard<'_, std::collections::VecDeque<(u64, TcpStream)>> {
-    // Each change is one call: a panic elsewhere leaves nothing half done.
+    // Each change is one call, so a panic elsewhere leaves the list consistent.
     audience
         .strangers
         .lock()
@@ -104,7 +104,7 @@ impl<'a> Seat<'a> {
         let seat = usize::from(role == Role::Follows);
         let (count, most) = audience.seats.get(seat).zip(SEATS.get(seat))?;
         let taken = count.fetch_add(1, Ordering::SeqCst);
-        // Dropped, it gives back what was taken here.
+        // Dropping a seat frees it.
         let seat = Seat(audience, seat);
         (taken < *most).then_some(seat)
     }
@@ -133,7 +133,7 @@ fn take(stream: TcpStream, audience: &Arc<Audience>) {
     }
     drop(all);
     let audience = Arc::clone(audience);
-    // A client that goes away, or is too slow, is none of ours.
+    // Clients that disconnect or are too slow are ignored.
     let _ = thread::Builder::new().spawn(move || {
         let audience = audience.as_ref();
         serve(stream, audience, Stranger { audience, number })
@@ -183,7 +183,7 @@ fn send(stream: &mut TcpStream, answer: Answer, audience: &Audience) -> io::Resu
 const TEXT: &str = "text/plain; charset=utf-8";
 const PAGE: &str = "text/html; charset=utf-8";
 
-/// What every answer says: nothing of it is kept, shown in a foreign page, read by one, or told on.
+/// Headers of every answer: no caching, framing, sniffing or referrer.
 const ALWAYS: &str = "Cache-Control: no-store\r\nReferrer-Policy: no-referrer\r\n\
     X-Content-Type-Options: nosniff\r\nX-Frame-Options: DENY\r\n\
     Cross-Origin-Resource-Policy: same-origin\r\nConnection: close\r\n";
@@ -197,7 +197,7 @@ fn write(stream: &mut TcpStream, status: &str, kind: &str, body: &[u8]) -> io::R
     stream.write_all(body)
 }
 
-/// Tells a page what happens until it leaves (server-sent events).
+/// Sends updates to a page until it leaves (server-sent events).
 fn tell(stream: &mut TcpStream, audience: &Audience) -> io::Result<()> {
     let head = format!("HTTP/1.1 200 OK\r\nContent-Type: text/event-stream\r\n{ALWAYS}\r\n");
     stream.write_all(head.as_bytes())?;
@@ -209,17 +209,17 @@ fn tell(stream: &mut TcpStream, audience: &Audience) -> io::Result<()> {
     }
 }
 
-/// The head of a request, with what came behind it.
+/// The head of a request, and the bytes read after it.
 struct Head {
     request: Request,
     /// Bytes of the body.
     length: usize,
-    /// Where the body begins in what was read.
+    /// Start of the body in the bytes read.
     at: usize,
     read: Vec<u8>,
 }
 
-/// Reads the head of a request, within limits of size and time; or why it is refused.
+/// Reads the head of a request within limits of size and time; the inner error is the refusal.
 fn head(stream: &mut TcpStream) -> io::Result<Result<Head, Answer>> {
     let until = Instant::now() + GREETING;
     let mut read = Vec::new();
@@ -241,7 +241,7 @@ fn head(stream: &mut TcpStream) -> io::Result<Result<Head, Answer>> {
     }
 }
 
-/// Reads what follows a head; or why it is refused.
+/// Reads the body; the inner error is the refusal.
 fn body(stream: &mut TcpStream, head: Head) -> io::Result<Result<Request, Answer>> {
     let until = Instant::now() + PATIENCE;
     let Head {
@@ -268,7 +268,7 @@ const TOO_LONG: Answer = Answer::Refusal(
     "The request's head is too long.",
 );
 
-/// Reads what there is, and waits for it if need be.
+/// Reads available bytes, waiting for some if need be.
 fn more(stream: &mut TcpStream, bytes: &mut Vec<u8>, until: Instant) -> io::Result<()> {
     let left = until.saturating_duration_since(Instant::now());
     if left.is_zero() {
@@ -285,7 +285,8 @@ fn more(stream: &mut TcpStream, bytes: &mut Vec<u8>, until: Instant) -> io::Resu
     }
 }
 
-/// A request's head with the length of its body and where that begins, once all of the head is there.
+/// Parses a request's head once it is complete: the request, the length of its body, and where that
+/// begins.
 fn parsed(bytes: &[u8]) -> Result<Option<(Request, usize, usize)>, Answer> {
     let mut headers = [httparse::EMPTY_HEADER; HEADERS];
     let mut head = httparse::Request::new(&mut headers);
@@ -328,7 +329,7 @@ fn parsed(bytes: &[u8]) -> Result<Option<(Request, usize, usize)>, Answer> {
     Ok(Some((request, length.unwrap_or(0), at)))
 }
 
-/// What the sender of a request may do, by the address that it sends; or why nothing.
+/// The role of a request by its token; the error is the refusal.
 fn admitted(request: &Request, audience: &Audience) -> Result<Role, Answer> {
     if !audience.is_own_host(&request.host) {
         return Err(Answer::Refusal(

@@ -1,9 +1,9 @@
-//! The live page: a show served to the browsers of this machine, from the file as it is edited.
+//! The live page: serves a show to the browsers of this machine, from the file as it is edited.
 //!
-//! Invariants: it listens on loopback alone; nothing is answered without one of two random tokens in
-//! the address, and nothing to a page from elsewhere; only the first token's pages run the show. All
-//! that a client can make it hold is bounded. One thread reads the show and publishes it, one more
-//! serves each connection; images are refined in the background meanwhile.
+//! Invariants: it listens on loopback only; every request needs one of two random tokens in its
+//! address, and requests from foreign pages are refused; only the first token's pages run the show.
+//! The memory that a client can use is bounded. One thread reads the show and publishes it, one
+//! more serves each connection; images are refined in the background.
 
 mod audience;
 mod http;
@@ -21,23 +21,23 @@ use footlight_prompt::{Error, Repl};
 use footlight_show::diagnostic::Style;
 use footlight_show::printable::{Printable, visible};
 
-/// Who is told what happens, and says when it is over.
+/// Receives reports, and ends the service.
 pub trait Operator {
-    /// Words for a person.
+    /// Reports a message for people.
     fn tell(&self, text: Printable);
 
-    /// What is wrong with the show.
+    /// Reports an error of the show.
     fn fail(&self, error: &Error);
 
-    /// True once nothing is to be served any more.
+    /// True once the service should end.
     fn is_over(&self) -> bool;
 }
 
-/// Serves the show at `path`, opened by `open`, on a port of this machine (0: any that is free), until
-/// the operator says that it is over. An error in the show leaves the last good one on the page.
+/// Serves the show at `path`, opened by `open`, on a port of this machine (0: any free one), until
+/// the operator ends it. After an error in the show, the page keeps the last good version.
 ///
 /// # Errors
-/// Where the show's file cannot be read, or the port is taken.
+/// When the show's file cannot be read, or the port is in use.
 pub fn serve(
     path: &Path,
     port: u16,
@@ -72,7 +72,7 @@ pub fn serve(
     .go_on(open)
 }
 
-/// A show that is being served.
+/// A show being served.
 struct Served<'a> {
     path: &'a Path,
     saves: Saves,
@@ -109,7 +109,7 @@ impl Served<'_> {
         Ok(())
     }
 
-    /// Opens the show for the first time that it can be.
+    /// Opens the show as soon as that succeeds.
     fn open(&mut self, open: &mut dyn FnMut() -> Result<Repl, Error>) -> Result<(), Error> {
         let show = open()?;
         self.saves.follow(&show);
@@ -117,7 +117,7 @@ impl Served<'_> {
         Ok(())
     }
 
-    /// Takes a new text.
+    /// Loads a new text.
     fn reload(&mut self, text: &[u8]) -> Result<(), Error> {
         let Some(show) = &mut self.show else {
             return Ok(());
@@ -129,8 +129,8 @@ impl Served<'_> {
         Ok(())
     }
 
-    /// Says what an edit came to, on the page as well. An error that another edit can mend is none of
-    /// the program.
+    /// Reports the result of an edit, on the page as well. An error that another edit can fix does
+    /// not end the service.
     fn judge(&mut self, taken: Result<(), Error>) -> Result<(), Error> {
         let taken = taken.and_then(|()| match &mut self.show {
             Some(show) => begin(show),
@@ -151,7 +151,7 @@ impl Served<'_> {
         Ok(())
     }
 
-    /// Takes in what was rendered meanwhile, and shows it.
+    /// Takes newly rendered images, and publishes them.
     fn refine(&mut self) -> Result<(), Error> {
         let Some(show) = &mut self.show else {
             return Ok(());
@@ -177,7 +177,7 @@ impl Served<'_> {
     }
 }
 
-/// Refines a show in the background, to the error that it asks for itself.
+/// Refines a show in the background, to its own tolerance.
 fn begin(show: &mut Repl) -> Result<(), Error> {
     let engine = show.engine_mut();
     if engine.is_busy() {

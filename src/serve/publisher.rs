@@ -1,4 +1,4 @@
-//! From an engine to what the pages see: the show as data, its banks' pictures as files.
+//! Publishes an engine to the pages: the show as data, its banks' images as files.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -12,10 +12,10 @@ use footlight_prompt::Error;
 use footlight_report as report;
 use footlight_report::words::{count, percent};
 
-/// Refined images are shown after so many times as long as showing them takes.
+/// Pause between publications of refined images, in multiples of the time of one.
 const REST: u32 = 4;
 
-/// The banks' pictures as they were published last.
+/// The banks' images as last published.
 #[derive(Default)]
 struct Kept {
     images: Vec<Image>,
@@ -23,19 +23,19 @@ struct Kept {
     size: (usize, usize),
     pictures: Vec<Picture>,
     files: Files,
-    /// The next file's number: no two files ever have the same one.
+    /// Number of the next file; numbers are never reused.
     next: u64,
 }
 
-/// Publishes a show when there is something new to see of it.
+/// Publishes a show when there is something new to see.
 pub struct Publisher {
     audience: Arc<Audience>,
     kept: Kept,
-    /// The show was edited since.
+    /// True when the show was edited since.
     is_due: bool,
-    /// Refined images that were shown.
+    /// Number of refined images published.
     refined: Option<usize>,
-    /// When more refined images are shown.
+    /// Earliest time for the next refined images.
     rested: Instant,
 }
 
@@ -51,17 +51,17 @@ impl Publisher {
         }
     }
 
-    /// Notes that the show is another.
+    /// Records that the show has changed.
     pub fn expire(&mut self) {
         self.is_due = true;
     }
 
-    /// Says on the pages what is wrong; empty where nothing is.
+    /// Publishes what is wrong; empty if nothing is.
     pub fn wrong(&self, text: &str) {
         self.audience.wrong(text);
     }
 
-    /// Publishes what is new, if anything is.
+    /// Publishes news, if any.
     pub fn publish(&mut self, engine: &mut Engine) -> Result<(), Error> {
         if engine.estimate().pool().is_none() {
             self.refined = None;
@@ -73,7 +73,7 @@ impl Publisher {
         if !self.is_due && (self.refined == refined || !is_rested) {
             return Ok(());
         }
-        // What cannot be shown now is not tried again before the next edit.
+        // After a failure, wait for the next edit.
         (self.is_due, self.refined) = (false, refined);
         let begin = Instant::now();
         self.show(engine)?;
@@ -100,7 +100,7 @@ impl Publisher {
 }
 
 impl Kept {
-    /// Codes images; a file that would be the same keeps its number, so that no page reads it again.
+    /// Encodes images; an unchanged file keeps its number, so that no page reads it again.
     fn take(&mut self, images: &[Image], tone: Tone, engine: &Engine) -> Result<(), Error> {
         let all: Vec<&Image> = images.iter().collect();
         let coded = page::fit(&all, tone, page::BUDGET, engine.work());
@@ -129,7 +129,7 @@ impl Kept {
     }
 }
 
-/// How far the first images are, in words.
+/// Progress of the first images, in words.
 fn first_images(engine: &Engine) -> String {
     match engine.status().and_then(|status| status.job) {
         Some(job) if job.task.2 > 0 => {
@@ -141,7 +141,7 @@ fn first_images(engine: &Engine) -> String {
     }
 }
 
-/// How good the images are, in words.
+/// Quality of the images, in words.
 fn refined_images(engine: &Engine) -> String {
     match (
         engine.estimate().refined(),

@@ -1,23 +1,23 @@
-//! Where a prefiltered image is read to average it over a pixel's footprint.
+//! Sampling positions that average a prefiltered image over a pixel's footprint.
 //!
-//! A footprint is a parallelogram in the image, its sides in texels. It is read at places in two rows along
-//! its longer side, each from a level as wide as half the shorter side: one row of a level as wide as the
-//! whole footprint, read bilinearly and between two levels, would blur what is as fine as it. What is
-//! more than `MOST_TAPS` times as long as wide is blurred across. This module knows no image.
+//! A footprint is a parallelogram in the image, its sides in texels. It is sampled in two rows
+//! along its longer side, from a level as wide as half the shorter side: a single row from a level
+//! as wide as the whole footprint would blur detail of that size. A footprint more than `MOST_TAPS`
+//! times as long as wide is blurred across. This module knows no image.
 
-/// A footprint more than so many times as long as wide is blurred across its shorter side.
+/// Largest ratio of length to width that is sampled without blurring across.
 const MOST_TAPS: usize = 16;
-/// Rows of places.
+/// Rows of samples.
 const ROWS: f64 = 2.0;
-/// Least distance of places along a footprint, in texels.
+/// Least distance of samples along a footprint, texels.
 const CLOSE: f64 = 0.5;
-/// A footprint narrower than this, in texels, is read in one row: the image hardly bends within it.
+/// Width below which a footprint is sampled in one row, texels: the image hardly varies within it.
 const NARROW: f64 = 0.25;
 
-/// Where an image is read for a footprint.
+/// Sampling positions for a footprint.
 #[derive(Clone, Copy, Debug)]
 pub struct Taps {
-    /// Texels that each place stands for, along both axes.
+    /// Width of a sample along both axes, texels.
     pub size: f64,
     long: f64,
     short: f64,
@@ -27,7 +27,7 @@ pub struct Taps {
 }
 
 impl Taps {
-    /// Over the parallelogram of two sides, in texels.
+    /// Samples for the parallelogram of two sides, in texels.
     pub fn new(sides: [[f64; 2]; 2]) -> Taps {
         let (long, short, along) = axes_of(sides);
         let width = short / ROWS;
@@ -43,12 +43,12 @@ impl Taps {
         }
     }
 
-    /// How many places.
+    /// Number of samples.
     pub fn count(&self) -> usize {
         self.columns * self.rows
     }
 
-    /// The places from the footprint's middle, in texels.
+    /// Sample positions relative to the footprint's middle, texels.
     pub fn offsets(&self) -> impl Iterator<Item = [f64; 2]> {
         let [x, y] = self.along;
         let part = |i: usize, n: usize| (i as f64 + 0.5) / n as f64 - 0.5;
@@ -62,7 +62,7 @@ impl Taps {
     }
 }
 
-/// Singular values of the matrix of two sides, and the direction of the longer.
+/// Singular values of the matrix of two sides, and the direction of the longer axis.
 fn axes_of([p, q]: [[f64; 2]; 2]) -> (f64, f64, [f64; 2]) {
     let (xx, xy, yy) = (
         p[0] * p[0] + q[0] * q[0],

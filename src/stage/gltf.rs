@@ -1,16 +1,16 @@
-//! glTF 2.0 (`.gltf` with its buffers beside it or within, `.glb`) to a scene and its lights.
+//! Reads glTF 2.0 (`.gltf` with external or embedded buffers, `.glb`) to a scene and its lights.
 //!
-//! Invariants: nothing is allocated for a count that a file claims before the bytes behind it are
-//! there (or a limit holds, for sparse accessors over nothing); every index is looked up, never
-//! trusted; each node is visited once, so that cycles and shared branches are refused instead of
-//! followed. Polygons come out as the triangles of the file, turned to Z up, wound so that the
-//! front is the side that the file means, also under mirroring transforms.
+//! Invariants: memory for a claimed count is allocated only once the bytes for it exist (or a limit
+//! holds, for sparse accessors without a base); every index is checked; each node is visited once,
+//! so that cycles and shared branches are refused instead of followed. The result consists of the
+//! file's triangles, turned to Z up, wound so that the front is the side that the file means, also
+//! under mirroring transforms.
 //!
-//! Only the crate's description of the JSON is used: its validation panics on an index of a
-//! position accessor that is out of range, and its reader of GLB on a length below 12.
+//! Only the crate's description of the JSON is used: its validation panics on an out-of-range index
+//! of a position accessor, and its GLB reader on a length below 12.
 //!
-//! Not read: textures of what is no colour, vertex colours, clear coats, skins, morph targets
-//! (meshes stand as modelled), animations.
+//! Not read: textures that are not colours, vertex colours, clear coats, skins, morph targets
+//! (meshes stay as modelled), animations.
 
 mod accessor;
 mod buffers;
@@ -42,10 +42,10 @@ use super::stage_file::{Imported, Options, SceneError};
 use super::texture::reader::TextureReader;
 use footlight_host::files::Files;
 
-/// The most triangles a file may draw, all instances counted.
+/// Most triangles of a file, counting all instances.
 pub const TRIANGLE_LIMIT: usize = 2_000_000;
 
-/// A part of a file and what is wrong with it.
+/// A faulty part of a file, and the fault.
 #[derive(Clone, Debug, thiserror::Error)]
 #[error("{place}: {reason}")]
 struct Fault {
@@ -70,7 +70,7 @@ impl Fault {
     }
 }
 
-// Reasons that several parts share.
+// Reasons shared by several parts.
 
 fn missing(what: &str, index: usize, count: usize) -> String {
     format!("{what} {index} does not exist; there are {count}")
@@ -92,7 +92,7 @@ fn not_gltf(error: impl std::fmt::Display) -> String {
     format!("not glTF: {error}")
 }
 
-/// Reads a glTF file of which `bytes` is the content; its buffers and images come through `files`,
+/// Reads a glTF file with the content `bytes`; its buffers and images come through `files`,
 /// relative to the file's own folder, images within `memory` bytes.
 pub(super) fn import(
     files: &dyn Files,
@@ -134,7 +134,8 @@ fn assemble(
                 meshes.place(mesh, (&placed, &transform), parts, &mut out, &mut left_out)?;
             }
         }
-        // The stage is whole without them; a show that names one is refused where it does.
+        // The stage is usable without its lamps and cameras; a show that names one is refused
+        // there.
         let lamp = lamp::add(root, &placed, &mut out.lamps);
         let camera = camera::add(root, &placed, &mut out.cameras);
         let faults = [lamp.err(), camera.err()].into_iter().flatten();
@@ -144,7 +145,7 @@ fn assemble(
     Ok(out)
 }
 
-/// The name of a node or of its mesh that says that it is a beam in the haze, not a thing.
+/// The name of a node or its mesh, when it marks a beam in the haze instead of a solid.
 fn light_volume<'r>(
     root: &'r Root,
     placed: &node::Placed<'r>,
@@ -165,10 +166,10 @@ fn light_volume<'r>(
     names.into_iter().flatten().find(says)
 }
 
-/// What the file has and this program leaves out, each said once.
+/// Contents of the file that are not read, each listed once.
 pub(super) type LeftOut = BTreeSet<String>;
 
-/// The entry of a list, or the fault that it is missing.
+/// The entry of a list, or a fault when it is missing.
 fn entry<'r, T>(
     list: &'r [T],
     index: usize,
@@ -180,7 +181,7 @@ fn entry<'r, T>(
         .ok_or_else(|| Fault::new(place(), missing(what, index, count)))
 }
 
-/// `mesh 3 "Chair"`, or without the name where there is none.
+/// `mesh 3 "Chair"`, or without the name if there is none.
 fn place(what: &str, index: usize, name: Option<&String>) -> String {
     match name {
         // Enough of a name for a message.

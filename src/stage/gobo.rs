@@ -1,21 +1,20 @@
-//! The image of a scenic projection, made ready to be thrown.
+//! The image of a scenic projection, prepared for projection.
 //!
 //! A [`Gobo`] holds the image and smaller ones of half the size each, down to one texel, every
-//! texel the exact mean of what it covers, odd sizes included: so a light that is averaged over
-//! many texels costs no more than one. Texels are linear, 1 is the projector's peak. Invariants: at
-//! least one texel; every number finite and not negative. It depends on neither projectors nor
-//! surfaces.
+//! texel the exact mean of its area, also for odd sizes: averaging light over many texels costs no
+//! more than reading one. Texels are linear; 1 is the projector's peak. Invariants: at least one
+//! texel; every number finite and not negative. It depends on neither projectors nor surfaces.
 
 use footlight_picture::shrink::shrink;
 use footlight_picture::{Image, PictureError, decode, exr};
 
-/// The most pixels of a slide.
+/// Most pixels of a slide.
 pub const MOST_PIXELS: usize = 1 << 24;
 
-/// Why an image cannot be thrown.
+/// Reasons why an image cannot be projected.
 #[derive(Debug, thiserror::Error)]
 pub enum GoboError {
-    /// The file is no image that is read here.
+    /// The file holds no readable image.
     #[error(transparent)]
     Picture(#[from] PictureError),
     /// Too many pixels.
@@ -24,7 +23,7 @@ pub enum GoboError {
     /// Negative light.
     #[error("a negative number at column {0}, row {1}")]
     Negative(usize, usize),
-    /// Nothing to throw.
+    /// The image is black.
     #[error("the image is black all over")]
     Black,
 }
@@ -50,12 +49,12 @@ impl Gobo {
         Gobo::new(image)
     }
 
-    /// Bytes held.
+    /// Bytes in memory.
     pub fn bytes(&self) -> usize {
         self.levels.iter().map(|l| size_of_val(l.data())).sum()
     }
 
-    /// Of a linear image.
+    /// Prepares a linear image.
     ///
     /// # Errors
     /// [`GoboError`] when it is too large, has negative numbers, or is black.
@@ -84,26 +83,26 @@ impl Gobo {
         Ok(Gobo { levels, grey })
     }
 
-    /// The image itself; everything else follows from it.
+    /// The full image, from which all levels follow.
     pub fn image(&self) -> Option<&Image> {
         self.levels.first()
     }
 
-    /// Pixels a row, and rows.
+    /// Columns and rows.
     pub fn size(&self) -> (usize, usize) {
         self.levels
             .first()
             .map_or((1, 1), |l| (l.width(), l.height()))
     }
 
-    /// All channels are alike everywhere.
+    /// True when all channels are equal everywhere.
     pub fn is_grey(&self) -> bool {
         self.grey
     }
 
-    /// One channel at a place (0 to 1 from the left, 0 to 1 from the top), averaged over about
+    /// One channel at a position (0 to 1 from the left, 0 to 1 from the top), averaged over about
     /// `texels` of the full image: bilinear in the two levels around that size, linear between
-    /// them. Beyond the rim the rim goes on.
+    /// them. Beyond the border the border repeats.
     pub fn texel(&self, u: f64, v: f64, texels: f64, channel: usize) -> f64 {
         let most = (self.levels.len() - 1) as f64;
         let level = texels.max(1.0).log2().min(most);
@@ -123,7 +122,7 @@ impl Gobo {
 fn bilinear(image: &Image, u: f64, v: f64, channel: usize) -> f64 {
     let axis = |x: f64, n: usize| {
         let at = (x * n as f64 - 0.5).clamp(0.0, (n - 1) as f64);
-        // A clamped, not negative number.
+        // `at` is clamped and not negative.
         let low = at as usize;
         (low, (low + 1).min(n - 1), at - low as f64)
     };

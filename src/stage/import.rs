@@ -1,9 +1,8 @@
-//! A stage's file to a [`Scene`] and its lights, whatever its format.
+//! Imports a stage's file of any format to a [`Scene`] and its lights.
 //!
-//! The first bytes and the ending of the name distinguish OBJ from glTF. Invariants: a file that is
-//! refused leaves nothing behind; memory and time are bounded by the limits of
-//! [`stage_file`](crate::stage_file), not by counts that a file claims. This module does not depend
-//! on shows.
+//! The first bytes and the extension distinguish OBJ from glTF. Invariants: a refused file has no
+//! effect; memory and time are bounded by the limits of [`stage_file`](crate::stage_file), not by
+//! counts that a file claims. This module does not depend on shows.
 
 use std::ops::RangeInclusive;
 
@@ -12,27 +11,27 @@ use super::{Lamp, Polygon, Scene, StageCamera, gltf, merge, obj};
 use footlight_host::files::Files;
 use footlight_show::geometry::{Place, diameter, vec3};
 
-/// Sizes of a stage that are not doubted, metres.
+/// Plausible sizes of a stage, metres.
 const STAGE_SIZES: RangeInclusive<f64> = 0.1..=1000.0;
-/// Things left out that are told where nothing else is there.
+/// Most omissions listed for a file without polygons.
 const SAID: usize = 8;
 
-/// A file as imported.
+/// An imported file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Import {
-    /// All that light meets.
+    /// All surfaces.
     pub scene: Scene,
-    /// Lights of the file, in its order. None shines until a show names it.
+    /// Lights of the file, in its order. They shine only when a show names them.
     pub lamps: Vec<Lamp>,
     /// Cameras of the file, in its order.
     pub cameras: Vec<StageCamera>,
-    /// What was done to it.
+    /// Statistics of the import.
     pub summary: ImportSummary,
 }
 
-/// Reads the stage `path` through `files`: glTF (`.gltf`, `.glb`, or anything that begins as a GLB
-/// does) or else OBJ, images within `memory` bytes. Neighbouring triangles of one plane and one
-/// material become polygons.
+/// Reads the stage `path` through `files`: glTF (`.gltf`, `.glb`, or a content that begins like a
+/// GLB), else OBJ; images within `memory` bytes. Neighbouring coplanar triangles of one material
+/// are merged to polygons.
 ///
 /// # Errors
 /// [`SceneError`], with the place in the file.
@@ -79,7 +78,7 @@ pub fn read(
     limited(path, import)
 }
 
-/// The import, unless it holds nothing or too much.
+/// The import, unless it is empty or too large.
 fn limited(path: &str, import: Imported) -> Result<Import, SceneError> {
     let path = path.to_owned();
     match import.scene.polygons.len() {
@@ -102,7 +101,7 @@ fn limited(path: &str, import: Imported) -> Result<Import, SceneError> {
     }
 }
 
-/// Gives polygons of the materials that are `double_sided` a back. How many there are.
+/// Gives polygons of `double_sided` materials a back, and returns their number.
 fn add_backs(scene: &mut Scene, double_sided: &[bool]) -> usize {
     let two_sided = |(_, p): &(usize, &Polygon)| double_sided.get(p.material) == Some(&true);
     let polygons = scene.polygons.iter().enumerate();

@@ -1,4 +1,4 @@
-//! Lights of the stage's file: what the file says, and over it what the show says.
+//! Lights of the stage's file, with the show's changes.
 
 use super::rig_error::RigError;
 use super::{Lamp, LampShape};
@@ -6,11 +6,11 @@ use footlight_show::geometry::profile::Profile;
 use footlight_show::model::{ImportedLuminaire, NodeId, Output, Spot};
 use footlight_show::units::Rgb;
 
-/// Beam and field of what shines everywhere: even to within 2e-5 up to 179 degrees from the axis,
-/// as the law of spots falls off so near its end.
+/// Beam and field angle of an omnidirectional light: even to within 2e-5 up to 179 degrees from the
+/// axis, because the profile of spots falls off only near its end.
 const EVERYWHERE: (f64, f64) = (359.8, 360.0);
 
-/// The first light called so, as a spot.
+/// The first light of this name, as a spot.
 pub(super) fn spot(id: NodeId, hung: &ImportedLuminaire, lamps: &[Lamp]) -> Result<Spot, RigError> {
     let name = || hung.name.clone();
     let found = lamps.iter().find(|l| l.name == hung.name);
@@ -135,7 +135,7 @@ mod tests {
         ));
     }
 
-    /// A point light is the same in every direction, and its flux that of a sphere.
+    /// A point light is equal in every direction, and its flux is that of a sphere.
     #[test]
     fn a_point_shines_everywhere() {
         let bulb = spot(NodeId(0), &hung("Bulb"), &[lamp("Bulb", LampShape::Point)]).unwrap();

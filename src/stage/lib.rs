@@ -1,28 +1,30 @@
-//! What stands on the stage: polygons, materials, lights and cameras.
+//! The stage: polygons, materials, lights and cameras.
 //!
 //! ```text
 //! OBJ, glTF --import--> Scene, lamps, cameras        Show, Scene --rig--> Rig
 //! ```
 //!
-//! - [`Scene`] holds [`Polygon`]s and [`Material`]s. [`Shading`] varies over a polygon, a
+//! - [`Scene`] holds [`Polygon`]s and [`Material`]s. A [`Shading`] varies over a polygon, a
 //!   [`Texture`] over a material.
-//! - [`import`] reads a stage's file, [`obj`] or [`gltf`]; [`stage_file`] holds what the readers share.
-//! - [`Rig`] holds [`Light`]s and the [`Source`]s that drive them: setting `i` multiplies source `i`.
-//!   [`mod@rig`] makes it of a show's lights, and reports each light that does not fit the stage
-//!   ([`rig_error`]).
+//! - [`import`] reads a stage's file, [`obj`] or [`gltf`]; [`stage_file`] holds what the readers
+//!   share.
+//! - [`Rig`] holds [`Light`]s and the [`Source`]s that drive them: setting `i` multiplies source
+//!   `i`. [`mod@rig`] makes it of a show's lights, and reports each light that does not fit the
+//!   stage ([`rig_error`]).
 //! - [`photometric`] reads measured luminaires. [`gobo`] prepares the images of projections, and
 //!   [`footprint`] averages them over a pixel. [`still`] reads banks that are given as images.
 //!
 //! Invariants:
 //!
-//! - Polygons are planar, simple and finite. Their vertices run counter-clockwise seen from the front.
+//! - Polygons are planar, simple and finite. Their vertices run counter-clockwise seen from the
+//!   front.
 //! - Only the front of a polygon reflects and emits. Its back is black and opaque.
 //! - Coordinates are metres with Z up ([`footlight_show::geometry`]).
-//! - A file that is refused leaves nothing behind. Fixed limits bound memory and time, not the counts
-//!   that a file claims.
+//! - A refused file has no effect. Fixed limits bound memory and time, not the counts that a file
+//!   claims.
 //!
-//! This crate does not know light transport, cues or time. It resolves the names of lights and banks
-//! to indices; the text's names stay in `footlight-show`.
+//! This crate does not know light transport, cues or time. It resolves the names of lights and
+//! banks to indices; the text's names stay in `footlight-show`.
 
 pub mod footprint;
 pub mod gltf;
@@ -60,29 +62,29 @@ use self::texture::{Alpha, Texture};
 pub struct Material {
     /// Its name in the stage file.
     pub name: String,
-    /// Diffuse reflectance of each channel, 0 to 1; of a texture the mean.
+    /// Diffuse reflectance of each channel, 0 to 1; the mean of a texture.
     pub reflectance: Rgb,
-    /// Emitted radiance at unit setting (cd/m2 or W/m2/sr, as the scene has it); zero for most.
+    /// Emitted radiance at unit setting (cd/m2 or W/m2/sr, as in the scene); usually zero.
     pub emission: Rgb,
-    /// What it reflects point by point, and where light passes through it.
+    /// Its texture: reflectance and transparency by position.
     pub texture: Option<Texture>,
-    /// What it reflects as a mirror does, over its matt reflectance; `None` where it is matt.
+    /// Specular reflection on top of the diffuse; `None` for a matt material.
     pub gloss: Option<Gloss>,
 }
 
-/// Light that a surface reflects as a mirror does, sharply or spread.
+/// Specular reflection, sharp or spread.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gloss {
-    /// 0 (a mirror) to 1, as glTF has it: its square is the root mean square slope of what it is made of.
+    /// 0 (a mirror) to 1, as in glTF: its square is the root mean square slope of the microfacets.
     pub roughness: f64,
-    /// Reflectance of light from right above, of each channel.
+    /// Reflectance at normal incidence, of each channel.
     pub normal: Rgb,
-    /// Metals have a colour of their own, and nothing matt below.
+    /// True for metals, whose gloss is coloured and which reflect nothing diffusely.
     pub is_metal: bool,
 }
 
 impl Gloss {
-    /// Reflectance from right above of varnish, water, plastic, and most of what is no metal.
+    /// Reflectance at normal incidence of varnish, water, plastic, and most other dielectrics.
     pub const COMMON: f64 = 0.04;
 
     /// The gloss of varnish.
@@ -107,12 +109,12 @@ impl Material {
         }
     }
 
-    /// Does light pass through it somewhere?
+    /// True when it lets light through somewhere.
     pub fn is_cut(&self) -> bool {
         self.alpha() != Alpha::Opaque
     }
 
-    /// By what light passes through it somewhere; [`Alpha::Opaque`] where it does not.
+    /// Kind of transparency; [`Alpha::Opaque`] when it lets no light through.
     pub fn alpha(&self) -> Alpha {
         let cut = self.texture.as_ref().filter(|texture| texture.is_cut());
         cut.map_or(Alpha::Opaque, |texture| texture.alpha)
@@ -122,16 +124,16 @@ impl Material {
 /// A planar polygon.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polygon {
-    /// At least three, counter-clockwise seen from the front, metres.
+    /// At least three vertices, counter-clockwise seen from the front, metres.
     pub vertices: Arc<[Vec3]>,
     /// Index into [`Scene::materials`].
     pub material: usize,
-    /// What varies over it.
+    /// Normal and texture coordinates that vary over it.
     pub shading: Option<Box<Shading>>,
 }
 
 impl Polygon {
-    /// One that is shaded flat and has no texture.
+    /// A flat-shaded polygon without a texture.
     pub fn new(vertices: Vec<Vec3>, material: usize) -> Polygon {
         Polygon {
             vertices: vertices.into(),
@@ -140,8 +142,8 @@ impl Polygon {
         }
     }
 
-    /// The faces of a block between two corners: five seen from outside, without the one below, or
-    /// all six seen from `within`.
+    /// The faces of a box between two corners: five seen from outside, without the bottom, or all
+    /// six seen from `within`.
     pub fn block(
         corners: [Vec3; 2],
         within: bool,
@@ -153,34 +155,34 @@ impl Polygon {
     }
 }
 
-/// All that light meets.
+/// All surfaces and the haze.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Scene {
     /// Materials; polygons refer to them by index.
     pub materials: Vec<Material>,
     /// Surfaces.
     pub polygons: Vec<Polygon>,
-    /// Haze in the air between them; `None` where the air is clear.
+    /// Haze between them; `None` for clear air.
     pub haze: Option<Haze>,
 }
 
-/// How far a back stands behind its front, as a part of the scene's size. Surfaces nearer than
-/// about 1e-6 of a distance count as one plane to the rasterizer.
+/// Distance of a back behind its front, relative to the scene's size. The rasterizer treats
+/// surfaces nearer than about 1e-6 of a distance as one plane.
 const THICKNESS: f64 = 2e-5;
 
-/// What a luminaire's own shape reflects: frosted glass and its fitting, so that an unlit lamp is no
-/// black ball.
+/// Reflectance of a luminaire's shape, frosted glass and fitting, so that an unlit lamp is no black
+/// ball.
 const HOUSING: f64 = 0.3;
 
 impl Scene {
-    /// Does light pass through a polygon somewhere? A material that none is of does not count.
+    /// True when a polygon lets light through somewhere. Unused materials do not count.
     pub fn is_cut(&self) -> bool {
         let is_cut: Vec<bool> = self.materials.iter().map(Material::is_cut).collect();
         let mut materials = self.polygons.iter().map(|p| p.material);
         is_cut.contains(&true) && materials.any(|m| is_cut.get(m) == Some(&true))
     }
 
-    /// Is a polygon glossy? A material that none is of does not count.
+    /// True when a polygon is glossy. Unused materials do not count.
     pub fn is_glossy(&self) -> bool {
         let of = |p: &Polygon| self.materials.get(p.material);
         let mut used = self.polygons.iter().filter_map(of);
@@ -189,9 +191,9 @@ impl Scene {
 
     /// Adds another file's materials and polygons.
     ///
-    /// A material equal to one that is here already, name and all, becomes that one. One of the
-    /// same name but other colours is kept apart, behind the earlier: its polygons keep its
-    /// colours, and a show that asks for the name means the earlier file's.
+    /// A material equal to an existing one, name included, is merged with it. One with an existing
+    /// name but other colours is kept separate, after the earlier: its polygons keep its colours,
+    /// and a show that uses the name means the earlier file's.
     pub fn append(&mut self, other: Scene) {
         let mut named: BTreeMap<String, Vec<usize>> = BTreeMap::new();
         for (index, material) in self.materials.iter().enumerate() {
@@ -218,12 +220,12 @@ impl Scene {
             }));
     }
 
-    /// Area in square metres of all polygons of the material of this index.
+    /// Total area of the polygons of this material, m².
     pub fn area(&self, material: usize) -> f64 {
         self.areas().get(material).copied().unwrap_or_default()
     }
 
-    /// Area in square metres of all polygons of each material.
+    /// Total area of the polygons of each material, m².
     pub fn areas(&self) -> Vec<f64> {
         let mut areas = vec![0.0; self.materials.len()];
         for polygon in &self.polygons {
@@ -234,8 +236,8 @@ impl Scene {
         areas
     }
 
-    /// Adds a solid of the material called `name`, made with this reflectance when there is none.
-    /// What cannot be polygons adds none.
+    /// Adds a solid of the material `name`, created with this reflectance if missing. A solid that
+    /// has no polygons adds none.
     pub fn add_solid(&mut self, name: &str, reflectance: Rgb, solid: &solid::Solid) {
         let known = self.materials.iter().position(|m| m.name == name);
         let material = known.unwrap_or(self.materials.len());
@@ -252,8 +254,7 @@ impl Scene {
         }
     }
 
-    /// Gives each polygon that light passes through somewhere a number of its own, which its back
-    /// will share.
+    /// Numbers each polygon that lets light through somewhere; its back will share the number.
     pub fn number_sheets(&mut self) {
         let cut: Vec<bool> = self.materials.iter().map(Material::is_cut).collect();
         let is_cut = |p: &Polygon| cut.get(p.material) == Some(&true);
@@ -265,8 +266,7 @@ impl Scene {
         }
     }
 
-    /// Gives the polygons at these indices a back: the same outline the other way round, a hair
-    /// behind.
+    /// Gives these polygons a back: the reversed outline, a hair behind.
     pub fn add_backs(&mut self, fronts: &[usize]) {
         let corners = self.polygons.iter().flat_map(|p| p.vertices.iter());
         let thickness = diameter(corners) * THICKNESS;
@@ -285,8 +285,8 @@ impl Scene {
         }
     }
 
-    /// Adds a shape as polygons of a material of this name, behind all others, which reflects
-    /// `HOUSING`; its light is the rig's.
+    /// Adds a shape as polygons of a new material `name` with the reflectance `HOUSING`; the rig
+    /// drives its light.
     pub fn add_shape(&mut self, name: String, shape: &shape::Shape) {
         let material = self.materials.len();
         self.materials
@@ -296,8 +296,9 @@ impl Scene {
             .extend(polygons.map(|vertices| Polygon::new(vertices, material)));
     }
 
-    /// Gives every material called `name` this reflectance, a metal in its gloss; false when there is
-    /// none, or when a channel is outside 0..1 (nothing is changed then).
+    /// Sets the reflectance of every material called `name`; for a metal, that of its gloss.
+    /// Returns false, without a change, when there is no such material or a channel is outside
+    /// 0..1.
     pub fn set_reflectance(&mut self, name: &str, rgb: Rgb) -> bool {
         if !rgb.0.iter().all(|c| (0.0..=1.0).contains(c)) {
             return false;
@@ -310,7 +311,7 @@ impl Scene {
                 continue;
             }
             material.reflectance = rgb;
-            // What was cut out stays cut out.
+            // Cut-outs stay.
             material.texture = material
                 .texture
                 .take()
@@ -326,11 +327,11 @@ impl Scene {
 pub struct StageCamera {
     /// Its name in the file.
     pub name: String,
-    /// Where it stands.
+    /// Its position.
     pub position: Vec3,
-    /// Where it looks: a unit vector.
+    /// Viewing direction: a unit vector.
     pub direction: Vec3,
-    /// Which way is up in its picture: a unit vector.
+    /// Up direction of the image: a unit vector.
     pub up: Vec3,
     /// Vertical field of view, full angle, degrees.
     pub fov: f64,
@@ -341,31 +342,31 @@ pub struct StageCamera {
 pub struct Lamp {
     /// Its name in the file.
     pub name: String,
-    /// How it shines.
+    /// Its distribution.
     pub shape: LampShape,
-    /// Where it hangs.
+    /// Its position.
     pub position: Vec3,
-    /// Where it points: a unit vector.
+    /// Its direction: a unit vector.
     pub direction: Vec3,
     /// Its colour, by which `peak` is multiplied.
     pub colour: Rgb,
-    /// Intensity (cd), in the axis for spots; illuminance (lx) for distant ones.
+    /// Intensity (cd), on the axis for spots; illuminance (lx) for distant ones.
     pub peak: f64,
 }
 
-/// How a light of a stage's file shines.
+/// Distribution of a light of a stage's file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LampShape {
     /// Equally in all directions.
     Point,
-    /// Round its direction: full angles at half and at a tenth of the peak, degrees.
+    /// Around its direction: full angles at half and at a tenth of the peak, degrees.
     Spot {
         /// At half the peak.
         beam: f64,
         /// At a tenth of the peak.
         field: f64,
     },
-    /// From infinitely far, in its direction.
+    /// Parallel light from infinity, in its direction.
     Distant,
 }
 
@@ -378,16 +379,16 @@ pub struct Emitter {
     pub filter: Rgb,
 }
 
-/// One coordinate of a setting: all that varies in unison with it.
+/// One coordinate of a setting: all lights that vary in unison with it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Source {
     /// The coordinate's name (`lamps`, `sky.r`, `fixed`).
     pub name: String,
-    /// Its parts.
+    /// Its emitters.
     pub emitters: Vec<Emitter>,
 }
 
-/// The lights, and how settings drive them: setting `i` multiplies source `i`.
+/// The lights and the sources that drive them: setting `i` multiplies source `i`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rig {
     /// Luminaires.
@@ -397,7 +398,7 @@ pub struct Rig {
 }
 
 impl Rig {
-    /// A setting for people: the sources that are lit, by name.
+    /// Names of the lit sources, for messages.
     pub fn lit(&self, setting: &[f64]) -> String {
         let pairs = self.sources.iter().zip(setting);
         let lit = pairs.filter(|(_, s)| **s != 0.0);
@@ -407,7 +408,7 @@ impl Rig {
 }
 
 impl StageCamera {
-    /// The view from it, as large as that.
+    /// The view from this camera, with this size.
     pub fn view(&self, [width, height]: [usize; 2]) -> View {
         let [right, up] = upright(self.direction);
         View {

@@ -1,4 +1,4 @@
-//! Luminaires: what emits light, and how strongly.
+//! Luminaires: emitters and their strength.
 
 use std::sync::Arc;
 
@@ -21,25 +21,24 @@ pub enum Light {
     },
     /// A point source with a beam.
     Spot(Spot),
-    /// What it adds to the picture at unit setting, rendered elsewhere; the stage does not matter.
+    /// An image of the light at unit setting, rendered elsewhere, independent of the stage.
     Image(Arc<Image>),
-    /// A point source as it was measured.
+    /// A measured point source.
     Measured(MeasuredLight),
-    /// One plane of a thrown image.
+    /// One colour plane of a projected image.
     Projection(Projection),
-    /// The light of another one that surfaces reflect; its direct light is made elsewhere.
+    /// The reflected light of another light; its direct light is computed elsewhere.
     Bounced(Box<Light>),
 }
 
 impl Light {
-    /// True where only the light that surfaces reflect is wanted.
+    /// True when only reflected light is wanted.
     pub fn is_bounced(&self) -> bool {
         matches!(self, Light::Bounced(_))
     }
 
-    /// How strong it is at unit setting: luminance of a panel, peak intensity of a spot or a
-    /// projection; of a measured luminaire what multiplies the candela of its file; 1 for an image,
-    /// which has its own numbers.
+    /// Strength at unit setting: luminance of a panel, peak intensity of a spot or a projection,
+    /// factor on the candela of a measured luminaire; 1 for an image, which has its own numbers.
     pub fn strength(&self) -> Rgb {
         match self {
             Light::Panel { radiance, .. } => *radiance,
@@ -52,31 +51,31 @@ impl Light {
     }
 }
 
-/// A point source that shines as a photometric file says: the file's vertical angle 0 is the axis,
-/// its horizontal angle 0 the mount's right, 90 the mount's up.
+/// A point source with the distribution of a photometric file: vertical angle 0 is the axis,
+/// horizontal angle 0 the mount's right, 90 the mount's up.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeasuredLight {
-    /// How it hangs.
+    /// Its mount.
     pub mount: Mount,
-    /// The file.
+    /// The distribution of the file.
     pub distribution: Arc<Distribution>,
     /// Multiplies the file's candela at unit setting.
     pub factor: Rgb,
 }
 
-/// A plane (red, green or blue) of an image thrown from a point through a frustum onto whatever it
-/// meets. Intensity is the same in every direction of the frustum for the same texel, so that the
-/// illuminance of a flat screen square to the axis falls by the cube of the cosine. The image's top
-/// is the mount's up; an observer behind the projector reads it the right way round.
+/// A plane (red, green or blue) of an image projected from a point through a frustum. For one texel
+/// value the intensity is equal in every direction of the frustum, so that the illuminance of a
+/// flat screen square to the axis falls by the cube of the cosine. The image's top is the mount's
+/// up; an observer behind the projector reads it the right way round.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Projection {
-    /// How it hangs.
+    /// Its mount.
     pub mount: Mount,
     /// Full angle from the image's bottom to its top, degrees; its width follows.
     pub field: f64,
     /// The image.
     pub gobo: Arc<Gobo>,
-    /// Which channel of it.
+    /// Channel of the image.
     pub plane: usize,
     /// Intensity (cd) of a texel of 1 at unit setting.
     pub intensity: Rgb,
@@ -90,7 +89,7 @@ impl Projection {
         [tangent * width as f64 / height as f64, tangent]
     }
 
-    /// Luminous flux (lm) of a white image thrown at 1 cd: the solid angle of the frustum.
+    /// Luminous flux (lm) of a white image projected at 1 cd: the solid angle of the frustum.
     pub fn flux(gobo: &Gobo, field: f64) -> f64 {
         let [a, b] = Projection::half_size(gobo, field);
         4.0 * (a * b / (1.0 + a * a + b * b).sqrt()).atan()

@@ -1,4 +1,4 @@
-//! Files that luminaires are made of, as a rig needs them: read once, known by their paths.
+//! Files of luminaires, read once and looked up by path.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,16 +12,16 @@ use super::photometric::Distribution;
 pub struct LuminaireAssets {
     /// Lights of the stage's files, which come with its geometry.
     pub lamps: Vec<Lamp>,
-    /// What luminaires send into each direction.
+    /// Distributions of measured luminaires.
     pub photometric: BTreeMap<String, Arc<Distribution>>,
-    /// What projectors throw.
+    /// Images of projectors.
     pub slides: BTreeMap<String, Arc<Gobo>>,
-    /// By path, what of a photometric file was not taken.
+    /// By path, a note on parts of a photometric file that are not used.
     pub notes: BTreeMap<String, String>,
 }
 
 impl LuminaireAssets {
-    /// Bytes held.
+    /// Bytes in memory.
     pub fn bytes(&self) -> usize {
         let photometric = self.photometric.values().map(|d| d.bytes());
         let slides = self.slides.values().map(|s| s.bytes());

@@ -1,12 +1,13 @@
-//! Neighbouring triangles of one plane and one material to the polygons they were cut from.
+//! Merges neighbouring coplanar triangles of one material back to the polygons from which they were
+//! cut.
 //!
-//! Exporters cut every polygon into triangles. Each polygon costs the operator an element at least
-//! and a place in every visibility test, and light is interpolated within polygons only; so the
-//! cuts are taken back, where what comes out is the same surface to rounding: the union has a
-//! simple outline, and no vertex is farther from its plane than single precision stores. Polygons
-//! of more than three corners are left as their author made them. Invariants: the area and the
-//! side of every part of the surface stay; the order is that of each polygon's first triangle.
-//! Time and memory are linear in the triangles. This module does not depend on files.
+//! Exporters cut every polygon into triangles. Each polygon costs the operator at least an element
+//! and a place in every visibility test, and light is interpolated only within polygons. So
+//! triangles are merged when the result is the same surface to rounding: the union has a simple
+//! outline, and no vertex is farther from its plane than the precision of single floats. Polygons
+//! of more than three corners stay as their author made them. Invariants: the area and the side of
+//! every part of the surface stay; the order is that of each polygon's first triangle. Time and
+//! memory are linear in the triangles. This module does not depend on files.
 
 #![allow(
     clippy::indexing_slicing,
@@ -22,23 +23,23 @@ use super::{Polygon, Shading};
 use footlight_show::geometry::Vec3;
 use footlight_show::geometry::polygon;
 
-/// Corners of a merged polygon at most.
+/// Most corners of a merged polygon.
 const CORNERS: usize = 64;
 
-/// How far vertices may lie off a plane or a line, as a part of the largest coordinate: single
-/// precision stores positions to 6e-8 of it, turning and adding take a few times that.
+/// Largest distance of vertices from a plane or a line, relative to the largest coordinate: single
+/// precision stores positions to 6e-8, rotations and sums take a few times that.
 const ROUNDING: f64 = 4e-7;
 
 /// Polygons after merging.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Merged {
-    /// All of them.
+    /// The polygons.
     pub polygons: Vec<Polygon>,
-    /// How many triangles lost an edge.
+    /// Number of triangles that lost an edge.
     pub before: usize,
 }
 
-/// Merges what can be merged.
+/// Merges triangles where possible.
 pub fn triangles(mut polygons: Vec<Polygon>) -> Merged {
     let (mut mesh, numbers) = Mesh::of(&mut polygons);
     let mut out = Merged::default();
@@ -78,17 +79,17 @@ pub fn triangles(mut polygons: Vec<Polygon>) -> Merged {
     out
 }
 
-/// A triangle by its vertices' numbers.
+/// Vertex numbers of a triangle.
 type Triangle = [u32; 3];
 
-/// The triangles of a scene with their neighbours.
+/// The triangles of a scene, with adjacency.
 struct Mesh {
     vertices: Vec<Vec3>,
     triangles: Vec<Triangle>,
     materials: Vec<usize>,
-    /// Each until the triangle comes out.
+    /// Shading of each triangle, taken when the triangle is output.
     shadings: Vec<Option<Box<Shading>>>,
-    /// The triangle on the left of each directed edge; none where several are.
+    /// The triangle on the left of each directed edge; `None` when there are several.
     edges: HashMap<[u32; 2], Option<u32>>,
     /// The first triangle of each triangle's region.
     owners: Vec<Option<u32>>,
@@ -97,7 +98,7 @@ struct Mesh {
 }
 
 impl Mesh {
-    /// The mesh of all triangles among `polygons`, and for each polygon its triangle.
+    /// The mesh of all triangles among `polygons`, and the triangle of each polygon.
     fn of(polygons: &mut [Polygon]) -> (Mesh, Vec<Option<u32>>) {
         let mut numbers = Vec::with_capacity(polygons.len());
         let mut mesh = Mesh {
@@ -118,7 +119,7 @@ impl Mesh {
             };
             let triangle = [a, b, c].map(|v| {
                 largest = largest.max(v.x.abs()).max(v.y.abs()).max(v.z.abs());
-                // Adding zero makes one of the two zeros.
+                // Adding zero turns -0 into 0.
                 let key = [v.x + 0.0, v.y + 0.0, v.z + 0.0].map(f64::to_bits);
                 *welded.entry(key).or_insert_with(|| {
                     mesh.vertices.push(v);
@@ -161,16 +162,15 @@ impl Mesh {
         self.edges.get(&[b, a]).copied().flatten()
     }
 
-    /// The triangles that lie in one plane with `first` and hang together with it, marked as its
-    /// own, and whether they are flat to rounding: those of a surface that is bent a little turn
-    /// out not to be. Nothing when `first` has an owner.
+    /// The triangles connected to `first` in one plane, marked as its region, and true when they
+    /// are flat to rounding (a slightly bent surface is not). Empty when `first` has an owner.
     fn region(&mut self, first: u32) -> (Vec<u32>, bool) {
         if !self.take(first, first) {
             return (Vec::new(), true);
         }
         let material = self.materials[first as usize];
         let [origin, b, c] = self.triangle(first).map(|v| self.vertex(v));
-        // The plane is that of all triangles so far: its direction gets better with every one.
+        // The plane is fitted to all triangles so far, so its direction improves with each.
         let mut area = self.area(first);
         let mut reach = (b - origin).length().max((c - origin).length());
         let mut region = vec![first];
@@ -183,7 +183,7 @@ impl Mesh {
                     continue;
                 };
                 let (own, normal) = (self.area(other), area.normalized());
-                // Rounding turns the plane of something narrow by its tolerance over its width.
+                // Rounding tilts the plane of a narrow shape by the tolerance over its width.
                 let turn = self.tolerance * 2.0 * reach / area.length();
                 let near = |v: Vec3| {
                     let d = v - origin;
@@ -205,7 +205,7 @@ impl Mesh {
         (region, flat)
     }
 
-    /// Are two triangles shaded alike where they meet, and their textures in one piece?
+    /// True when two triangles are shaded alike where they meet and their textures continue.
     fn continue_into_each_other(&self, a: u32, b: u32, at: &[Vec3]) -> bool {
         match [a, b].map(|t| self.shadings[t as usize].as_deref()) {
             [None, None] => true,
@@ -221,7 +221,7 @@ impl Mesh {
         is_free
     }
 
-    /// The triangle of the same region on the other side of an edge.
+    /// The triangle of the same region across an edge.
     fn within(&self, edge: [u32; 2], owner: u32) -> Option<u32> {
         let other = self.across(edge)?;
         (self.owners[other as usize] == Some(owner)).then_some(other)
@@ -238,7 +238,7 @@ impl Mesh {
         self.triangle(triangle).map(|v| self.vertex(v)).to_vec()
     }
 
-    /// The polygons of a flat region: its outline where that is simple, else convex parts.
+    /// The polygons of a flat region: its outline if that is simple, else convex parts.
     fn polygons(&self, owner: u32, region: &[u32]) -> Vec<Vec<Vec3>> {
         match outline::of(self, owner, region) {
             Some(outline) => vec![outline],
@@ -246,8 +246,8 @@ impl Mesh {
         }
     }
 
-    /// An outline by its vertices, without the corners that lie on a line between others, as the
-    /// polygon that covers `triangles`; `None` when it is none, or too large.
+    /// An outline without collinear corners, as the polygon that covers `triangles`; `None` when it
+    /// is not valid, or too large.
     fn straightened(&self, outline: &[u32], triangles: &[u32]) -> Option<Vec<Vec3>> {
         let corners: Vec<Vec3> = outline.iter().map(|v| self.vertex(*v)).collect();
         let kept = outline::without_straight(&corners, self.tolerance);
@@ -259,7 +259,8 @@ impl Mesh {
         let covered = triangles
             .iter()
             .fold(Vec3::ZERO, |sum, t| sum + self.area(*t));
-        // A corner off its line by the tolerance takes along half its neighbours' distance.
+        // A corner off its line by the tolerance changes the area by half its neighbours' distance
+        // times that.
         let lost = (covered - polygon::doubled_area(&only)).length();
         let most = 1e-9 * covered.length() + 2.0 * self.tolerance * outline::length(&corners);
         (lost <= most).then_some(only)

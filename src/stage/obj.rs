@@ -1,13 +1,13 @@
-//! Wavefront OBJ with MTL to a [`Scene`].
+//! Reads Wavefront OBJ with MTL to a [`Scene`].
 //!
-//! Invariants: what comes out keeps the promises of [`crate`] as far as they can be told
-//! polygon by polygon: finite, planar, of positive area, with a material whose reflectance lies in
-//! 0..1. A file that breaks them is refused with its name and line, except that polygons without
-//! area are dropped and bent ones cut into triangles, as every exporter writes some of those.
+//! Invariants: the result keeps the invariants of [`crate`] that concern single polygons: finite,
+//! planar, of positive area, with a material whose reflectance lies in 0..1. A file that breaks
+//! them is refused with its name and line, except that polygons without area are dropped and bent
+//! ones cut into triangles, because every exporter writes some.
 //!
-//! Not read: lines, points, curves, faces of two corners and colours of vertices, which are noted;
-//! textures of what is no colour. Kd is the diffuse reflectance, Ke the emitted luminance; either is
-//! black where the MTL does not give it. Ns, Ks and illum are gloss as Blender writes it.
+//! Not read: lines, points, curves, faces of two corners and vertex colours, which are reported;
+//! textures that are not colours. Kd is the diffuse reflectance, Ke the emitted luminance; each
+//! defaults to black. Ns, Ks and illum give gloss by Blender's convention.
 
 mod material;
 mod read;
@@ -28,19 +28,18 @@ use footlight_show::geometry::Vec3;
 use footlight_show::geometry::polygon::{self, ShapeError};
 use footlight_show::units::Rgb;
 
-/// The most corners of one face.
+/// Most corners of one face.
 pub const CORNER_LIMIT: usize = 256;
 
 /// Reads the OBJ file `path` and the MTL files and images that it names (relative to their own
-/// folders), through `files`. OBJ is Y up by custom and is turned; `z_up` takes coordinates as they
-/// are.
+/// folders), through `files`. OBJ is Y up by custom and is turned; `z_up` keeps the coordinates.
 ///
 /// Materials keep the order of the MTL files, used or not, because a show may name them; polygons
 /// keep the order of the file.
 ///
 /// # Errors
-/// [`SceneError`] for files that cannot be read, malformed or truncated lines, numbers that are
-/// not finite, reflectances outside 0..1, missing vertices, and too much of anything.
+/// [`SceneError`] for files that cannot be read, malformed or truncated lines, numbers that are not
+/// finite, reflectances outside 0..1, missing vertices, and too much of anything.
 pub fn import(files: &dyn Files, path: &str, z_up: bool) -> Result<Scene, SceneError> {
     let options = Options {
         z_up,
@@ -56,7 +55,8 @@ pub fn import(files: &dyn Files, path: &str, z_up: bool) -> Result<Scene, SceneE
     Ok(scene)
 }
 
-/// The same of a file that is read already, perhaps without polygons, and what became of its faces.
+/// Like [`import`] for the bytes of a file; it may have no polygons. Also returns statistics of its
+/// faces.
 pub(super) fn parse(
     files: &dyn Files,
     path: &str,
@@ -162,7 +162,7 @@ pub(super) fn parse(
 }
 
 impl Imported {
-    /// Adds a face: one polygon, or triangles where it is bent or what varies over it is not linear.
+    /// Adds a face: one polygon, or triangles when it is bent or its values are not linear.
     fn face(&mut self, corners: &[Corner], material: usize) -> Result<(), ShapeError> {
         let points: Vec<Vec3> = corners.iter().map(|c| c.point).collect();
         let mut parts = polygon::planar(points)?;
@@ -191,7 +191,7 @@ impl Imported {
     }
 }
 
-/// The corners that stand at these vertices of a face.
+/// The corners at these vertices of a face.
 fn standing(vertices: &[Vec3], corners: &[Corner]) -> Vec<Corner> {
     let at = |v: &Vec3| {
         let own = corners.iter().find(|c| c.point == *v).copied();
@@ -204,7 +204,7 @@ fn standing(vertices: &[Vec3], corners: &[Corner]) -> Vec<Corner> {
 }
 
 impl Corner {
-    /// Z up, with its place in the image of a material.
+    /// The corner turned to Z up, with its position in the material's image.
     fn turned(self, z_up: bool, moved: Option<&Moved>) -> Corner {
         let up = |v: Vec3| if z_up { v } else { v.y_up_to_z_up() };
         Corner {

@@ -1,12 +1,12 @@
-//! Photometric files: what a luminaire measured in a laboratory sends into each direction
-//! (IES LM-63 of 1986, 1991, 1995, 2002 and 2019, and EULUMDAT).
+//! Photometric files: measured intensity of a luminaire in each direction (IES LM-63 of 1986, 1991,
+//! 1995, 2002 and 2019, and EULUMDAT).
 //!
 //! Invariants of a [`Distribution`]: vertical and horizontal angles increase strictly, every
 //! intensity is finite and not negative, its flux is positive. Only type C (vertical angle 0
 //! straight down, horizontal angles around the vertical axis) is read; types A and B are refused.
-//! The source is taken as a point; the size of its opening, keywords and watts are not used. A
-//! `TILT` block is checked and left alone: intensities are those of the lamp as it was measured.
-//! It depends on neither where the luminaire hangs nor files' names.
+//! The source is treated as a point; the size of its opening, keywords and watts are not used. A
+//! `TILT` block is checked but not applied: intensities are those of the lamp as measured. This
+//! module depends on neither mounts nor file names.
 
 mod eulumdat;
 mod read;
@@ -15,10 +15,10 @@ use std::f64::consts::{PI, TAU};
 
 pub use read::PhotometricError;
 
-/// How far light of a file's two halves, quarters … repeats around the axis.
+/// Symmetry of a file's intensities around the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Symmetry {
-    /// One plane for all.
+    /// One plane for all angles.
     Round,
     /// 0 to 90 degrees, mirrored at both planes.
     Quadrant,
@@ -30,7 +30,7 @@ pub enum Symmetry {
     None,
 }
 
-/// Intensity by direction, as a file has it.
+/// Intensity by direction, as in a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Distribution {
     /// Degrees from straight down, increasing.
@@ -38,29 +38,29 @@ pub struct Distribution {
     /// Degrees around the axis, increasing.
     horizontal: Vec<f64>,
     symmetry: Symmetry,
-    /// Candela, horizontal angle by horizontal angle.
+    /// Candela, for one horizontal angle after the other.
     candela: Vec<f64>,
-    /// Lumens that the file says its lamps have; `None` for absolute photometry.
+    /// Lumens of the lamps given in the file; `None` for absolute photometry.
     lamp_lumens: Option<f64>,
 }
 
-/// All that a [`Distribution`] holds: what two of them differ in when they are not equal.
+/// All fields of a [`Distribution`], which decide its identity.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Parts<'a> {
     /// Vertical angles, degrees from straight down, increasing.
     pub vertical: &'a [f64],
     /// Horizontal angles, degrees around the axis, increasing.
     pub horizontal: &'a [f64],
-    /// How the horizontal angles repeat around the axis.
+    /// Symmetry around the axis.
     pub symmetry: Symmetry,
-    /// Candela, one number for each vertical angle, horizontal angle by horizontal angle.
+    /// Candela, one number for each vertical angle, for one horizontal angle after the other.
     pub candela: &'a [f64],
-    /// Lumens that the file says its lamps have; `None` for absolute photometry.
+    /// Lumens of the lamps given in the file; `None` for absolute photometry.
     pub lamp_lumens: Option<f64>,
 }
 
 impl Distribution {
-    /// Its fields, for content addresses. A new field does not compile until it is a part.
+    /// Its fields, for content addresses. A new field does not compile until it is listed here.
     pub fn parts(&self) -> Parts<'_> {
         let Distribution {
             vertical,
@@ -86,7 +86,7 @@ impl Distribution {
         Distribution::noted(bytes).map(|(read, _)| read)
     }
 
-    /// Reads a file, with a sentence about what of it was not taken, if anything.
+    /// Reads a file; the second value is a note on parts that are not used, if any.
     ///
     /// # Errors
     /// [`PhotometricError`] with the line.
@@ -116,7 +116,7 @@ impl Distribution {
         let (Some(least), Some(most)) = (self.vertical.first(), self.vertical.last()) else {
             return 0.0;
         };
-        // A rounding error beyond the last angle is the last angle.
+        // A rounding error beyond the last angle is accepted.
         if down < least - 1e-9 || down > most + 1e-9 {
             return 0.0;
         }
@@ -130,14 +130,15 @@ impl Distribution {
         a + (b - a) * across
     }
 
-    /// The candela of the `column`th horizontal and the `row`th vertical angle, or of the last.
+    /// Candela at the horizontal angle `column` and the vertical angle `row`, each at most the
+    /// last.
     fn at(&self, column: usize, row: usize) -> f64 {
         let height = self.vertical.len();
         let (c, r) = (column.min(self.horizontal.len() - 1), row.min(height - 1));
         self.candela.get(c * height + r).copied().unwrap_or(0.0)
     }
 
-    /// The horizontal angle, degrees, within those of the file.
+    /// The horizontal angle, degrees, folded into the range of the file.
     fn folded(&self, horizontal: f64) -> f64 {
         let turn = horizontal.to_degrees().rem_euclid(360.0);
         let half = if turn > 180.0 { 360.0 - turn } else { turn };
@@ -145,7 +146,7 @@ impl Distribution {
             Symmetry::Round => 0.0,
             Symmetry::Quadrant => half.min(180.0 - half),
             Symmetry::Half => half,
-            // 90 - x and 90 + x are alike.
+            // 90 - x and 90 + x are equivalent.
             Symmetry::Across if turn < 90.0 => 180.0 - turn,
             Symmetry::Across if turn > 270.0 => 540.0 - turn,
             Symmetry::Across => turn,
@@ -156,7 +157,7 @@ impl Distribution {
         }
     }
 
-    /// Bytes held.
+    /// Bytes in memory.
     pub fn bytes(&self) -> usize {
         let numbers = self.vertical.len() + self.horizontal.len() + self.candela.len();
         numbers * size_of::<f64>()
@@ -178,8 +179,8 @@ impl Distribution {
         TAU * zones.sum::<f64>()
     }
 
-    /// Mean around the axis at a vertical angle, by trapezoids, which are exact for what is linear
-    /// between the angles.
+    /// Mean around the axis at a vertical angle, by the trapezoidal rule, which is exact for
+    /// piecewise linear intensities.
     fn mean(&self, row: usize) -> f64 {
         let (Some(first), Some(last)) = (self.horizontal.first(), self.horizontal.last()) else {
             return 0.0;
@@ -194,12 +195,12 @@ impl Distribution {
         area.sum::<f64>() / (last - first)
     }
 
-    /// Lumens of the bare lamps, where the file gives them; the luminaire sends out less.
+    /// Lumens of the bare lamps, if the file gives them; the luminaire emits less.
     pub fn lamp_lumens(&self) -> Option<f64> {
         self.lamp_lumens
     }
 
-    /// Angle from the axis, radians, from which on there is no light.
+    /// Angle from the axis beyond which there is no light, radians.
     pub fn end(&self) -> f64 {
         let columns = 0..self.horizontal.len();
         let lit = |row: &usize| columns.clone().any(|c| self.at(c, *row) > 0.0);
@@ -221,8 +222,8 @@ fn zone(from: f64, to: f64, a: f64, b: f64) -> f64 {
     slope * (to.sin() - from.sin()) - b * to.cos() + a * from.cos()
 }
 
-/// Index of the last of increasing `angles` that is not above `x`, and how far x is from it to the
-/// next.
+/// Index of the last of increasing `angles` that is not above `x`, and the fraction of `x` from it
+/// to the next.
 fn between(angles: &[f64], x: f64) -> (usize, f64) {
     let index = angles.partition_point(|a| *a <= x).saturating_sub(1);
     match (angles.get(index), angles.get(index + 1)) {

@@ -1,4 +1,5 @@
-//! From the lights of the text to those of the operator G: materials, files and amounts resolved.
+//! Converts the lights of the text to those of the operator G: resolves materials, files and
+//! amounts.
 
 use super::imported_luminaire;
 use super::luminaire_asset::LuminaireAssets;
@@ -11,15 +12,14 @@ use footlight_show::model::{
 use footlight_show::timeline::Bounced;
 use footlight_show::units::Rgb;
 
-/// Puts the lights that have a shape of their own into `scene`, whose other materials and
-/// polygons come first.
+/// Adds the shapes of sphere and disc lights to `scene`, after its other materials and polygons.
 pub fn add_light_geometry(show: &Show, scene: &mut Scene) {
     for (name, shape) in show.shapes() {
         scene.add_shape(shape_material(name), &shape);
     }
 }
 
-/// [`rig_with`] for a show whose lights and banks need no files.
+/// Like [`rig_with`], for a show whose lights and banks need no files.
 ///
 /// # Errors
 /// Every light that does not fit.
@@ -27,9 +27,9 @@ pub fn rig(show: &Show, scene: &Scene) -> Result<Rig, Vec<RigError>> {
     rig_with(show, scene, &Images::new(), &LuminaireAssets::default())
 }
 
-/// The lights as the operator G takes them, one source for each coordinate; light names become
-/// indices, materials are looked up in `scene`, which has been furnished, pictures of banks in
-/// `images`, files of lights in `luminaires`.
+/// The lights for the operator, with one source per coordinate. Names become indices; materials are
+/// looked up in `scene`, to which light shapes were added, images of banks in `images`, files of
+/// lights in `luminaires`.
 ///
 /// # Errors
 /// Every light that does not fit.
@@ -41,7 +41,7 @@ pub fn rig_with(
 ) -> Result<Rig, Vec<RigError>> {
     let mut errors = Vec::new();
     let mut lights = Vec::new();
-    // Where the lights of each statement start, and at last their number.
+    // First light of each statement; the last entry is the number of lights.
     let mut starts = vec![0];
     for light in &show.lights {
         match resolved(light, scene, images, luminaires) {
@@ -64,8 +64,7 @@ pub fn rig_with(
     Ok(Rig { lights, sources })
 }
 
-/// Adds the light of heads that surfaces reflect: a source for each further coordinate of the show's
-/// timeline.
+/// Adds the reflected light of heads: a source for each further coordinate of the show's timeline.
 ///
 /// # Errors
 /// A light that does not fit.
@@ -78,7 +77,7 @@ pub fn add_bounced(
 ) -> Result<(), RigError> {
     let white = white(show);
     let (coordinates, heads) = (show.coordinates(), show.heads());
-    // Coordinates of one head and pose are next to each other.
+    // Coordinates of one head and pose are adjacent.
     let mut last: Option<(usize, usize, std::ops::Range<usize>)> = None;
     for one in bounced {
         let known = last
@@ -114,7 +113,7 @@ pub fn add_bounced(
     Ok(())
 }
 
-/// A light with a head as G takes it in a pose.
+/// A light with a head, fixed in a pose, for the operator.
 ///
 /// # Errors
 /// A light that does not fit.
@@ -131,7 +130,7 @@ pub fn posed(
     }
 }
 
-/// Factor of a bank's lights in each channel under a setting.
+/// Factor on a bank's lights in each channel under a setting.
 pub fn strength(show: &Show, bank: usize, setting: &[f64]) -> [f64; 3] {
     let white = white(show).0;
     let is_rgb = show.banks.get(bank).is_some_and(|bank| bank.rgb);
@@ -168,7 +167,7 @@ fn filter(coordinate: &Coordinate) -> Rgb {
     }
 }
 
-/// What the channels of all light are multiplied by, so that the preview's white is white.
+/// Factor on all light that makes the preview's white point white.
 fn white(show: &Show) -> Rgb {
     let kelvin = show.preview.white.and_then(Rgb::from_kelvin);
     kelvin.map_or(Rgb::WHITE, |kelvin| Rgb(kelvin.0.map(f64::recip)))
@@ -194,7 +193,7 @@ fn emitters(show: &Show, coordinate: &Coordinate, starts: &[usize]) -> Vec<Emitt
         return show.fixed.iter().flat_map(of).collect();
     };
     let filter = filter(coordinate);
-    // The direct light of a head is made elsewhere.
+    // The direct light of a head is computed elsewhere.
     let stand = bank.lights.iter().filter(|l| {
         let light = show.lights.get(**l);
         light.is_some_and(|light| light.head.is_none())
@@ -202,8 +201,8 @@ fn emitters(show: &Show, coordinate: &Coordinate, starts: &[usize]) -> Vec<Emitt
     stand.flat_map(|l| emitter(*l, filter)).collect()
 }
 
-/// Radiance of a Lambertian surface of `area` square metres that shows `shown` square metres
-/// where its intensity is given.
+/// Radiance of a Lambertian surface of `area` m²; an intensity is divided by the projected area
+/// `shown`, m².
 fn radiance(strength: Strength, area: f64, shown: f64) -> Rgb {
     match strength {
         Strength::Luminance(rgb) => rgb,
@@ -212,7 +211,7 @@ fn radiance(strength: Strength, area: f64, shown: f64) -> Rgb {
     }
 }
 
-/// What G takes for it: one light, or three for a coloured image.
+/// The operator's lights for it: one, or three for a coloured image.
 fn resolved(
     light: &Luminaire,
     scene: &Scene,
@@ -315,7 +314,7 @@ fn measured(
     }))
 }
 
-/// The material of a light's own shape; two words, which no material of a stage is.
+/// Name of a light shape's material; its two words distinguish it from materials of a stage.
 fn shape_material(light: &str) -> String {
     format!("light {light}")
 }

@@ -1,8 +1,8 @@
-//! Why a show's lights do not fit its stage.
+//! Errors of lights that do not fit the stage.
 
 use footlight_show::model::NodeId;
 
-/// Why a show's lights do not fit its stage.
+/// Reason why a light does not fit the stage.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RigError {
     /// A panel names a material that the stage does not have.
@@ -13,7 +13,7 @@ pub enum RigError {
         /// The name that was not found.
         material: String,
     },
-    /// A panel's lumens or candela are to come from a material that no polygon has.
+    /// A panel's lumens or candela need the area of a material without polygons.
     #[error("no surface of the stage is of the material `{material}`")]
     NoArea {
         /// The light's statement.
@@ -21,7 +21,7 @@ pub enum RigError {
         /// The material's name.
         material: String,
     },
-    /// A light's file is not among the fittings.
+    /// A light's file was not read.
     #[error("the file `{path}` has not been read")]
     Unread {
         /// The light's statement.
@@ -29,7 +29,7 @@ pub enum RigError {
         /// The file.
         path: String,
     },
-    /// A panel without a radiance of its own names a material that does not emit.
+    /// A panel without strength names a material that does not emit.
     #[error("the material `{material}` does not emit")]
     Dark {
         /// The light's statement.
@@ -44,10 +44,10 @@ pub enum RigError {
         id: NodeId,
         /// The name that was not found.
         name: String,
-        /// Those that are there.
+        /// Names of the lights in the files.
         known: Vec<String>,
     },
-    /// A light of the stage that has no place.
+    /// A light of the stage without a position.
     #[error("`{name}` of the stage shines from infinitely far, which no light here does")]
     Distant {
         /// The light's statement.
@@ -55,14 +55,14 @@ pub enum RigError {
         /// Its name in the file.
         name: String,
     },
-    /// A light of the stage with what the show says is no spot.
+    /// A light of the stage, with the show's changes, is no valid spot.
     #[error("`{name}` of the stage becomes no spot: {reason}")]
     NoSpot {
         /// The light's statement.
         id: NodeId,
         /// Its name in the file.
         name: String,
-        /// Why.
+        /// The reason.
         reason: String,
     },
     /// A bank's image was not read.

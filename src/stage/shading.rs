@@ -1,9 +1,8 @@
-//! What varies over a polygon: the normal that it is shaded by, and the place in its texture.
+//! Values that vary over a polygon: shading normal and texture coordinates.
 //!
-//! Both are linear in the place on the polygon's plane, which the corners of a triangle always allow,
-//! and those of a larger face where they were made so. Then polygons of any number of corners, merged
-//! ones too, have one formula. Invariants: every number is finite. This module does not depend on
-//! materials.
+//! Both are linear functions on the polygon's plane; on a triangle that is always possible, larger
+//! faces are made so. Polygons of any number of corners, merged ones too, then use one formula.
+//! Invariants: every number is finite. This module does not depend on materials.
 
 #![allow(
     clippy::indexing_slicing,
@@ -13,42 +12,44 @@
 use footlight_show::geometry::solid::Solid;
 use footlight_show::geometry::{Vec3, newell, vec3};
 
-/// Cosine between normals that count as one: 1 degree.
+/// Cosine above which two normals count as equal: 1 degree.
 const SAME: f64 = 0.999_85;
-/// A shading normal leans this far over the polygon's own at most: the cosine.
+/// Least cosine between a shading normal and the polygon's own.
 const LEAN: f64 = 0.1;
-/// How far a place in a texture may be off, as a part of the image.
+/// Tolerance of texture coordinates, relative to the image.
 const OFF_PLACE: f64 = 5e-4;
-/// How far a normal may be off.
+/// Tolerance of normals.
 const OFF_NORMAL: f64 = 0.02;
 
-/// What varies over a polygon.
+/// Shading normal and texture coordinates over a polygon.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shading {
-    /// Where values are given.
+    /// Reference point of the linear functions.
     pub origin: Vec3,
-    /// The normal there, and how it changes along X, Y and Z.
+    /// The normal at the origin, and its derivatives along X, Y and Z.
     pub normal: Option<[Vec3; 4]>,
-    /// Of each coordinate in the texture (0 to 1 from the left, 0 to 1 from the top) the value there
-    /// and its gradient.
+    /// Each texture coordinate (0 to 1 from the left, 0 to 1 from the top): value at the origin and
+    /// gradient.
     pub place: Option<[(f64, Vec3); 2]>,
-    /// A back has the number of its front: what is transparent lets light through both or neither.
+    /// Number of a sheet, shared by front and back: transparency lets light through both or
+    /// neither.
     pub sheet: u32,
 }
 
-/// A corner with what it has beside its place.
+/// A corner with its attributes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Corner {
-    /// Metres.
+    /// Position, metres.
     pub point: Vec3,
-    /// As the file has it; any length.
+    /// Normal of any length, as in the file.
     pub normal: Option<Vec3>,
-    /// In the texture.
+    /// Texture coordinate.
     pub place: Option<[f64; 2]>,
 }
 
 impl Shading {
-    /// Of the face of a solid in this plane (a point of it, its unit normal), where it is round.
+    /// Shading of a round solid's face in this plane (a point and the unit normal); `None` for a
+    /// flat solid.
     pub fn of_solid(solid: &Solid, (point, normal): (Vec3, Vec3)) -> Option<Shading> {
         match *solid {
             Solid::Cylinder { from, to, .. } => {
@@ -63,10 +64,10 @@ impl Shading {
         }
     }
 
-    /// Of a planar polygon's corners; `None` where it is shaded flat and has no texture.
+    /// Shading from a planar polygon's corners; `None` for flat shading without a texture.
     ///
     /// # Errors
-    /// [`Bent`] where the values of more than three corners are not linear.
+    /// [`Bent`] when the values at more than three corners are not linear.
     pub fn of_corners(corners: &[Corner]) -> Result<Option<Shading>, Bent> {
         let points: Vec<Vec3> = corners.iter().map(|c| c.point).collect();
         let (Some(plane), Some(first)) = (Plane::new(&points), corners.first()) else {
@@ -104,7 +105,7 @@ impl Shading {
         Ok((normal.is_some() || place.is_some()).then_some(shading))
     }
 
-    /// Of what does not vary.
+    /// Shading that does not vary.
     pub fn flat(origin: Vec3) -> Shading {
         Shading {
             origin,
@@ -114,14 +115,14 @@ impl Shading {
         }
     }
 
-    /// Round an axis: of a cylinder's faces.
+    /// Normals around an axis, for a cylinder's faces.
     fn round_axis(origin: Vec3, axis: Vec3) -> Shading {
         let axis = axis.normalized();
         let across = |way: Vec3| way - axis * way.dot(axis);
         Shading::of_gradient(origin, across)
     }
 
-    /// Round a centre: of a sphere's faces.
+    /// Normals around a centre, for a sphere's faces.
     fn round_centre(origin: Vec3) -> Shading {
         Shading::of_gradient(origin, |way| way)
     }
@@ -137,8 +138,8 @@ impl Shading {
         }
     }
 
-    /// The unit normal to shade by at a point of a polygon whose own is `flat`: never so far over that
-    /// the polygon would be seen from behind.
+    /// The unit shading normal at a point of a polygon with the normal `flat`, limited so that the
+    /// polygon is never seen from behind.
     pub fn normal(&self, point: Vec3, flat: Vec3) -> Vec3 {
         let Some([value, x, y, z]) = self.normal else {
             return flat;
@@ -146,7 +147,7 @@ impl Shading {
         let d = point - self.origin;
         let smooth = (value + x * d.x + y * d.y + z * d.z).normalized();
         let lean = smooth.dot(flat);
-        // Not a number where it has no direction.
+        // NaN when it has no direction.
         if lean >= LEAN {
             smooth
         } else if smooth.is_finite() && smooth != Vec3::ZERO {
@@ -156,13 +157,13 @@ impl Shading {
         }
     }
 
-    /// The place in the texture; the middle where there is none.
+    /// The texture coordinate at a point; the middle if there is none.
     pub fn place(&self, point: Vec3) -> [f64; 2] {
         let at = |(value, gradient): (f64, Vec3)| value + gradient.dot(point - self.origin);
         self.place.map_or([0.5; 2], |place| place.map(at))
     }
 
-    /// Vectors along the polygon as they lie in the texture.
+    /// Maps vectors along the polygon to the texture.
     pub fn sides(&self, vectors: [Vec3; 2]) -> [[f64; 2]; 2] {
         let of = |vector: Vec3| match self.place {
             Some(place) => place.map(|(_, gradient)| gradient.dot(vector)),
@@ -171,11 +172,11 @@ impl Shading {
         vectors.map(of)
     }
 
-    /// Turns it with its polygon: `by` is a rotation.
+    /// Rotates it with its polygon by `by`.
     pub fn turn(&mut self, by: impl Fn(Vec3) -> Vec3) {
         self.origin = by(self.origin);
         if let Some([value, x, y, z]) = self.normal {
-            // The rows of the matrix turn with the place, what comes out with the normal.
+            // The rows of the matrix rotate with positions, its values with normals.
             let row = |axis: usize| by(vec3(x[axis], y[axis], z[axis]));
             let rows = [row(0), row(1), row(2)];
             let column = |axis: usize| by(vec3(rows[0][axis], rows[1][axis], rows[2][axis]));
@@ -188,7 +189,7 @@ impl Shading {
         }
     }
 
-    /// Stretches it with its polygon, and then moves it.
+    /// Scales and then moves it with its polygon.
     pub fn stretch(&mut self, scale: f64, at: Vec3) {
         self.origin = self.origin * scale + at;
         if let Some([_, gradients @ ..]) = &mut self.normal {
@@ -201,7 +202,7 @@ impl Shading {
         }
     }
 
-    /// Of the back of a polygon.
+    /// Shading of the polygon's back.
     #[must_use]
     pub fn of_back(&self) -> Shading {
         Shading {
@@ -210,7 +211,7 @@ impl Shading {
         }
     }
 
-    /// Do two neighbours go on into each other, seen at the corners of both?
+    /// True when two neighbours continue each other, tested at the corners of both.
     pub fn continues(&self, other: &Shading, at: &[Vec3]) -> bool {
         let same_kind = self.normal.is_some() == other.normal.is_some()
             && self.place.is_some() == other.place.is_some();
@@ -228,7 +229,7 @@ impl Shading {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Bent;
 
-/// Unit normals of corners; `None` where they are the polygon's own, or useless.
+/// Unit normals of corners; `None` when they equal the polygon's own, or are unusable.
 fn normals(corners: &[Corner], flat: Vec3) -> Option<Vec<Vec3>> {
     let unit = |c: &Corner| {
         let normal = c.normal?.normalized();
@@ -238,11 +239,11 @@ fn normals(corners: &[Corner], flat: Vec3) -> Option<Vec<Vec3>> {
     all.iter().any(|n| n.dot(flat) < SAME).then_some(all)
 }
 
-/// Three corners of a polygon that span it.
+/// Three corners that span the polygon's plane.
 struct Plane {
     normal: Vec3,
     corners: [usize; 3],
-    /// Gradients of the second and the third corner's coordinates.
+    /// Gradients of the barycentric coordinates of the second and the third corner.
     dual: [Vec3; 2],
 }
 
@@ -269,7 +270,7 @@ impl Plane {
         })
     }
 
-    /// Value at the first corner and gradient of what has these values at the corners.
+    /// Fits a linear function to values at the corners: value at the first corner, and gradient.
     fn fit(
         &self,
         points: &[Vec3],

@@ -1,4 +1,4 @@
-//! Shared by the readers of all formats: options, limits, errors, and what a reader hands on.
+//! Shared by the readers of all formats: options, limits, errors, and the imported data.
 
 use super::{Gloss, Lamp, Material, Scene, StageCamera};
 use footlight_host::files::FileError;
@@ -7,54 +7,54 @@ use footlight_show::units::Rgb;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The most polygons a stage may have, after bent ones are cut.
+/// Most polygons of a stage, after bent ones are cut.
 pub const POLYGON_LIMIT: usize = 2_000_000;
-/// The most vertices a file may define, and the most corners its faces may have together.
+/// Most vertices of a file, and most corners of its faces together.
 pub const VERTEX_LIMIT: usize = 8_000_000;
-/// The largest coordinate, metres: products of such lengths stay far from overflow.
+/// Largest coordinate, metres: products of such lengths stay far from overflow.
 pub const FAR: f64 = 1e9;
 
-/// How far a number may be outside its range and still count as its end: rounding of the program that
-/// wrote it.
+/// Rounding by which a number may exceed its range and count as the end of the range.
 const ROUNDING: f64 = 1e-3;
 
-/// The highest roughness of a file's material that becomes gloss. A rougher surface looks like a matt
-/// one, which takes a fraction of the time.
+/// Highest roughness that becomes gloss. A rougher surface looks matt, which takes a fraction of
+/// the time.
 pub(crate) const ROUGHEST: f64 = 0.4;
 
-/// The reflectance that a file means by `value`; `None` outside 0 to 1.
+/// The reflectance for `value`; `None` outside 0 to 1.
 pub(crate) fn reflectance(value: f64) -> Option<f64> {
     let range = -ROUNDING..=1.0 + ROUNDING;
     range.contains(&value).then_some(value.clamp(0.0, 1.0))
 }
 
-/// Reflectance of what has no material. glTF says one, at which a closed room never gets dark.
+/// Reflectance of surfaces without a material. glTF's default is one, at which a closed room never
+/// gets dark.
 pub(crate) const UNSTATED: f64 = 0.8;
 
-/// Why a vertex is refused.
+/// Reason for refusing a vertex.
 pub(crate) const FAR_AWAY: &str = "a coordinate is not finite, or beyond 1e9 metres";
 
-/// Why something is refused of which there is too much.
+/// Reason for refusing too much of something.
 pub(crate) fn limit(what: &str, most: usize) -> String {
     format!("more than {most} {what}")
 }
 
-/// How a file is to be taken.
+/// Options of an import.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// The file's own up axis is Z; without it Y, as glTF and most OBJ files have it.
+    /// True when the file's up axis is Z; otherwise it is Y, as in glTF and most OBJ files.
     pub z_up: bool,
-    /// Materials that glTF calls double-sided, or whose texture cuts them out, get a front only.
+    /// True when double-sided and cut-out materials of glTF get a front only.
     pub one_sided: bool,
-    /// No material is glossy, whatever the file says.
+    /// True when no material is glossy, whatever the file says.
     pub matt: bool,
-    /// Where it stands and how large it is.
+    /// Its scale and placement.
     pub place: Place,
-    /// Groups and objects of an OBJ file that become materials of their own, by name.
+    /// Groups and objects of an OBJ file that become separate materials, by name.
     pub parts: Vec<String>,
 }
 
-/// Why a stage could not be imported.
+/// Error of importing a stage.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
     /// The file itself could not be read.
@@ -67,7 +67,7 @@ pub enum SceneError {
         path: String,
         /// Counted from 1.
         line: usize,
-        /// What is wrong with it.
+        /// The fault.
         reason: String,
     },
     /// A part of a glTF file is wrong.
@@ -75,12 +75,12 @@ pub enum SceneError {
     Part {
         /// The glTF file.
         path: String,
-        /// Which part, as `mesh 3 "Chair" primitive 0`; counted from 0, as the file does.
+        /// The part, such as `mesh 3 "Chair" primitive 0`; counted from 0, as in the file.
         place: String,
-        /// What is wrong with it.
+        /// The fault.
         reason: String,
     },
-    /// A glTF file needs an extension that is not known.
+    /// A glTF file requires an unknown extension.
     #[error("`{path}` JSON: it needs the extension `{name}`, which this program does not know")]
     Extension {
         /// The glTF file.
@@ -93,15 +93,16 @@ pub enum SceneError {
     Empty {
         /// The file.
         path: String,
-        /// What it has and is left out, in words that go on from the path's.
+        /// Contents of the file that are not read, as a continuation of a sentence that begins with
+        /// the path.
         left_out: String,
     },
 }
 
-/// What an import did to a file's polygons.
+/// Statistics of an import.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ImportSummary {
-    /// Faces with an area, as the file has them.
+    /// Faces with an area in the file.
     pub faces: usize,
     /// Faces without an area, left out.
     pub dropped: usize,
@@ -109,27 +110,28 @@ pub struct ImportSummary {
     pub bent: usize,
     /// Coplanar triangles that lost their common edges.
     pub merged: usize,
-    /// The polygons that they became.
+    /// The polygons that replaced them.
     pub merged_to: usize,
-    /// Backs added for double-sided materials and those that are cut out.
+    /// Backs added for double-sided and cut-out materials.
     pub backs: usize,
-    /// What the file has and this program leaves out, a sentence each.
+    /// Contents of the file that are not read, one sentence each.
     pub left_out: Vec<String>,
 }
 
-/// Gloss as a file describes it, in the terms of glTF.
+/// Gloss of a file's material, in the terms of glTF.
 pub(crate) struct Finish {
     /// 0 to 1.
     pub roughness: f64,
     /// Share that is metal, 0 to 1.
     pub metallic: f64,
-    /// Reflectance from right above of the rest.
+    /// Reflectance at normal incidence of the rest.
     pub normal: [f64; 3],
 }
 
 impl Material {
-    /// Gives a material the gloss of its file. A metal reflects its colour in its gloss, and nothing
-    /// matt. A material stays matt where its gloss would not be seen: it is rough, shines, or is clear.
+    /// Gives a material the gloss of its file. A metal reflects its colour in its gloss and nothing
+    /// diffusely. A material stays matt when gloss would not be visible: it is rough, emits, or is
+    /// clear.
     pub(crate) fn polish(&mut self, finish: Finish) {
         let metallic = finish.metallic.clamp(0.0, 1.0);
         let mut normal = finish.normal.map(|n| n.clamp(0.0, 1.0));
@@ -157,22 +159,22 @@ impl Material {
     }
 }
 
-/// What a file holds, before triangles are merged and backs added.
+/// Content of a file before triangles are merged and backs added.
 #[derive(Debug, Default)]
 pub(crate) struct Imported {
     pub scene: Scene,
     pub lamps: Vec<Lamp>,
     pub summary: ImportSummary,
     pub cameras: Vec<StageCamera>,
-    /// For each material.
+    /// One entry for each material.
     pub double_sided: Vec<bool>,
     /// Materials of parts that the show names.
     pub parts: BTreeMap<String, usize>,
 }
 
 impl Imported {
-    /// The material of what belongs to a part of the file: one of its own, made like `material`, where
-    /// the show names the part and no material is called so.
+    /// The material for a part of the file: a copy of `material` when the show names the part and
+    /// no material has that name, else `material`.
     pub(crate) fn part(&mut self, name: Option<&str>, material: usize, named: &[String]) -> usize {
         let is_named = |name: &&str| named.iter().any(|n| n == name);
         let Some(name) = name.filter(is_named) else {
@@ -197,7 +199,7 @@ impl Imported {
         own
     }
 
-    /// Turns all of it.
+    /// Rotates everything.
     pub(crate) fn turn(&mut self, by: impl Fn(Vec3) -> Vec3) {
         for polygon in &mut self.scene.polygons {
             let vertices = Arc::make_mut(&mut polygon.vertices);
@@ -215,7 +217,7 @@ impl Imported {
         }
     }
 
-    /// Puts all of it where it belongs.
+    /// Scales and places everything.
     pub(crate) fn put(&mut self, place: &Place, path: &str) -> Result<(), SceneError> {
         self.turn(|v| place.direction(v));
         let (scale, at) = (place.scale, place.at);

@@ -1,8 +1,8 @@
-//! Light given as a picture: what a bank or the fixed lights add to the view, rendered elsewhere.
+//! Images of light: a bank or the fixed lights, rendered elsewhere.
 //!
-//! Invariants: what is read is finite, and all of it together fits the caller's budget. Whether the
-//! sizes agree with each other and with the view is for the caller to say. A file is recognised by
-//! its first bytes, never by its name.
+//! Invariants: every number is finite, and all images together fit the caller's budget. The caller
+//! checks that sizes agree with each other and with the view. A file is recognised by its first
+//! bytes, never by its name.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -12,29 +12,28 @@ use footlight_picture::exr::layer;
 use footlight_picture::{Image, PictureError, decode};
 use footlight_show::model::ImageFile;
 
-/// Pictures by where they stand.
+/// Images by file and layer.
 pub type Images = BTreeMap<ImageFile, Arc<Image>>;
 
-/// Why a picture cannot be used.
+/// Reason why an image cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
     /// The file cannot be read.
     #[error(transparent)]
     File(#[from] FileError),
-    /// It holds no picture, or not this one.
+    /// It holds no image, or not this one.
     #[error(transparent)]
     Picture(#[from] PictureError),
 }
 
-/// What was wrong with a picture.
+/// An image that cannot be used, and the reason.
 pub type Refused = (ImageFile, ImageError);
 
-/// Reads the `wanted` pictures, each file once; those in `known` are taken from there. OpenEXR is
-/// linear light as it is; PNG is sRGB-coded and turned linear. All together hold at most
-/// `budget` bytes.
+/// Reads the `wanted` images, each file once, except those in `known`. OpenEXR holds linear light;
+/// PNG is sRGB-coded and converted to linear. All together take at most `budget` bytes.
 ///
 /// # Errors
-/// Every picture that cannot be used, with the reason.
+/// Every image that cannot be used, with the reason.
 pub fn read(
     files: &dyn Files,
     wanted: &[ImageFile],
@@ -59,7 +58,7 @@ pub fn read(
         let read = match decoded(files, path, &wanted, left) {
             Ok(read) => read,
             Err(error) => {
-                // One reason for the whole file is said once.
+                // A fault of the whole file is reported once.
                 refused.extend(wanted.first().map(|file| ((*file).clone(), error)));
                 continue;
             }

@@ -1,9 +1,9 @@
-//! Images that colour surfaces: prefiltered, in linear light, with their transparency.
+//! Textures of surfaces: prefiltered, in linear light, with transparency.
 //!
-//! [`Pixels`] hold an image and smaller ones of half the size each, down to one texel, every texel the
-//! mean of what it covers. A lookup averages over the footprint of a pixel ([`super::footprint`]). Colours are
-//! weighted by alpha, so that what is transparent gives no colour to what is not. This module does not depend
-//! on surfaces.
+//! [`Pixels`] hold an image and smaller ones of half the size each, down to one texel, every texel
+//! the mean of its area. A lookup averages over the footprint of a pixel ([`super::footprint`]).
+//! Colours are weighted by alpha, so that transparent texels do not colour their neighbours. This
+//! module does not depend on surfaces.
 
 #![allow(
     clippy::indexing_slicing,
@@ -20,48 +20,48 @@ use sha2::{Digest, Sha256};
 use super::footprint::Taps;
 use footlight_show::units::{Rgb, srgb_decode};
 
-/// Texels along a side at most: a larger image is halved until it has no more.
+/// Most texels along a side: a larger image is halved until it fits.
 const MOST_SIDE: usize = 2048;
 
-/// How an image goes on past its border.
+/// Continuation of an image past its border.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wrap {
-    /// It starts again.
+    /// Repeats the image.
     Repeat,
-    /// It runs back.
+    /// Mirrors the image.
     Mirror,
-    /// Its rim goes on.
+    /// Repeats the border.
     Clamp,
 }
 
-/// What a texture's alpha does.
+/// Meaning of a texture's alpha.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Alpha {
-    /// Nothing.
+    /// Ignored.
     Opaque,
-    /// Light passes where it is less than this.
+    /// Light passes where alpha is below this value.
     Mask(f64),
-    /// It is the share of light that is stopped.
+    /// Alpha is the share of light that is stopped.
     Blend,
 }
 
-/// What colours a material point by point.
+/// Position-dependent colour of a material.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Texture {
-    /// The image; white where only alpha matters.
+    /// The image; white when only alpha matters.
     pub pixels: Arc<Pixels>,
-    /// Multiplies its red, green, blue and alpha.
+    /// Factor on its red, green, blue and alpha.
     pub factor: [f64; 4],
-    /// Across and down.
+    /// Horizontal and vertical.
     pub wrap: [Wrap; 2],
-    /// What is transparent.
+    /// Meaning of alpha.
     pub alpha: Alpha,
-    /// One colour instead of the image's.
+    /// A colour that replaces the image's.
     pub paint: Option<[f64; 3]>,
 }
 
 impl Texture {
-    /// One colour and alpha everywhere.
+    /// A uniform texture.
     pub fn plain(factor: [f64; 4], alpha: Alpha) -> Texture {
         Texture {
             pixels: Arc::new(Pixels::new([1, 1], &[[255; 4]])),
@@ -72,7 +72,7 @@ impl Texture {
         }
     }
 
-    /// As transparent as it is, in one colour.
+    /// The texture in one colour, with its transparency.
     #[must_use]
     pub fn painted(self, colour: Rgb) -> Texture {
         Texture {
@@ -81,7 +81,7 @@ impl Texture {
         }
     }
 
-    /// Does light pass somewhere?
+    /// True when light passes somewhere.
     pub fn is_cut(&self) -> bool {
         let [.., least] = self.factor;
         match self.alpha {
@@ -90,8 +90,8 @@ impl Texture {
         }
     }
 
-    /// Mean reflectance over the parallelogram of `sides` around a place, both in the image's width
-    /// and height.
+    /// Mean reflectance over the parallelogram of `sides` around a position, both relative to the
+    /// image's width and height.
     pub fn reflectance(&self, place: [f64; 2], sides: [[f64; 2]; 2]) -> [f64; 3] {
         self.paint.unwrap_or_else(|| {
             let [r, g, b, _] = self.mean(place, sides);
@@ -99,12 +99,12 @@ impl Texture {
         })
     }
 
-    /// Alpha at a place.
+    /// Alpha at a position.
     pub fn alpha(&self, place: [f64; 2]) -> f64 {
         self.mean(place, [[0.0; 2]; 2])[3]
     }
 
-    /// Share of light that is stopped at a place, 0 to 1.
+    /// Share of light stopped at a position, 0 to 1.
     pub fn opacity(&self, place: [f64; 2]) -> f64 {
         match self.alpha {
             Alpha::Opaque => 1.0,
@@ -113,7 +113,7 @@ impl Texture {
         }
     }
 
-    /// Mean colour of what is not transparent, and alpha, over a parallelogram.
+    /// Mean colour of the opaque part, and alpha, over a parallelogram.
     fn mean(&self, place: [f64; 2], sides: [[f64; 2]; 2]) -> [f64; 4] {
         let texels = self.pixels.size().map(|n| n as f64);
         let scaled = sides.map(|[u, v]| [u * texels[0], v * texels[1]]);
@@ -128,7 +128,7 @@ impl Texture {
         self.coloured(sum)
     }
 
-    /// Colour and alpha of what is premultiplied in the image.
+    /// Applies factor and paint to a premultiplied colour.
     fn coloured(&self, sum: [f64; 4]) -> [f64; 4] {
         let [.., weight] = sum;
         let over = if weight > 0.0 { 1.0 / weight } else { 0.0 };
@@ -136,8 +136,8 @@ impl Texture {
         [r * over, g * over, b * over, a].map(|v| v.clamp(0.0, 1.0))
     }
 
-    /// Its texels, row by row from the top: the reflectance of each channel, and the share of light that
-    /// is stopped.
+    /// Its texels, row by row from the top: reflectance of each channel, and share of light
+    /// stopped.
     pub fn texels(&self) -> impl Iterator<Item = [f64; 4]> {
         let [width, height] = self.pixels.size();
         let places = (0..height).flat_map(move |y| (0..width).map(move |x| (x, y)));
@@ -156,12 +156,12 @@ impl Texture {
 
     /// Mean reflectance of the whole image.
     pub fn mean_reflectance(&self) -> [f64; 3] {
-        // Wider than any image.
+        // Larger than any image.
         self.reflectance([0.5; 2], [[1e6, 0.0], [0.0, 1e6]])
     }
 }
 
-/// A length of a footprint that may reach the horizon.
+/// Bounds the length of a footprint that may reach the horizon.
 fn bounded(length: f64) -> f64 {
     if length.is_finite() {
         length.clamp(-1e9, 1e9)
@@ -170,12 +170,12 @@ fn bounded(length: f64) -> f64 {
     }
 }
 
-/// An image with its smaller ones.
+/// An image with its smaller levels.
 #[derive(Clone, PartialEq)]
 pub struct Pixels {
     levels: Vec<Level>,
     is_transparent: bool,
-    /// Of size and texels: what two images differ in when they are not equal.
+    /// Hash of size and texels, which identifies the image.
     pub digest: [u8; 16],
 }
 
@@ -189,13 +189,13 @@ impl fmt::Debug for Pixels {
 #[derive(Clone, PartialEq)]
 struct Level {
     size: [usize; 2],
-    /// Red, green and blue times alpha, and alpha: linear, each the square of its number over 65535,
-    /// which keeps dark tones.
+    /// Red, green and blue times alpha, and alpha. A number stores the square root of its linear
+    /// value times 65535, which preserves dark tones.
     texels: Vec<[u16; 4]>,
 }
 
 impl Pixels {
-    /// Of an image coded as sRGB with alpha, row by row from the top. What is missing is black.
+    /// From an sRGB-coded image with alpha, row by row from the top. Missing texels are black.
     pub fn new(size: [usize; 2], rgba: &[[u8; 4]]) -> Pixels {
         let table: Vec<f64> = (0..=255_u8)
             .map(|code| srgb_decode(f64::from(code) / 255.0))
@@ -241,17 +241,17 @@ impl Pixels {
         }
     }
 
-    /// Texels across and down.
+    /// Columns and rows.
     pub fn size(&self) -> [usize; 2] {
         self.levels.first().map_or([1, 1], |level| level.size)
     }
 
-    /// Is a texel less than opaque?
+    /// True when a texel is not opaque.
     pub fn is_transparent(&self) -> bool {
         self.is_transparent
     }
 
-    /// Bytes held.
+    /// Bytes in memory.
     pub fn bytes(&self) -> usize {
         self.levels
             .iter()
@@ -300,7 +300,7 @@ impl Level {
         mix(top, bottom, t)
     }
 
-    /// Half as many texels on each side, rounded up; each the mean of its area.
+    /// The next level: half as many texels on each side, rounded up; each the mean of its area.
     fn halved(&self) -> Level {
         let [width, height] = self.size.map(|n| n.div_ceil(2));
         let columns = footlight_picture::shrink::overlaps(self.size[0], width);
@@ -329,7 +329,7 @@ fn coded(value: f64) -> u16 {
     (value.max(0.0).sqrt() * 65535.0).round() as u16
 }
 
-/// The texel of a number that may be past the border.
+/// Texel index for one that may be past the border.
 fn wrapped(index: f64, count: usize, wrap: Wrap) -> usize {
     let most = count.saturating_sub(1);
     if !index.is_finite() {

@@ -1,7 +1,7 @@
-//! Files that are written piece by piece: a film is larger than the memory it is made in.
+//! Files written piece by piece: a film is larger than memory.
 //!
-//! Invariant: as with whole files, what stands at the path is the old file until the new one is
-//! finished, and a file that is given up leaves nothing behind.
+//! Invariant: as with whole files, the path holds the old file until the new one is finished, and
+//! an abandoned file leaves nothing behind.
 
 use std::fs::{self, Metadata};
 use std::io::{self, BufWriter, Write};
@@ -9,19 +9,19 @@ use std::path::{Path, PathBuf};
 
 use super::{FileError, Store, io_error, open, part};
 
-/// Links that lead to one file, as Linux allows.
+/// Most links to one file, as in Linux.
 const LINKS: usize = 40;
 
-/// A file that grows until it is finished; dropped before, it was never there.
+/// A file that appears when it is finished; dropped before, it leaves nothing behind.
 pub trait AtomicWriter: Write {
-    /// Puts the file in its place.
+    /// Moves the file to its path.
     ///
     /// # Errors
-    /// [`FileError`] with the path; the old file is then untouched.
+    /// [`FileError`] with the path; the old file is then unchanged.
     fn finish(self: Box<Self>) -> Result<(), FileError>;
 }
 
-/// For stores that only take whole files: grows in memory.
+/// Collects the content in memory, for stores that take only whole files.
 pub(super) struct Gathered<'s, S: ?Sized> {
     store: &'s S,
     path: PathBuf,
@@ -54,21 +54,21 @@ impl<S: Store + ?Sized> AtomicWriter for Gathered<'_, S> {
     }
 }
 
-/// What a file on disk takes the place of.
+/// The path that a file on disk replaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
     /// The name: a link there is replaced, not followed.
     Name,
-    /// The name, unless something has it.
+    /// The name, unless it exists.
     New,
-    /// What the name leads to: links are followed, its mode is kept, a pipe or a device is written
+    /// The target of the name: links are followed, its mode is kept, a pipe or a device is written
     /// into.
     Target,
-    /// The same, but only a file, and not one with other names, which would keep the old content.
+    /// Like `Target`, but only a file without other names, which would keep the old content.
     Edited,
 }
 
-/// A file on disk that is begun.
+/// Begins a file on disk.
 pub(super) fn begin(path: &Path, place: Place) -> Result<Box<dyn AtomicWriter>, FileError> {
     Ok(match destination(path, place)? {
         Destination::Special => Box::new(Straight::new(path)?),
@@ -77,7 +77,7 @@ pub(super) fn begin(path: &Path, place: Place) -> Result<Box<dyn AtomicWriter>, 
 }
 
 enum Destination {
-    /// A file, and what is known of the one that is there.
+    /// A file, and the metadata of the existing one.
     File(PathBuf, Option<Metadata>),
     /// A pipe or a device.
     Special,
@@ -104,7 +104,7 @@ fn destination(path: &Path, place: Place) -> Result<Destination, FileError> {
             return Err(FileError::NotAFile { path, kind });
         }
     }
-    // A file may be protected where its folder, which is what a rename changes, is not.
+    // A file may be protected while its folder, which a rename changes, is not.
     let options = &mut fs::File::options();
     open::without_waiting(options.write(true))
         .open(path)
@@ -118,7 +118,7 @@ fn destination(path: &Path, place: Place) -> Result<Destination, FileError> {
     Ok(Destination::File(target, Some(about)))
 }
 
-/// Where a file is made that is not there yet: at the end of the links, if it is a link.
+/// Path of a file not yet created: the end of the links, if it is a link.
 fn new_target(path: &Path) -> io::Result<PathBuf> {
     let mut target = path.to_owned();
     for _ in 0..LINKS {
@@ -130,7 +130,7 @@ fn new_target(path: &Path) -> io::Result<PathBuf> {
     Err(io::Error::other("too many links"))
 }
 
-/// How many names a file has.
+/// Number of names of a file.
 fn names(about: &Metadata) -> u64 {
     #[cfg(unix)]
     return std::os::unix::fs::MetadataExt::nlink(about);
@@ -141,14 +141,14 @@ fn names(about: &Metadata) -> u64 {
     }
 }
 
-/// Gives a file the mode of another, and its owner where that may be given.
+/// Gives a file the mode of another, and its owner where permitted.
 fn keep_rights(file: &fs::File, old: &Metadata) -> io::Result<()> {
     #[cfg(unix)]
     {
         use std::os::unix::fs::{MetadataExt as _, fchown};
         let new = file.metadata()?;
         if (new.uid(), new.gid()) != (old.uid(), old.gid()) {
-            // Only root may give files away; a group may be given by its members.
+            // Only root may change the owner; members of a group may set it.
             let _ = fchown(file, Some(old.uid()), Some(old.gid()))
                 .or_else(|_| fchown(file, None, Some(old.gid())));
         }
@@ -156,14 +156,14 @@ fn keep_rights(file: &fs::File, old: &Metadata) -> io::Result<()> {
     file.set_permissions(old.permissions())
 }
 
-/// A pipe or a device: what is written is gone, so that nothing is kept back until the end.
+/// A pipe or a device: bytes written cannot be taken back, so they are not held until the end.
 struct Straight {
     file: BufWriter<fs::File>,
     path: PathBuf,
 }
 
 impl Straight {
-    /// As with every program, a pipe without a reader is waited for.
+    /// Like every program, this waits for a reader of the pipe.
     fn new(path: &Path) -> Result<Straight, FileError> {
         let io = io_error(path.display());
         let file = fs::File::options().write(true).open(path).map_err(&io)?;
@@ -194,13 +194,13 @@ impl AtomicWriter for Straight {
     }
 }
 
-/// A file on disk, beside its place until it is finished.
+/// A file on disk, written to a temporary file until it is finished.
 struct Beside {
     /// `None` once it is finished or failed.
     file: Option<BufWriter<fs::File>>,
     beside: PathBuf,
     target: PathBuf,
-    /// What messages call it.
+    /// Its path in messages.
     path: PathBuf,
     place: Place,
 }
@@ -248,7 +248,7 @@ impl AtomicWriter for Beside {
             this.flush()?;
             this.open()?.get_ref().sync_all()?;
             if this.place == Place::New && link(&this.beside, &this.target) {
-                // The part goes as one that is given up does.
+                // Dropping it removes the temporary file.
                 return Ok(());
             }
             fs::rename(&this.beside, &this.target)?;
@@ -259,8 +259,8 @@ impl AtomicWriter for Beside {
     }
 }
 
-/// Gives a file another name, unless something has that already; false where it cannot, as on file systems
-/// without hard links.
+/// Links a file to another name unless that exists; false when it fails, for example on file
+/// systems without hard links.
 fn link(file: &Path, name: &Path) -> bool {
     match fs::hard_link(file, name) {
         Ok(()) => true,
@@ -271,7 +271,7 @@ fn link(file: &Path, name: &Path) -> bool {
 impl Drop for Beside {
     fn drop(&mut self) {
         if self.file.take().is_some() {
-            // Leaving the part behind would only litter; that it may be gone already is fine.
+            // It may be gone already.
             let _ = fs::remove_file(&self.beside);
         }
     }

@@ -1,10 +1,10 @@
-//! Claims on work that processes of several machines share: a file for each, made exclusively, renewed
-//! while its holder is at work, stolen once it is not.
+//! Claims on work shared by processes of several machines: one file each, created exclusively,
+//! renewed while its holder works, stolen when stale.
 //!
-//! Invariant: nobody removes or overwrites the claim of somebody else who may be at work. A stale claim
-//! stays; who steals it makes the one of the next number, `NAME.1` after `NAME.0`, exclusively as well, so
-//! that of two thieves one gets it. The age of a claim is the difference of two times that the file system
-//! gives, so that the machines' own clocks do not matter.
+//! Invariant: no process removes or overwrites a claim of another that may still work. A stale
+//! claim stays; a thief creates the one with the next number, `NAME.1` after `NAME.0`, exclusively
+//! as well, so that only one of two thieves gets it. The age of a claim is the difference of two
+//! times of the file system, so that the machines' own clocks do not matter.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -16,26 +16,26 @@ use std::time::{Duration, Instant, SystemTime};
 use super::disk::folder_or_empty;
 use super::{FileError, io_error, open, process, unique};
 
-/// Bytes of a claim's file that are read.
+/// Most bytes read of a claim's file.
 const LONGEST: u64 = 1024;
 
-/// A claim is renewed when this part of its lease is over.
+/// A claim is renewed after this fraction (1/4) of its lease.
 const RENEWALS: u32 = 4;
 
-/// Attempts to make a claim before its folder is given up: each fails only where another process has made
-/// or removed one in between.
+/// Attempts to create a claim before its folder is given up: each fails only when another process
+/// has created or removed one meanwhile.
 const ATTEMPTS: usize = 16;
 
-/// Who holds a claim.
+/// Holder of a claim.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Holder {
     /// The machine's name.
     pub host: String,
     /// The process's number there.
     pub process: u32,
-    /// The time since the claim was made or renewed.
+    /// Time since the claim was created or renewed.
     pub age: Duration,
-    /// How long it holds without being renewed.
+    /// Time that it holds without renewal.
     pub lease: Duration,
 }
 
@@ -46,16 +46,16 @@ impl Holder {
     }
 }
 
-/// What an attempt to claim something came to.
+/// Result of an attempt to claim something.
 #[derive(Debug)]
 pub enum Claimed {
-    /// It is ours until the claim is dropped.
+    /// The claim is ours until it is dropped.
     Ours(Claim),
-    /// Somebody else is at work on it.
+    /// Another process works on it.
     By(Holder),
 }
 
-/// A claim of our own; dropped, it is given up.
+/// A claim of this process, released when dropped.
 #[derive(Debug)]
 pub struct Claim {
     folder: PathBuf,
@@ -66,18 +66,18 @@ pub struct Claim {
     renewed: Mutex<Instant>,
 }
 
-/// Claims `name` in `folder`, which is made when it is missing; the claim holds for `lease` without being
-/// renewed.
+/// Claims `name` in `folder`, which is created if missing; the claim holds for `lease` without
+/// renewal.
 ///
 /// # Errors
-/// [`FileError`] when the folder cannot be used.
+/// [`FileError`] when the folder is unusable.
 pub fn claim(folder: &Path, name: &str, lease: Duration) -> Result<Claimed, FileError> {
     fs::create_dir_all(folder).map_err(io_error(folder.display()))?;
     for _ in 0..ATTEMPTS {
         let number = match newest(folder, name)? {
             None => 0,
             Some(number) => match holder(folder, name, number, lease)? {
-                // Given up since it was listed.
+                // The claim was released after the listing.
                 None => continue,
                 Some(holder) if holder.is_stale() => number + 1,
                 Some(holder) => return Ok(Claimed::By(holder)),
@@ -91,7 +91,7 @@ pub fn claim(folder: &Path, name: &str, lease: Duration) -> Result<Claimed, File
     Err(io_error(folder.display())(busy))
 }
 
-/// Everything that is claimed in `folder`, stale claims too, by name.
+/// All claims in `folder`, stale ones included, by name.
 ///
 /// # Errors
 /// [`FileError`] when the folder cannot be read.
@@ -111,8 +111,9 @@ pub fn holders(folder: &Path, lease: Duration) -> Result<BTreeMap<String, Holder
 }
 
 impl Claim {
-    /// Renews the claim where a part of its lease is over. Called as often as one likes, by any thread.
-    /// One that cannot be renewed may be stolen, which costs a second rendering and does no harm.
+    /// Renews the claim when part of its lease is over. Any thread may call it as often as it
+    /// likes. A claim that cannot be renewed may be stolen, which costs a second rendering and does
+    /// no harm.
     pub fn renew(&self) {
         let Ok(mut renewed) = self.renewed.try_lock() else {
             return;
@@ -123,7 +124,7 @@ impl Claim {
         }
     }
 
-    /// Writing, unlike setting a time, gives the file the time of the file system.
+    /// Rewrites the file: unlike setting a time, writing uses the time of the file system.
     fn write_again(&self) -> io::Result<()> {
         let path = self.folder.join(file_name(&self.name, self.number));
         let options = &mut File::options();
@@ -133,8 +134,8 @@ impl Claim {
 }
 
 impl Drop for Claim {
-    /// Removes the claim, and then those that it was stolen from: the other way round a third process
-    /// could take one for the newest.
+    /// Removes the claim, and then the claims from which it was stolen: in the reverse order, a
+    /// third process could take one of those for the newest.
     fn drop(&mut self) {
         let own = self.folder.join(file_name(&self.name, self.number));
         process::forget_file(&own);
@@ -147,7 +148,7 @@ impl Drop for Claim {
     }
 }
 
-/// Makes the claim of a number; `None` where somebody else has.
+/// Creates the claim with this number; `None` when it exists.
 fn make(
     folder: &Path,
     name: &str,
@@ -220,8 +221,8 @@ fn newest(folder: &Path, name: &str) -> Result<Option<u64>, FileError> {
     Ok(all.filter(|(of, _)| of == name).map(|(_, n)| n).max())
 }
 
-/// Who holds a claim; `None` where it is gone. One that cannot be read, as it is just being written, is held
-/// for `lease` by somebody.
+/// Holder of a claim; `None` when it is gone. A claim that cannot be read, because it is just being
+/// written, counts as held for `lease`.
 fn holder(
     folder: &Path,
     name: &str,
@@ -229,7 +230,7 @@ fn holder(
     lease: Duration,
 ) -> Result<Option<Holder>, FileError> {
     let path = folder.join(file_name(name, number));
-    // An open file has the newest times that a network file system knows.
+    // On a network file system, an open file has the most recent times.
     let opened = open::without_waiting(File::options().read(true)).open(&path);
     let read = opened.and_then(|file| {
         let written = file.metadata()?.modified()?;
@@ -258,7 +259,7 @@ fn parsed(text: &str) -> Option<(String, u32, Duration)> {
     Some((host.to_owned(), process, lease))
 }
 
-/// The time of the file system.
+/// Current time of the file system.
 fn now(folder: &Path) -> Result<SystemTime, FileError> {
     let path = folder.join(format!("now-{:016x}", unique()));
     let made = File::options().write(true).create_new(true).open(&path);
@@ -326,7 +327,7 @@ mod tests {
             claim(dir.path(), "a", LEASE).unwrap(),
             Claimed::By(_)
         ));
-        // The first was slow and not dead: the thief's claim stays.
+        // The first holder was slow, not dead: the thief's claim stays.
         drop(dead);
         assert_eq!(names(dir.path()), ["a.1"]);
         age(dir.path(), "a.1", 61);
@@ -342,7 +343,7 @@ mod tests {
         assert!(names(dir.path()).is_empty());
     }
 
-    /// Threads in place of processes: of many that find the same claim stale one gets the next.
+    /// Of many threads that find one claim stale, exactly one gets the next.
     #[test]
     fn of_many_thieves_one_gets_it() {
         let dir = tempfile::tempdir().unwrap();

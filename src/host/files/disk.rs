@@ -8,7 +8,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use super::atomic_writer::{self, AtomicWriter, Place};
 use super::{Entry, FileError, Store, io_error, open, part, read_error, read_limited};
 
-/// The disk, anywhere the program may write.
+/// Writes anywhere on disk where the program may.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Disk;
 
@@ -19,20 +19,20 @@ fn whole(path: &Path, place: Place, content: &[u8]) -> Result<(), FileError> {
 }
 
 impl Store for Disk {
-    /// By way of a temporary file next to it and a rename, so that readers and crashes see the old
-    /// file or the new one, never a part.
+    /// Writes a temporary file and renames it, so that readers and crashes see the old file or the
+    /// new one, never a part.
     fn write(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
         whole(path, Place::Name, content)
     }
 
-    /// By way of a temporary file next to it that becomes the file by a hard link, where the file system
-    /// has such; else as [`Disk::write`].
+    /// Writes a temporary file and hard-links it to the path, if the file system supports that;
+    /// else like [`Disk::write`].
     fn add(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
         whole(path, Place::New, content)
     }
 
-    /// The same, but a link is followed and its target keeps its mode; a pipe or a device is written
-    /// into.
+    /// Like [`Disk::write`], but a link is followed and its target keeps its mode; a pipe or a
+    /// device is written into.
     fn output(&self, path: &Path, content: &[u8]) -> Result<(), FileError> {
         whole(path, Place::Target, content)
     }
@@ -73,7 +73,7 @@ impl Store for Disk {
         Ok(start)
     }
 
-    /// What vanishes meanwhile and names that are no text are left out.
+    /// Skips entries that vanish meanwhile, and names that are not text.
     fn entries(&self, folder: &Path) -> Result<Vec<Entry>, FileError> {
         let io = read_error(folder.display());
         let mut out = Vec::new();
@@ -99,7 +99,7 @@ impl Store for Disk {
         super::is_link(path)
     }
 
-    /// Sets the file's time of change to now.
+    /// Sets the file's modification time to now.
     fn touch(&self, path: &Path) -> Result<(), FileError> {
         let options = &mut fs::File::options();
         let file = open::without_waiting(options.append(true)).open(path);
@@ -119,7 +119,7 @@ impl Store for Disk {
     }
 }
 
-/// The entries of a folder: none where it is missing.
+/// The entries of a folder; empty when it is missing.
 pub(super) fn folder_or_empty(
     folder: &Path,
 ) -> io::Result<impl Iterator<Item = io::Result<fs::DirEntry>>> {

@@ -1,4 +1,4 @@
-//! Where a show's files are read from: a folder that nothing leads out of, or memory.
+//! Sources of a show's files: a folder that no path can leave, or memory.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -11,42 +11,42 @@ use super::{FileError, read_limited};
 
 /// Reads the files a show refers to, by paths relative to the show's folder.
 pub trait Files: Send + Sync {
-    /// The whole content of `path`.
+    /// Reads the whole content of `path`.
     ///
     /// # Errors
     /// [`FileError`] when it is outside the folder, missing, over the limit or unreadable.
     fn read(&self, path: &str) -> Result<Vec<u8>, FileError>;
 
-    /// Was the file at this path, as results are named, read through this?
+    /// True when the file at this path, named like a result, was read through this source.
     fn has_read(&self, path: &Path) -> bool {
         let _ = path;
         false
     }
 
-    /// The files that were read, as they were then; nothing where files do not change.
+    /// State of the files when they were read; empty when files cannot change.
     fn as_read(&self) -> Vec<Stamp> {
         Vec::new()
     }
 
-    /// Was one of them edited since?
+    /// True when one of them was changed since.
     fn have_changed(&self) -> bool {
         self.as_read() != self.as_is()
     }
 
-    /// The same files as they are now.
+    /// Current state of the files read.
     fn as_is(&self) -> Vec<Stamp> {
         Vec::new()
     }
 }
 
-/// Size of a file and when it was changed; `None` when it is gone.
+/// Size and modification time of a file; `None` when it is gone.
 pub type Stamp = Option<(u64, SystemTime)>;
 
 fn stamp_of(path: &Path) -> Stamp {
     stamp(&fs::metadata(path).ok()?)
 }
 
-/// `path` with `.` and `..` resolved; `None` when absolute or when it climbs above its start.
+/// `path` with `.` and `..` resolved; `None` when it is absolute or climbs above its start.
 fn inside(path: &str) -> Option<PathBuf> {
     let mut out = PathBuf::new();
     for part in Path::new(path).components() {
@@ -69,12 +69,12 @@ fn inside(path: &str) -> Option<PathBuf> {
 pub struct Folder {
     root: PathBuf,
     limit: u64,
-    /// What was read so far, without links.
+    /// Files read so far, with links resolved.
     read: Arc<Mutex<BTreeMap<PathBuf, Stamp>>>,
 }
 
 impl Folder {
-    /// Reads below `root` (the empty path is the current folder), files of at most `limit` bytes.
+    /// Reads files of at most `limit` bytes below `root` (the empty path is the current folder).
     pub fn new(root: impl Into<PathBuf>, limit: u64) -> Folder {
         let root = root.into();
         let current = root.as_os_str().is_empty();
@@ -86,7 +86,7 @@ impl Folder {
     }
 
     fn known(&self) -> MutexGuard<'_, BTreeMap<PathBuf, Stamp>> {
-        // Each change is one call: a panic elsewhere leaves nothing half done.
+        // Each change is one call, so a panic elsewhere leaves the map consistent.
         self.read.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -95,7 +95,7 @@ impl Files for Folder {
     fn read(&self, path: &str) -> Result<Vec<u8>, FileError> {
         let relative = inside(path).ok_or_else(|| FileError::Outside(path.to_owned()))?;
         let found = open::beneath(&self.root, &relative).map_err(|refusal| refusal.of(path))?;
-        // As it was before it is read: a change meanwhile is a change.
+        // Take the stamp before reading, so that a change meanwhile is noticed.
         let stamp = found.opened.stamp();
         let content = read_limited(Ok(found.opened), path, self.limit)?;
         self.known().insert(found.path, stamp);
@@ -175,8 +175,8 @@ mod tests {
         ));
     }
 
-    /// While a link is swapped between a file of the show and one outside, and a folder between one
-    /// of the show and a link to one outside, what is read is the show's or refused.
+    /// Another thread swaps a link between a file of the show and one outside, and a folder with a
+    /// link to one outside; reading gives the show's file or an error.
     #[cfg(unix)]
     #[test]
     fn a_link_that_is_swapped_meanwhile_leads_nowhere_else() {
@@ -263,7 +263,7 @@ mod tests {
             assert_eq!(files.read(name).unwrap(), b"a", "{name}");
             assert!(files.has_read(&at("show").join(name)), "{name}");
         }
-        // However often one file is named, it is one.
+        // A file named several ways counts once.
         assert_eq!(files.as_read().len(), 1);
         for name in ["up/secret", "up", "out", "absolute_out", "around_out"] {
             let found = files.read(name);
@@ -274,7 +274,7 @@ mod tests {
         assert!(matches!(files.read("own/b"), Err(FileError::Missing(_))));
     }
 
-    /// What is no file is refused at once, whether a show or a person names it.
+    /// Anything but a regular file is refused at once, whether a show or a person names it.
     #[cfg(unix)]
     #[test]
     fn only_files_are_read() {

@@ -1,10 +1,10 @@
-//! The machine: its processor, the time that passes, the process's memory and its standard output.
+//! The machine: processor, clock, memory of the process, and standard output.
 
 use std::fs;
 use std::sync::Arc;
 use std::time::Instant;
 
-/// The processor's name as the system gives it; `None` where it does not (only Linux does).
+/// The processor's name from the system; `None` except on Linux.
 pub fn processor() -> Option<String> {
     let text = fs::read_to_string("/proc/cpuinfo").ok()?;
     let line = text.lines().find(|l| l.starts_with("model name"))?;
@@ -12,9 +12,9 @@ pub fn processor() -> Option<String> {
     (!name.is_empty()).then(|| name.to_owned())
 }
 
-/// Seconds passed, as the embedding program measures them.
+/// A clock of the embedding program.
 pub trait Clock: Send + Sync {
-    /// Seconds since a fixed moment of the clock's own choice; never falls.
+    /// Seconds since a fixed moment of the clock's choice; never decreases.
     fn seconds(&self) -> f64;
 }
 
@@ -24,8 +24,8 @@ impl<C: Clock + ?Sized> Clock for Arc<C> {
     }
 }
 
-/// The machine's monotonic clock. Where the platform has none (WebAssembly without a host's) it
-/// stands still: an embedding program there gives its own.
+/// The machine's monotonic clock. On a platform without one (WebAssembly) it stands still: an
+/// embedding program there supplies its own.
 #[derive(Clone, Copy, Debug)]
 pub struct Monotonic(Option<Instant>);
 
@@ -41,8 +41,8 @@ impl Clock for Monotonic {
     }
 }
 
-/// Bytes of addresses that this process may have, of which threads reserve some that they do not
-/// use; everything where the platform does not tell.
+/// Bytes of address space that this process may use, of which threads reserve some without using
+/// it; `usize::MAX` if unknown.
 pub fn address_space() -> usize {
     limit().unwrap_or(usize::MAX)
 }
@@ -59,25 +59,24 @@ fn limit() -> Option<usize> {
     None
 }
 
-/// Whether that is less than everything.
+/// True when the address space is limited.
 pub fn is_limited() -> bool {
     address_space() < usize::MAX
 }
 
-/// Makes large blocks go back to the system as soon as they are freed, at a few percent of time. By
-/// default glibc keeps them for the next block of their size, between others that are still in use:
-/// up to half as much again as what is held.
+/// Makes large blocks return to the system as soon as they are freed, at a few percent of time. By
+/// default glibc keeps them between others in use, up to half of the memory in use.
 pub fn return_large_blocks() {
     #[cfg(all(feature = "program", target_os = "linux", target_env = "gnu"))]
     #[allow(unsafe_code, reason = "the C library has no other door to this")]
     {
-        /// Most pictures, and the lists of a large stage, are larger.
+        /// Most images, and the lists of a large stage, are larger.
         const LARGE: libc::c_int = 1 << 20;
-        // SAFETY: takes two numbers; `main` calls it before there is a second thread.
+        // SAFETY: the call takes two numbers; `main` calls it before there is a second thread.
         unsafe {
             libc::mallopt(libc::M_MMAP_THRESHOLD, LARGE);
             libc::mallopt(libc::M_TRIM_THRESHOLD, 16 * LARGE);
-            // Each further arena reserves 128 MB of addresses that are never used.
+            // Each further arena reserves 128 MB of addresses without using them.
             if is_limited() {
                 libc::mallopt(libc::M_ARENA_MAX, 1);
             }
@@ -85,19 +84,19 @@ pub fn return_large_blocks() {
     }
 }
 
-/// Gives what was freed back to the system: reading a large stage leaves as much between its
-/// polygons as they take.
+/// Returns freed memory to the system: reading a large stage leaves as much between its polygons as
+/// they take.
 pub fn return_freed_memory() {
     #[cfg(all(feature = "program", target_os = "linux", target_env = "gnu"))]
     #[allow(unsafe_code, reason = "the C library has no other door to this")]
-    // SAFETY: only looks after free memory, and takes the allocator's own locks.
+    // SAFETY: the call only looks for free memory, under the allocator's own locks.
     unsafe {
         libc::malloc_trim(0);
     }
 }
 
-/// True when standard output was closed before the program began, as `>&-` does it. Rust then opens
-/// the null device in its place, for reading too, which no shell's `>/dev/null` does.
+/// True when standard output was closed before the program began (`>&-`). Rust then opens the null
+/// device in its place for reading too, which no shell's `>/dev/null` does.
 #[cfg(unix)]
 pub fn output_goes_nowhere() -> bool {
     use std::os::fd::AsFd as _;
@@ -120,7 +119,7 @@ pub fn output_goes_nowhere() -> bool {
     }
 }
 
-/// False: other systems do not say.
+/// Always false: other systems do not tell.
 #[cfg(not(unix))]
 pub fn output_goes_nowhere() -> bool {
     false

@@ -1,8 +1,7 @@
-//! Opening files to read: what is opened is a regular file, and what a show names lies beneath its
-//! folder.
+//! Opens files for reading: only regular files, and for a show only files beneath its folder.
 //!
-//! Invariants: what is opened is decided on its handle, never on its name alone, which another
-//! process may give to something else meanwhile; no open waits for another process.
+//! Invariants: checks are made on the open handle, never on the name alone, which another process
+//! may reuse meanwhile; no open waits for another process.
 
 use std::fs::{self, File, Metadata};
 use std::io;
@@ -15,7 +14,7 @@ use super::FileError;
 #[derive(Debug)]
 pub(super) struct Opened {
     pub file: File,
-    /// Size and time of change when it was opened.
+    /// Size and modification time at opening.
     pub about: Metadata,
 }
 
@@ -23,16 +22,16 @@ pub(super) struct Opened {
 #[derive(Debug)]
 pub(super) struct Found {
     pub opened: Opened,
-    /// Its path without links.
+    /// Its path with links resolved.
     pub path: PathBuf,
 }
 
-/// Why a file was not opened.
+/// Reason why a file was not opened.
 #[derive(Debug)]
 pub(super) enum Refusal {
     /// It lies outside the folder.
     Outside,
-    /// It is no regular file but this.
+    /// Not a regular file, but this kind.
     Special(&'static str),
     /// The operating system's reason.
     Io(io::Error),
@@ -52,7 +51,7 @@ impl From<nix::Error> for Refusal {
 }
 
 impl Refusal {
-    /// The error of a file that a message calls `path`.
+    /// The error for a file that a message calls `path`.
     pub(super) fn of(self, path: impl std::fmt::Display) -> FileError {
         let path = path.to_string();
         match self {
@@ -67,18 +66,18 @@ impl Refusal {
 }
 
 impl Opened {
-    /// Size and time of change.
+    /// Size and modification time.
     pub(super) fn stamp(&self) -> super::Stamp {
         stamp(&self.about)
     }
 }
 
-/// Size and time of change.
+/// Size and modification time.
 pub(super) fn stamp(about: &Metadata) -> Option<(u64, SystemTime)> {
     Some((about.len(), about.modified().ok()?))
 }
 
-/// What something is that is no regular file.
+/// Kind of anything but a regular file.
 pub(super) fn special(about: &Metadata) -> Option<&'static str> {
     let kind = about.file_type();
     if kind.is_file() {
@@ -100,17 +99,17 @@ pub(super) fn special(about: &Metadata) -> Option<&'static str> {
     Some("a device")
 }
 
-/// Opens a regular file wherever it is; links are followed.
+/// Opens a regular file anywhere; links are followed.
 pub(super) fn regular(path: &Path) -> Result<Opened, Refusal> {
-    // Opening a device may do something to it, and opening a pipe to its writer. What the name
-    // leads to by now is decided below.
+    // Opening a device may act on it, and opening a pipe disturbs its writer. The handle is checked
+    // again below.
     if let Some(kind) = special(&fs::metadata(path)?) {
         return Err(Refusal::Special(kind));
     }
     opened(without_waiting(File::options().read(true)).open(path)?)
 }
 
-/// The same options, for an open that does not wait for another process.
+/// Options for an open that does not wait for another process.
 pub(super) fn without_waiting(options: &mut fs::OpenOptions) -> &mut fs::OpenOptions {
     #[cfg(unix)]
     {
@@ -121,7 +120,7 @@ pub(super) fn without_waiting(options: &mut fs::OpenOptions) -> &mut fs::OpenOpt
     options
 }
 
-/// A handle, if it is that of a regular file.
+/// Checks that a handle is a regular file.
 fn opened(file: File) -> Result<Opened, Refusal> {
     let about = file.metadata()?;
     match special(&about) {
@@ -131,9 +130,9 @@ fn opened(file: File) -> Result<Opened, Refusal> {
 }
 
 /// Opens a regular file beneath the folder `root`; `relative` has neither `..` nor a root. Links
-/// are followed only where they stay beneath it. The way is walked folder by folder, each opened
-/// from the one before and no link by the system itself, so that a link that is put in the place
-/// of a file or folder meanwhile leads nowhere else.
+/// are followed only if they stay beneath it. The path is walked folder by folder, each opened from
+/// the one before and no link followed by the system itself, so that a link swapped in meanwhile
+/// leads nowhere else.
 #[cfg(unix)]
 pub(super) fn beneath(root: &Path, relative: &Path) -> Result<Found, Refusal> {
     let root = root.canonicalize()?;
@@ -151,7 +150,7 @@ pub(super) fn beneath(root: &Path, relative: &Path) -> Result<Found, Refusal> {
     Err(Refusal::Special("a folder"))
 }
 
-/// Opens a regular file beneath the folder `root`, which is checked before it is opened.
+/// Opens a regular file beneath the folder `root`; the path is checked before it is opened.
 #[cfg(not(unix))]
 pub(super) fn beneath(root: &Path, relative: &Path) -> Result<Found, Refusal> {
     let root = root.canonicalize()?;
@@ -167,7 +166,7 @@ pub(super) fn beneath(root: &Path, relative: &Path) -> Result<Found, Refusal> {
 
 #[cfg(unix)]
 mod walk {
-    //! The way to a file beneath a folder, one name at a time.
+    //! Walks to a file beneath a folder, one name at a time.
 
     use std::collections::VecDeque;
     use std::ffi::{OsStr, OsString};
@@ -181,7 +180,7 @@ mod walk {
 
     use super::Refusal;
 
-    /// Links on one way, as Linux allows.
+    /// Most links on one path, as in Linux.
     const LINKS: usize = 40;
 
     pub enum Step {
@@ -189,10 +188,10 @@ mod walk {
         Into(OsString),
     }
 
-    /// Where a walk is, and what is ahead of it.
+    /// State of a walk.
     pub struct Walk {
         root: OwnedFd,
-        /// The folders from the root to here, and at the end the file.
+        /// The folders from the root to here, and finally the file.
         behind: Vec<(OsString, Option<OwnedFd>)>,
         ahead: VecDeque<Step>,
         links: usize,
@@ -212,7 +211,7 @@ mod walk {
             self.ahead.pop_front()
         }
 
-        /// Puts a relative path before what is ahead.
+        /// Prepends a relative path to the remaining names.
         pub fn add(&mut self, path: &Path) -> Result<(), Refusal> {
             for part in path.components().rev() {
                 match part {
@@ -227,7 +226,7 @@ mod walk {
             Ok(())
         }
 
-        /// Takes a step; the file where it leads to the last name.
+        /// Takes a step; returns the file once the last name is reached.
         pub fn step(&mut self, root: &Path, step: Step) -> Result<Option<File>, Refusal> {
             let name = match step {
                 Step::Up => {
@@ -258,7 +257,7 @@ mod walk {
                     self.behind.push((name, None));
                     Ok(Some(File::from(open)))
                 }
-                // It has become something else since it was looked at.
+                // It has changed since it was examined.
                 Err(Errno::ELOOP | Errno::EMLINK | Errno::ENOTDIR | Errno::ENXIO) => {
                     self.again()?;
                     self.ahead.push_front(Step::Into(name));
@@ -268,7 +267,7 @@ mod walk {
             }
         }
 
-        /// Puts what a link says before what is ahead.
+        /// Prepends a link's target to the remaining names.
         fn follow(&mut self, root: &Path, name: &OsStr) -> Result<(), Refusal> {
             self.again()?;
             let target = match readlinkat(self.here(), name) {
@@ -284,7 +283,7 @@ mod walk {
             self.add(inside)
         }
 
-        /// Counts a link, or another look.
+        /// Counts a link or a retry.
         fn again(&mut self) -> Result<(), Refusal> {
             self.links += 1;
             if self.links > LINKS {
@@ -302,7 +301,7 @@ mod walk {
                 .unwrap_or(&self.root)
         }
 
-        /// Where the walk is.
+        /// Current path of the walk.
         pub fn path(&self, root: &Path) -> PathBuf {
             let names = self.behind.iter().map(|(name, _)| name);
             root.iter().chain(names.map(OsString::as_os_str)).collect()
@@ -310,7 +309,7 @@ mod walk {
     }
 
     fn folder() -> OFlag {
-        // A folder that may be entered but not listed is good enough.
+        // Permission to search a folder is enough; listing is not needed.
         #[cfg(target_os = "linux")]
         let search = OFlag::O_PATH;
         #[cfg(not(target_os = "linux"))]

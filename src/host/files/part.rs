@@ -1,9 +1,9 @@
-//! Temporary files next to what they will replace: how they are named, and how those that a killed
-//! process left are distinguished from those being written.
+//! Temporary files next to their targets: their names, and how to tell leftovers of killed
+//! processes from files being written.
 //!
-//! Invariant: a part is locked while it is written, so that one that is not, and whose process is
-//! gone, is litter. The lock alone would not do on file systems that have none, nor the process's
-//! number where two machines or containers share a folder.
+//! Invariant: a part is locked while it is written, so that an unlocked one whose process is gone
+//! is litter. The lock alone is not enough on file systems without locks, nor is the process number
+//! when two machines or containers share a folder.
 
 use std::ffi::OsStr;
 use std::fs::{self, File};
@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 
 use super::{FileError, io_error, open, unique};
 
-/// Longer names have no room for a part's ending in the 255 bytes that file systems allow.
+/// Longest name of a target: a part's suffix must fit in the 255 bytes of file systems.
 const LONGEST: usize = 200;
 
-/// Makes a part for the file at `path`, locked; its folder is made when it is missing.
+/// Creates a locked part for the file at `path`, and its folder if missing.
 pub(super) fn create(path: &Path) -> Result<(File, PathBuf), FileError> {
     let io = io_error(path.display());
     if let Some(folder) = path.parent() {
@@ -32,13 +32,13 @@ pub(super) fn create(path: &Path) -> Result<(File, PathBuf), FileError> {
     let part = path.with_file_name(name);
     let file = File::options().write(true).create_new(true).open(&part);
     let file = file.map_err(io)?;
-    // Where there are no locks, the process's number has to do.
+    // Without locks, the process number has to do.
     let _ = file.try_lock();
     Ok((file, part))
 }
 
-/// Removes the parts in `folder` that no process writes any more. What cannot be listed or removed
-/// stays: it is only litter.
+/// Removes the parts in `folder` that no process writes any more. Errors are ignored: a part is
+/// only litter.
 pub(super) fn sweep(folder: &Path) {
     let folder = if folder.as_os_str().is_empty() {
         Path::new(".")
@@ -54,7 +54,7 @@ pub(super) fn sweep(folder: &Path) {
     }
 }
 
-/// The process that a part is of, by its name.
+/// Process number in the name of a part.
 fn writer(name: &str) -> Option<u32> {
     let (stem, mark) = name.strip_suffix(".part")?.rsplit_once('.')?;
     let (id, random) = mark.split_once('-')?;
@@ -68,7 +68,7 @@ fn is_running(id: u32) -> bool {
     use nix::errno::Errno;
     use nix::sys::signal::kill;
     let id = i32::try_from(id).map(nix::unistd::Pid::from_raw);
-    // No signal is sent; somebody else's process is one too.
+    // No signal is sent; a process of another user also exists.
     id.is_ok_and(|id| kill(id, None) != Err(Errno::ESRCH))
 }
 
@@ -77,7 +77,7 @@ fn is_running(id: u32) -> bool {
     id == std::process::id()
 }
 
-/// True for a file whose lock is free.
+/// True when a file's lock is free.
 fn is_given_up(path: &Path) -> io::Result<bool> {
     if !fs::symlink_metadata(path)?.is_file() {
         return Ok(false);

@@ -1,10 +1,10 @@
-//! Other programs: started without a shell, watched, and never left behind.
+//! Other programs: started without a shell, watched, never left running.
 //!
-//! Invariants: a program works on files of a private folder that is made for the one run and
-//! removed after it, however it ends; of what it says on its output and complains about only the
-//! end is kept, in memory; when it takes too long or the user stops, it is killed, and
-//! however it ends, everything it started is killed too (on Unix, by its process group; elsewhere
-//! only the program itself); nothing of it outlives this process, unless that is killed itself.
+//! Invariants: a program works on files in a private folder, created for the one run and removed
+//! afterwards; only the end of its output and error output is kept, in memory; after a timeout or a
+//! cancel it is killed; at its end, everything it started is killed too (on Unix, by its process
+//! group; elsewhere only the program itself). Nothing of it outlives this process, unless that is
+//! killed.
 
 use std::fs;
 use std::io::Read;
@@ -16,89 +16,88 @@ use std::time::{Duration, Instant};
 
 use super::{FileError, io_error, open, read_limited, unique};
 
-/// Bytes of a program's last words that are kept, and those of them that are shown.
+/// Most bytes kept of a program's output, and most bytes shown.
 const KEPT: usize = 64 << 10;
 const TAIL: usize = 2048;
-/// How long a program's last words are waited for once it has ended.
+/// Time to wait for remaining output after a program has ended.
 const LAST_WORDS: Duration = Duration::from_millis(500);
 
-/// How often a running program is looked at: this part of the time it has taken, within these
-/// bounds.
+/// Polling interval of a running program: this fraction of its running time, within these bounds.
 const LOOK: (u32, Duration, Duration) = (20, Duration::from_millis(2), Duration::from_millis(100));
 
 /// One run of a program.
 pub struct Job<'a> {
     /// The program.
     pub program: &'a str,
-    /// Its arguments; [`Job::inputs`]' and [`Job::output`]'s marks in them become paths.
+    /// Its arguments; marks of [`Job::inputs`] and [`Job::output`] in them are replaced by paths.
     pub arguments: &'a [String],
-    /// Files made before: mark (`{settings}`), name and content.
+    /// Input files: mark (`{settings}`), name and content.
     pub inputs: &'a [(&'a str, &'a str, &'a [u8])],
-    /// The file that the program must leave: mark and name.
+    /// The output file that the program must write: mark and name.
     pub output: (&'a str, &'a str),
-    /// Most bytes of the output that are read.
+    /// Most bytes read of the output.
     pub limit: u64,
     /// Seconds after which the program is killed.
     pub timeout: f64,
-    /// Asked again and again: true kills it.
+    /// Polled repeatedly; true kills the program.
     pub cancelled: &'a (dyn Fn() -> bool + Sync),
 }
 
-/// A run that went well.
+/// A successful run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Done {
-    /// The content of the output file.
+    /// Content of the output file.
     pub output: Vec<u8>,
     /// Seconds from start to exit.
     pub seconds: f64,
 }
 
-/// Why a run brought nothing. The tail is the end of what the program complained about.
+/// Error of a run. The tail is the end of the program's error output.
 #[derive(Debug, thiserror::Error)]
 pub enum ProcessError {
-    /// There is no such program, or it may not be run.
+    /// The program does not exist, or may not be run.
     #[error("`{program}` cannot be started: {source}")]
     Start {
-        /// As the command names it.
+        /// Its name in the command.
         program: String,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// It ended with a code other than 0, or was killed by somebody else.
+    /// It ended with a code other than 0, or by a signal.
     #[error("`{program}` ended with {status}{}", complaint(tail))]
     Exit {
-        /// As the command names it.
+        /// Its name in the command.
         program: String,
-        /// `code 3`, or what ended it.
+        /// `code 3`, or the signal.
         status: String,
-        /// The end of its standard error, or of what it printed where that is empty.
+        /// The end of its standard error, or of its standard output if that is empty.
         tail: String,
     },
-    /// It took too long and was killed.
+    /// It timed out and was killed.
     #[error(
         "`{program}` was stopped after {seconds} s without an end{}",
         complaint(tail)
     )]
     Timeout {
-        /// As the command names it.
+        /// Its name in the command.
         program: String,
-        /// The time it had.
+        /// Its time limit, seconds.
         seconds: f64,
-        /// The end of its standard error, or of what it printed where that is empty.
+        /// The end of its standard error, or of its standard output if that is empty.
         tail: String,
     },
-    /// It ended well but left no output.
+    /// It ended well but wrote no output.
     #[error("`{program}` ended well but wrote no file{}", complaint(tail))]
     NoOutput {
-        /// As the command names it.
+        /// Its name in the command.
         program: String,
-        /// The end of its standard error, or of what it printed where that is empty.
+        /// The end of its standard error, or of its standard output if that is empty.
         tail: String,
     },
-    /// The user stopped; the program was killed.
+    /// The user cancelled; the program was killed.
     #[error("stopped")]
     Cancelled,
-    /// The private folder could not be used, or the output not be read.
+    /// The private folder is unusable, or the output could not be read.
     #[error(transparent)]
     File(#[from] FileError),
 }
@@ -110,12 +109,12 @@ fn complaint(tail: &str) -> String {
     }
 }
 
-/// Runs programs. Closures are fake ones, for tests.
+/// Runs programs. A closure serves as a fake in tests.
 pub trait Processes: Send + Sync {
     /// Runs `job` to its end.
     ///
     /// # Errors
-    /// [`ProcessError`]; the program is not running any more then.
+    /// [`ProcessError`]; the program is then no longer running.
     fn run(&self, job: &Job<'_>) -> Result<Done, ProcessError>;
 }
 
@@ -128,7 +127,7 @@ where
     }
 }
 
-/// The machine's own programs.
+/// Runs programs of this machine.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Programs;
 
@@ -157,7 +156,7 @@ impl Processes for Programs {
         let watched = watch(&mut child, begin, job);
         let seconds = begin.elapsed().as_secs_f64();
         let program = || job.program.to_owned();
-        // Some programs, such as Blender, complain where others print results.
+        // Some programs, such as Blender, print errors to standard output.
         let tail = || {
             let end = |words: &Option<Words>| words.as_ref().map_or(String::new(), Words::end);
             Some(end(&complaints))
@@ -191,7 +190,7 @@ impl Processes for Programs {
 }
 
 fn start(program: &str, arguments: impl Iterator<Item = String>) -> Result<Child, ProcessError> {
-    // `end_all` must not miss one that is just being started.
+    // `end_all` must not miss a program that is just being started.
     let mut running = running();
     if running.ended {
         return Err(ProcessError::Cancelled);
@@ -212,18 +211,18 @@ fn start(program: &str, arguments: impl Iterator<Item = String>) -> Result<Child
     Ok(child)
 }
 
-/// What must not outlive this process.
+/// Resources that must not outlive this process.
 struct Running {
-    /// Programs, by their numbers.
+    /// Process numbers of programs.
     programs: Vec<u32>,
     folders: Vec<PathBuf>,
     files: Vec<PathBuf>,
-    /// No other is to be started.
+    /// Once true, no program is started.
     ended: bool,
 }
 
 impl Running {
-    /// Forgets a program, and ends what it has left behind.
+    /// Forgets a program, and kills what it has left running.
     fn close(&mut self, program: u32) {
         kill_group(program);
         self.programs.retain(|other| *other != program);
@@ -241,18 +240,18 @@ fn running() -> MutexGuard<'static, Running> {
     RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Has a file removed where the process is ended before it is done.
+/// Registers a file to be removed if the process is ended.
 pub(super) fn remember_file(path: &Path) {
     running().files.push(path.to_owned());
 }
 
-/// The process looks after a file itself again.
+/// Unregisters a file.
 pub(super) fn forget_file(path: &Path) {
     running().files.retain(|other| other != path);
 }
 
-/// Kills all programs that are running, with all that they started, and removes their folders and what
-/// else must not outlive the process; no other can be started then. For a process that is about to end.
+/// Kills all running programs with everything that they started, removes their folders and the
+/// registered files, and prevents new programs. For a process that is about to end.
 pub fn end_all() {
     let mut running = running();
     running.ended = true;
@@ -261,7 +260,7 @@ pub fn end_all() {
         let _ = fs::remove_file(file);
     }
     for folder in &running.folders {
-        // A program that is being killed may still write.
+        // A program being killed may still write.
         let gone = |_: &u32| {
             let removed = fs::remove_dir_all(folder);
             let gone = removed.is_ok() || !folder.exists();
@@ -280,15 +279,15 @@ enum Watched {
     Cancelled,
 }
 
-/// Waits for the end; kills what must not go on.
+/// Waits for the end, and kills the program on timeout or cancel.
 fn watch(child: &mut Child, begin: Instant, job: &Job<'_>) -> std::io::Result<Watched> {
     let (share, least, most) = LOOK;
     loop {
         let mut running = running();
         let ended = child.try_wait();
         if let Ok(Some(status)) = ended {
-            // Its number is its group's as long as anything of that is left, and free otherwise:
-            // nothing else gets it within these few instructions.
+            // The number belongs to the group as long as a member is left; nothing else reuses it
+            // within these few instructions.
             running.close(child.id());
             return Ok(Watched::Ended(status));
         }
@@ -308,20 +307,20 @@ fn watch(child: &mut Child, begin: Instant, job: &Job<'_>) -> std::io::Result<Wa
     }
 }
 
-/// Kills a program that is still running, with its group, and waits until it is gone.
+/// Kills a running program with its group, and waits until it is gone.
 fn end(child: &mut Child) -> std::io::Result<()> {
-    // Its number is still its own: it has not been waited for.
+    // The number is still the program's, because it has not been waited for.
     running().close(child.id());
     let _ = child.kill();
     child.wait().map(|_| ())
 }
 
-/// Kills what is left of a program's process group.
+/// Kills the rest of a program's process group.
 #[cfg(unix)]
 fn kill_group(program: u32) {
     use nix::sys::signal::{Signal, killpg};
     if let Ok(group) = i32::try_from(program) {
-        // What is gone already need not be killed.
+        // It may have ended already.
         let _ = killpg(nix::unistd::Pid::from_raw(group), Signal::SIGKILL);
     }
 }
@@ -329,14 +328,14 @@ fn kill_group(program: u32) {
 #[cfg(not(unix))]
 fn kill_group(_: u32) {}
 
-/// What a program says, of which the end is kept while a thread reads it.
+/// Output of a program, of which a thread keeps the end.
 struct Words {
     kept: Arc<Mutex<Vec<u8>>>,
     reader: JoinHandle<()>,
 }
 
 impl Words {
-    /// Reads a pipe to its end. `None` where there is no thread to be had: the pipe is closed then.
+    /// Reads a pipe to its end; `None` when no thread can be started, which closes the pipe.
     fn listen(mut pipe: impl Read + Send + 'static) -> Option<Words> {
         let kept = Arc::new(Mutex::new(Vec::new()));
         let own = Arc::clone(&kept);
@@ -353,7 +352,7 @@ impl Words {
         Some(Words { kept, reader })
     }
 
-    /// The end of it, from the beginning of a line where there is one.
+    /// The last lines.
     fn end(&self) -> String {
         let since = Instant::now();
         while !self.reader.is_finished() && since.elapsed() < LAST_WORDS {
@@ -373,7 +372,7 @@ impl Words {
     }
 }
 
-/// `word` with every mark turned into its path.
+/// Replaces every mark in `word` by its path.
 fn filled(word: &str, marks: &[(&str, PathBuf)]) -> String {
     let fill =
         |text: String, (mark, path): &(&str, PathBuf)| text.replace(mark, &path.to_string_lossy());
@@ -387,10 +386,10 @@ pub struct Private {
 }
 
 impl Private {
-    /// A new one among the system's temporary files.
+    /// Creates one among the system's temporary files.
     ///
     /// # Errors
-    /// [`FileError`] where none can be made.
+    /// [`FileError`] when it cannot be created.
     pub fn new() -> Result<Private, FileError> {
         #[cfg_attr(not(unix), allow(unused_mut, reason = "modes are Unix's"))]
         let mut builder = fs::DirBuilder::new();
@@ -405,7 +404,7 @@ impl Private {
                     running().folders.push(path.clone());
                     return Ok(Private { path });
                 }
-                // A folder that somebody else has made under the name is never used.
+                // A folder that another user has made under the name is never used.
                 Err(error) if attempts.next().is_none() => {
                     return Err(io_error(path.display())(error));
                 }
@@ -416,7 +415,7 @@ impl Private {
 }
 
 impl Private {
-    /// Where it is.
+    /// Its path.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -424,16 +423,16 @@ impl Private {
 
 impl Drop for Private {
     fn drop(&mut self) {
-        // What cannot be removed now is left to the system, which clears its temporary folders.
+        // If removal fails, the system clears its temporary folders later.
         let _ = fs::remove_dir_all(&self.path);
         running().folders.retain(|other| *other != self.path);
     }
 }
 
-/// Why a command line cannot be split.
+/// Reason why a command line cannot be split.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SplitError {
-    /// A quote or a backslash waits for more.
+    /// A quote or a backslash is not closed.
     #[error("a quote or a backslash is left open")]
     Open,
     /// There is no word.
@@ -441,8 +440,8 @@ pub enum SplitError {
     Empty,
 }
 
-/// The program of a command line and its arguments, split as a shell does it: by blanks, with
-/// quotes, backslashes and comments. There are no variables, patterns or pipes.
+/// Splits a command line into program and arguments like a shell: by blanks, with quotes,
+/// backslashes and comments, but without variables, patterns or pipes.
 ///
 /// # Errors
 /// [`SplitError`].
@@ -452,7 +451,8 @@ pub fn split(line: &str) -> Result<(String, Vec<String>), SplitError> {
     Ok((program.ok_or(SplitError::Empty)?, words.collect()))
 }
 
-/// Words as one line of a shell, quoted where they must be; `None` for what no shell can be told.
+/// Joins words to one shell command line, quoted as needed; `None` for words that a shell cannot
+/// express.
 pub fn quote<'a>(words: impl IntoIterator<Item = &'a str>) -> Option<String> {
     shlex::try_join(words).ok()
 }
@@ -550,7 +550,7 @@ mod tests {
         assert!(matches!(none, Err(ProcessError::Start { .. })));
     }
 
-    /// Nothing that a program prints takes disk or more than a little memory, or keeps it waiting.
+    /// A flood of output takes no disk and little memory, and does not block the program.
     #[cfg(unix)]
     #[test]
     fn a_flood_of_words_is_read_and_forgotten() {
@@ -566,7 +566,7 @@ mod tests {
         assert_eq!(text, "helloin.txt\nout.txt\n");
     }
 
-    /// The child of the program must go too: it would write its file a second later.
+    /// The program's child must be killed too: it would write its file a second later.
     #[cfg(unix)]
     #[test]
     fn a_program_goes_with_all_it_started_however_it_ends() {
@@ -584,7 +584,7 @@ mod tests {
                 other => panic!("{other}"),
             }
         }
-        // So must the child of one that ended well.
+        // So must the child of a program that ended well.
         let file = beside.path().join("left");
         let script = format!("(sleep 1; touch '{}') & cp \"$1\" \"$2\"", file.display());
         run(&script, 60.0, &|| false).unwrap();

@@ -1,4 +1,4 @@
-//! Where results go: what a store can do, and a store in memory.
+//! Stores for results, and a store in memory.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -7,30 +7,30 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use super::FileError;
 use super::atomic_writer::{AtomicWriter, Gathered};
 
-/// A file or folder as it is listed.
+/// An entry of a folder.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
     /// Its name within the folder.
     pub name: String,
-    /// Whether it is a folder itself.
+    /// True for a folder.
     pub folder: bool,
     /// Size in bytes.
     pub bytes: u64,
-    /// When it was last written or touched: rises with time, microseconds on disk.
+    /// Time of the last write or touch; increases with time, microseconds on disk.
     pub used: u64,
 }
 
-/// Where results go.
+/// Destination of results.
 pub trait Store: Send + Sync {
-    /// Replaces the file at `path` as a whole, for files that are the program's own; missing folders
-    /// are made. A link is replaced, not followed.
+    /// Replaces the whole file at `path`, for files owned by the program; missing folders are
+    /// created. A link is replaced, not followed.
     ///
     /// # Errors
-    /// [`FileError`] with the path; the old file is then untouched.
+    /// [`FileError`] with the path; the old file is then unchanged.
     fn write(&self, path: &Path, content: &[u8]) -> Result<(), FileError>;
 
-    /// Writes a file as a whole unless there is one, which then stays: of several processes that make the
-    /// same the first does it. A store that cannot tell replaces it.
+    /// Writes a whole file unless it exists already: of several processes that compute one result,
+    /// the first writes it. A store that cannot check replaces it.
     ///
     /// # Errors
     /// As [`Store::write`].
@@ -38,8 +38,8 @@ pub trait Store: Send + Sync {
         self.write(path, content)
     }
 
-    /// Writes a result to the place that a person named: as [`Store::write`], but it may be a link,
-    /// a pipe or a device.
+    /// Writes a result to a path given by a person: like [`Store::write`], but it may be a link, a
+    /// pipe or a device.
     ///
     /// # Errors
     /// As [`Store::write`].
@@ -47,8 +47,8 @@ pub trait Store: Send + Sync {
         self.write(path, content)
     }
 
-    /// Replaces the text of a file that a person edits: as [`Store::output`], but a file with other
-    /// names is refused.
+    /// Replaces the text of a file that a person edits: like [`Store::output`], but a file with
+    /// other names is refused.
     ///
     /// # Errors
     /// As [`Store::write`], and [`FileError::Linked`].
@@ -56,8 +56,8 @@ pub trait Store: Send + Sync {
         self.output(path, content)
     }
 
-    /// A file to be written piece by piece, at a place as for [`Store::output`]; missing folders are
-    /// made. Unless a store does better it is gathered in memory.
+    /// Begins a file to be written piece by piece, at a path as for [`Store::output`]; missing
+    /// folders are created. By default the content is collected in memory.
     ///
     /// # Errors
     /// [`FileError`] when it cannot be begun.
@@ -65,8 +65,8 @@ pub trait Store: Send + Sync {
         Ok(Box::new(Gathered::new(self, path)))
     }
 
-    /// Removes what killed processes left half written in `folder`; nothing where a store has no
-    /// such files.
+    /// Removes files in `folder` that killed processes left half written, if the store has such
+    /// files.
     fn sweep(&self, folder: &Path) {
         let _ = folder;
     }
@@ -77,37 +77,37 @@ pub trait Store: Send + Sync {
     /// [`FileError`] when the folder is missing or cannot be listed.
     fn list(&self, folder: &Path, ending: &str) -> Result<Vec<String>, FileError>;
 
-    /// The file at `path` as it is now, up to `limit` bytes.
+    /// Reads the current file at `path`, up to `limit` bytes.
     ///
     /// # Errors
     /// [`FileError`] when missing, too large or unreadable.
     fn read(&self, path: &Path, limit: u64) -> Result<Vec<u8>, FileError>;
 
-    /// At most the first `bytes` bytes of the file at `path`.
+    /// Reads at most the first `bytes` bytes of the file at `path`.
     ///
     /// # Errors
     /// [`FileError`] when missing or unreadable.
     fn read_start(&self, path: &Path, bytes: u64) -> Result<Vec<u8>, FileError>;
 
-    /// What stands in `folder`, in order of names; a missing folder is empty.
+    /// Lists `folder`, sorted by name; a missing folder is empty.
     ///
     /// # Errors
     /// [`FileError`] when the folder cannot be listed.
     fn entries(&self, folder: &Path) -> Result<Vec<Entry>, FileError>;
 
-    /// True for a symbolic link, wherever it leads; a store without links has none.
+    /// True for a symbolic link, wherever it leads; false in a store without links.
     fn is_link(&self, path: &Path) -> bool {
         let _ = path;
         false
     }
 
-    /// Records that the file at `path` was used now; its content is not rewritten.
+    /// Records that the file at `path` was used now, without rewriting it.
     ///
     /// # Errors
-    /// [`FileError`] when missing or not ours to touch.
+    /// [`FileError`] when it is missing or not ours.
     fn touch(&self, path: &Path) -> Result<(), FileError>;
 
-    /// Removes a file, or a folder that is empty; what is missing is removed already.
+    /// Removes a file or an empty folder; a missing one is no error.
     ///
     /// # Errors
     /// [`FileError`] when it cannot be removed.
@@ -123,7 +123,7 @@ pub struct MemoryStore {
 #[derive(Debug)]
 struct Shelved {
     content: Vec<u8>,
-    /// When it was last written or touched, in changes of the shelf.
+    /// Time of the last write or touch, in changes of the store.
     used: u64,
 }
 
@@ -134,7 +134,7 @@ impl MemoryStore {
     }
 
     fn locked(&self) -> MutexGuard<'_, BTreeMap<PathBuf, Shelved>> {
-        // A panic elsewhere cannot leave the map half changed: each change is one call.
+        // Each change is one call, so a panic elsewhere leaves the map consistent.
         self.files.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

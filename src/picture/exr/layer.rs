@@ -1,4 +1,4 @@
-//! Layers of an OpenEXR file: several pictures in one.
+//! Layers of an OpenEXR file: several images in one.
 //!
 //! Renderers write them in two ways, and both are read: channels with a dot (`Key.R`, `Key.G`,
 //! `Key.B` are the layer `Key`; `View.Key.R` the layer `View.Key`), and parts with names, each with
@@ -15,11 +15,10 @@ use exr::meta::header::Header;
 use super::{Canvas, NO_CHANNEL, guard_sizes, malformed, rgb_part, text};
 use crate::{Image, PictureError, require_memory};
 
-/// Where a layer stands: its part, and its R, G and B among the part's channels.
+/// Location of a layer: its part, and the indices of R, G and B among the part's channels.
 type Place = (usize, [usize; 3]);
 
-/// Names of the layers with R, G and B, in alphabetical order; plain R, G and B of a part without a
-/// name are no layer.
+/// Names of the layers with R, G and B, sorted; plain R, G and B of an unnamed part are no layer.
 ///
 /// # Errors
 /// [`PictureError::Malformed`] when the headers cannot be read.
@@ -28,12 +27,12 @@ pub fn names(bytes: &[u8]) -> Result<Vec<String>, PictureError> {
     Ok(places(reader.headers()).into_keys().collect())
 }
 
-/// The pictures of several layers, in the order asked for, each as [`super::decode`] would give it;
-/// `None` is the plain R, G and B. At most about `limit_bytes` of memory are used.
+/// Decodes several layers, in the order requested, each like [`super::decode`]; `None` means the
+/// plain R, G and B. Uses at most about `limit_bytes` of memory.
 ///
 /// # Errors
-/// For the file as a whole as [`super::decode`]; for one layer [`PictureError::Layer`] when the
-/// file has none of that name, and [`PictureError::NotFinite`].
+/// For the whole file as [`super::decode`]; for one layer [`PictureError::Layer`] when the file has
+/// none of that name, and [`PictureError::NotFinite`].
 pub fn decode(
     bytes: &[u8],
     wanted: &[Option<&str>],
@@ -47,8 +46,8 @@ pub fn decode(
     painted(reader, &headers, places.collect(), limit_bytes)
 }
 
-/// The plain R, G and B of a file with the A of the same part, as its red; without A `None`. Where there is
-/// no pixel A is 0.
+/// Decodes the plain R, G and B of a file, and the A of that part as the red channel of a second
+/// image; `None` without A. A is 0 where there is no pixel.
 ///
 /// # Errors
 /// As [`super::decode`].
@@ -72,7 +71,7 @@ pub fn decode_with_alpha(
     Ok((image, images.next().transpose()?))
 }
 
-/// The pictures at some places of a file.
+/// Decodes the images at these locations.
 fn painted(
     reader: Reader<Cursor<&[u8]>>,
     headers: &[Header],
@@ -113,7 +112,7 @@ fn painted(
     Ok(slots.into_iter().map(finish).collect())
 }
 
-/// Bytes held once a picture of this header's display window is added.
+/// Checks the bytes held once an image of this header's display window is added.
 fn within(header: &Header, held: u64, limit: u64) -> Result<u64, PictureError> {
     let window = header.shared_attributes.display_window.size;
     let needed = held.saturating_add(super::area(window, 3 * size_of::<f32>()));
@@ -137,8 +136,8 @@ fn find(
     }
 }
 
-/// All layers by name. Where two parts have a layer of one name, the first keeps it and later ones
-/// are `PART.LAYER`.
+/// All layers by name. When two parts have a layer of one name, the first keeps it and later ones
+/// become `PART.LAYER`.
 fn places(headers: &[Header]) -> BTreeMap<String, Place> {
     let mut out = BTreeMap::new();
     for (part, header) in headers.iter().enumerate().filter(|(_, h)| !h.deep) {
@@ -156,7 +155,7 @@ fn places(headers: &[Header]) -> BTreeMap<String, Place> {
     out
 }
 
-/// What stands before `.R`, `.G` and `.B` among a part's channels, where all three are there.
+/// Names before `.R`, `.G` and `.B` among a part's channels, when all three exist.
 fn groups(header: &Header) -> BTreeMap<String, [usize; 3]> {
     let mut found: BTreeMap<String, [Option<usize>; 3]> = BTreeMap::new();
     for (at, channel) in header.channels.list.iter().enumerate() {
@@ -190,7 +189,7 @@ mod tests {
 
     const LIMIT: usize = 1 << 20;
 
-    /// Channels with one value each, 3 x 2 pixels.
+    /// Channels of constant value, 3 x 2 pixels.
     type Part<'a> = (Option<&'a str>, &'a [(&'a str, f32)]);
 
     fn file(parts: &[Part<'_>]) -> Vec<u8> {
@@ -293,7 +292,7 @@ mod tests {
         ));
     }
 
-    /// Alpha comes from the part that the colours come from.
+    /// Alpha is read from the part of the colours.
     #[test]
     fn alpha_is_read_beside_the_colours() {
         let colours = [("R", 1.0), ("G", 2.0), ("B", 3.0)];

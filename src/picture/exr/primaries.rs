@@ -1,7 +1,7 @@
 //! Primaries of an OpenEXR file's red, green and blue (its attribute `chromaticities`).
 //!
-//! A file without the attribute is linear Rec. 709, as the format says. The conversion is the
-//! colorimetric one, without adaptation to another white.
+//! By the specification, a file without the attribute is linear Rec. 709. The conversion is
+//! colorimetric, without adaptation to another white.
 
 use exr::math::Vec2;
 use exr::meta::attribute::Chromaticities;
@@ -16,14 +16,13 @@ const REC_709: Chromaticities = Chromaticities {
     blue: Vec2(0.15, 0.06),
     white: Vec2(0.3127, 0.329),
 };
-/// Differences of chromaticity that are rounding of the program that wrote the file.
+/// Rounding of chromaticities by the program that wrote the file.
 const ROUNDING: f32 = 1e-3;
 
-/// The matrix from a file's red, green and blue to those of Rec. 709; `None` where they are the
-/// same.
+/// The matrix from the file's primaries to Rec. 709; `None` when they are equal.
 ///
 /// # Errors
-/// [`PictureError::Malformed`] where the attribute describes no colours.
+/// [`PictureError::Malformed`] when the attribute is not a valid set of primaries.
 pub(super) fn to_rec_709(own: Chromaticities) -> Result<Option<Matrix3<f64>>, PictureError> {
     let ends = |c: Chromaticities| [c.red, c.green, c.blue, c.white];
     let pairs = ends(own).into_iter().zip(ends(REC_709));

@@ -1,9 +1,9 @@
-//! Several pictures as the layers of one OpenEXR file.
+//! Several images as layers of one OpenEXR file.
 //!
-//! Invariants: one part, its channels `LAYER.R`, `LAYER.G`, `LAYER.B` in the order of their bytes,
-//! which is what Blender, Nuke and oiiotool take for layers; names of layers are ASCII, without
-//! dots (which would nest them), 29 bytes at most (so that channels need no long names), each once.
-//! The pictures are not copied: beside them memory holds the file alone.
+//! Invariants: one part; channels `LAYER.R`, `LAYER.G`, `LAYER.B` sorted by bytes, which Blender,
+//! Nuke and oiiotool recognise as layers; layer names are unique ASCII without dots (which would
+//! nest them), at most 29 bytes (so that channels need no long names). The images are not copied:
+//! only the file takes further memory.
 
 use std::collections::BTreeSet;
 use std::io::Cursor;
@@ -21,17 +21,17 @@ use exr::prelude::{SmallVec, f16};
 use super::{Precision, layer_attributes, malformed, require_finite, require_half_range};
 use crate::{Image, PictureError};
 
-/// The most bytes of a layer's name.
+/// Most bytes of a layer's name.
 const NAME_LIMIT: usize = 29;
 
 /// A channel of the file: its name, its layer and its colour (0 to 2).
 pub(super) type Channel = (String, usize, usize);
 
-/// `layers` (names as from [`names`], pictures of one size) as an OpenEXR file, with `attributes`
-/// in its header.
+/// Encodes `layers` (names as from [`names`], images of one size) as an OpenEXR file, with
+/// `attributes` in its header.
 ///
 /// # Errors
-/// [`PictureError::Size`] for no layers, no pixels or pictures of different sizes; else as
+/// [`PictureError::Size`] for no layers, no pixels or images of different sizes; else as
 /// [`super::encode`].
 pub fn encode(
     layers: &[(String, &Image)],
@@ -54,16 +54,16 @@ pub fn encode(
     file.encode(size, attributes)
 }
 
-/// Where the rows of a file come from.
+/// Source of a file's rows.
 pub(super) struct Rows<'i> {
     pub(super) channels: Vec<Channel>,
-    /// All of one size.
+    /// Images of one size.
     pub(super) images: Vec<&'i Image>,
     pub(super) precision: Precision,
 }
 
 impl Rows<'_> {
-    /// The file of pictures of this size, whose numbers the precision holds.
+    /// Encodes images of this size, whose numbers fit the precision.
     pub(super) fn encode(
         &self,
         size: (usize, usize),
@@ -147,8 +147,8 @@ fn channels(layers: &[(String, &Image)]) -> Vec<Channel> {
     out
 }
 
-/// Names of layers made of whatever names there are: letters without their like in ASCII and dots
-/// become `_`, what is too long is cut, and of equals the later ones are numbered.
+/// Turns names into layer names: letters without an ASCII equivalent and dots become `_`, long
+/// names are cut, and repeated ones are numbered.
 pub fn names<'n>(wanted: impl IntoIterator<Item = &'n str>) -> Vec<String> {
     let mut taken = BTreeSet::new();
     let mut one = |name: &str| {
@@ -189,7 +189,7 @@ mod tests {
 
     #[test]
     fn layers_come_back_by_name_whatever_their_order() {
-        // More rows than a block has, and names whose order is not that of the pictures.
+        // More rows than a block has, and names in another order than the images.
         let images: Vec<Image> = (0..5).map(|i| ramp(23, 37, i)).collect();
         let wanted = names(["key2", "fill", "key10", "Back", "lamp.r"]);
         let layers: Vec<(String, &Image)> = wanted.iter().cloned().zip(&images).collect();

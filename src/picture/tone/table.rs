@@ -1,33 +1,34 @@
-//! Light to display bytes by one look-up: exact, and without a power or a branch.
+//! Light to display bytes by one look-up: exact, and without a power function or a branch.
 //!
 //! The thresholds of the 255 codes lie at least 0.89 % apart, and floats that agree in their 16
-//! leading bits at most 0.78 %: such a stretch of floats holds one threshold at most. A table by
-//! these bits names the code at the start of the stretch and where in it, in the 16 lower bits, the
-//! threshold stands; the sum of the two carries into the next code exactly from the threshold on.
-//! The stretches in use are consecutive, so the last bits of their numbers tell them apart.
+//! leading bits at most 0.78 %: such a stretch of floats holds at most one threshold. A table
+//! indexed by these bits holds the code at the start of the stretch and the position of the
+//! threshold in the 16 lower bits; the sum with the float's lower bits carries into the next code
+//! exactly from the threshold on. The stretches in use are consecutive, so the last bits of their
+//! numbers identify them.
 
-/// How many channels are looked up at a time.
+/// Channels looked up at a time.
 pub const BLOCK: usize = 64;
 
-/// Stretches of floats; the thresholds reach over 15 octaves of 128.
+/// Number of stretches of floats; the thresholds span 15 octaves of 128.
 const STRETCHES: usize = 2048;
 
-/// The display bytes of light with one exposure and one curve.
+/// Table of display bytes for one exposure and one curve.
 #[derive(Clone, Debug)]
 pub struct ByteTable {
-    /// A float below the first threshold's stretch, so that everything dark is in the first entry.
+    /// A float below the first threshold's stretch: everything darker uses the first entry.
     least: f32,
-    /// The last threshold: from it on everything is 255.
+    /// The last threshold; from it on every byte is 255.
     most: f32,
-    /// By the last bits of a stretch's number: the code at its start times 2^16, plus 2^16 less
-    /// where its threshold stands, less the bits of the stretch's first float.
+    /// By the last bits of a stretch's number: the code at its start times 2^16, plus 2^16 minus
+    /// the position of its threshold, minus the bits of the stretch's first float.
     entries: [u32; STRETCHES],
 }
 
 impl ByteTable {
-    /// From the least light of each code from 1 to 255: positive, rising, normal numbers at least
-    /// 0.79 % apart, at most 15 octaves from first to last. Others would be rounded to the start or
-    /// the end of a stretch.
+    /// From the least light of each code from 1 to 255: positive, increasing, normal numbers at
+    /// least 0.79 % apart, at most 15 octaves from first to last. Others would be rounded to the
+    /// start or the end of a stretch.
     pub(super) fn new(thresholds: &[f32; 255]) -> ByteTable {
         let [dark, .., white] = *thresholds;
         let least = f32::from_bits((dark.to_bits() >> 16 << 16).saturating_sub(1));
@@ -57,8 +58,8 @@ impl ByteTable {
         self.code(self.clamped(light)) as u8
     }
 
-    /// The bits of light between the first and the last threshold. In this order NaN falls to the
-    /// darkest; each line is one instruction.
+    /// Bits of light clamped between the first and the last threshold. In this order NaN becomes
+    /// the darkest; each line is one instruction.
     #[inline(always)]
     fn clamped(&self, light: f32) -> u32 {
         let light = if light > self.least {
@@ -83,13 +84,13 @@ impl ByteTable {
     /// The bytes of a block.
     #[inline(always)]
     pub fn block(&self, light: &[f32; BLOCK], out: &mut [u8; BLOCK]) {
-        // In arrays of its own, of which the compiler knows that nothing else sees them.
+        // Local arrays, so that the compiler can exclude aliasing.
         let codes = light.map(|light| self.clamped(light));
         let codes = codes.map(|bits| self.code(bits));
         *out = codes.map(|code| code as u8);
     }
 
-    /// The bytes of any number of channels; the shorter side ends it.
+    /// Encodes any number of channels; the shorter side ends it.
     pub fn encode(&self, light: &[f32], out: &mut [u8]) {
         let blocks = light.as_chunks().0.iter();
         for (out, light) in out.as_chunks_mut().0.iter_mut().zip(blocks) {

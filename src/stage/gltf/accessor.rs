@@ -9,7 +9,8 @@ use super::container::Document;
 use super::{Fault, TRIANGLE_LIMIT, entry, lacks, missing, place};
 use crate::stage_file::{VERTEX_LIMIT, limit};
 
-/// Vectors of `N` numbers, as floats or integers: positions, normals, places in textures, transforms.
+/// Reads vectors of `N` numbers, floats or integers: positions, normals, texture coordinates,
+/// transforms.
 pub fn vectors<const N: usize>(
     document: &Document<'_>,
     index: usize,
@@ -33,7 +34,7 @@ pub fn vectors<const N: usize>(
     source.elements(VERTEX_LIMIT, "vertices", [0.0; N], read)
 }
 
-/// Vertex indices of a primitive.
+/// Reads vertex indices of a primitive.
 pub fn indices(document: &Document<'_>, index: usize) -> Result<Vec<u32>, Fault> {
     use ComponentType::{U8, U16, U32};
     let source = Source::new(document, index)?;
@@ -45,7 +46,7 @@ pub fn indices(document: &Document<'_>, index: usize) -> Result<Vec<u32>, Fault>
     source.elements(3 * TRIANGLE_LIMIT, "corners", 0, read)
 }
 
-/// A component as a number; normalised integers go from -1 or 0 to 1.
+/// Converts a component to a number; normalised integers range from -1 or 0 to 1.
 fn number(bytes: &[u8], kind: ComponentType, normalized: bool) -> f64 {
     let (value, most) = match (kind, bytes) {
         (ComponentType::F32, &[a, b, c, d]) => {
@@ -68,7 +69,7 @@ fn whole(bytes: &[u8], kind: ComponentType) -> u32 {
         (ComponentType::U8, &[a]) => u32::from(a),
         (ComponentType::U16, &[a, b]) => u32::from(u16::from_le_bytes([a, b])),
         (ComponentType::U32, &[a, b, c, d]) => u32::from_le_bytes([a, b, c, d]),
-        // The callers above pass unsigned kinds, and as many bytes as they have.
+        // Callers pass unsigned kinds with as many bytes as they have.
         _ => 0,
     }
 }
@@ -116,7 +117,7 @@ impl<'d> Source<'d> {
         self.fault(format!("it holds {shape:?} of {kind:?}, not {wanted}"))
     }
 
-    /// All elements: those of the buffer view (`zero` without one), then the sparse ones over them.
+    /// All elements: those of the buffer view (`zero` without one), overwritten by the sparse ones.
     fn elements<T: Copy>(
         &self,
         most: usize,
@@ -185,7 +186,7 @@ impl<'d> Source<'d> {
                 .saturating_add(size as u64),
         };
         let bytes = range(bytes, offset, needed).map_err(|e| self.fault(e))?;
-        // The last element may end before its stride does.
+        // The last element may be shorter than the stride.
         Ok(bytes
             .chunks(stride.max(1))
             .filter_map(move |c| c.get(..size))

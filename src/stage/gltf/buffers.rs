@@ -4,12 +4,12 @@ use std::borrow::Cow;
 
 use super::{Fault, entry, short};
 
-/// The buffers of a file, in its order: empty where they only stand for what is compressed, or
-/// nothing of them is read.
+/// The buffers of a file, in order. A buffer is empty when it is a placeholder for compressed data,
+/// or unused.
 pub struct Buffers<'b>(pub Vec<Cow<'b, [u8]>>);
 
 impl Buffers<'_> {
-    /// Bytes of a buffer from an offset on; fewer where the buffer ends before.
+    /// Bytes of a buffer from an offset on; fewer when the buffer ends earlier.
     pub fn part(
         &self,
         buffer: usize,

@@ -1,4 +1,4 @@
-//! Cameras. One without perspective has no angle of view and is left out.
+//! Cameras. One without perspective has no field of view and is left out.
 
 use super::description::Root;
 
@@ -24,7 +24,7 @@ pub fn add(root: &Root, placed: &Placed<'_>, cameras: &mut Vec<StageCamera>) -> 
             outside("vertical angle in degrees", fov, "0 to 180"),
         ));
     }
-    // It looks along its own -Z, +Y up.
+    // A camera looks along its -Z, +Y up.
     let way = |v: Vec3| placed.transform.direction(v).y_up_to_z_up().normalized();
     let named = placed.node.name.clone().or_else(|| camera.name.clone());
     cameras.push(StageCamera {

@@ -1,4 +1,4 @@
-//! The file around the geometry: GLB chunks, the JSON, the buffers.
+//! The container of the geometry: GLB chunks, the JSON, the buffers.
 
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
@@ -16,14 +16,14 @@ use crate::stage_file::SceneError;
 use crate::stage_file::limit;
 use footlight_host::files::Files;
 
-/// Bytes of the JSON. Its text can be sixteen times as large in memory.
+/// Most bytes of the JSON. Its text can take sixteen times as much memory.
 const JSON_LIMIT: usize = 32 << 20;
-/// Objects and values of the JSON: what they cost in memory does not depend on their length.
+/// Most objects and values of the JSON, whose cost in memory does not depend on their length.
 const OBJECT_LIMIT: usize = 200_000;
 const VALUE_LIMIT: usize = 4_000_000;
-/// Files that one file may name.
+/// Most files that one file may name.
 const MOST_FILES: usize = 1000;
-/// Bytes of all buffers together.
+/// Most bytes of all buffers together.
 pub const BUFFER_LIMIT: usize = 256 << 20;
 
 /// Padded or not; bits behind the last whole byte are ignored.
@@ -31,8 +31,8 @@ const LENIENT: GeneralPurposeConfig = GeneralPurposeConfig::new()
     .with_decode_padding_mode(DecodePaddingMode::Indifferent)
     .with_decode_allow_trailing_bits(true);
 
-/// Extensions that a file may require: those that are read, and those that change nothing of what
-/// is read.
+/// Extensions that a file may require: those that are read, and those that do not affect what is
+/// read.
 const KNOWN: [&str; 23] = [
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
@@ -59,19 +59,19 @@ const KNOWN: [&str; 23] = [
     "KHR_xmp_json_ld",
 ];
 
-/// A file's JSON with its buffers.
+/// The JSON of a file, with its buffers.
 pub struct Document<'b> {
     /// The description.
     pub root: Root,
     buffers: Buffers<'b>,
-    /// What was compressed, by its buffer view, with the stride.
+    /// Decompressed data by buffer view, with the stride.
     unpacked: BTreeMap<usize, (Vec<u8>, usize)>,
-    /// Files beside it and data in it that are not buffers.
+    /// The file's folder, for other files and embedded data.
     folder: PathBuf,
 }
 
 impl<'b> Document<'b> {
-    /// Takes a file apart and fetches its buffers.
+    /// Parses a file and fetches its buffers.
     pub fn read(
         files: &dyn Files,
         path: &str,
@@ -123,7 +123,7 @@ impl<'b> Document<'b> {
         Ok((bytes, view.byte_stride.map(|s| s.0)))
     }
 
-    /// The content of an image, and what it is called; what cannot be read is no image.
+    /// Content of an image.
     pub fn image(&self, files: &dyn Files, image: &gltf_json::Image) -> Result<Vec<u8>, String> {
         match (&image.uri, image.buffer_view) {
             (Some(uri), _) if uri.starts_with("data:") => data(uri),
@@ -146,8 +146,8 @@ impl<'b> Document<'b> {
     }
 }
 
-/// The files that a `.gltf` or `.glb` file names, textures and buffers, each once, as they
-/// stand there; none of what is no glTF.
+/// The files that a `.gltf` or `.glb` file names, textures and buffers, each once, as written;
+/// empty when the content is not glTF.
 pub fn named_files(bytes: &[u8]) -> Vec<String> {
     #[derive(Default, Deserialize)]
     struct Named {
@@ -160,7 +160,7 @@ pub fn named_files(bytes: &[u8]) -> Vec<String> {
     struct File {
         uri: Option<String>,
     }
-    // What is wrong with the file is said where it is read.
+    // Faults of the file are reported when it is read.
     let json = chunks(bytes).map_or(&[][..], |(json, _)| json);
     let json = json.get(..JSON_LIMIT.min(json.len())).unwrap_or_default();
     let named: Named = serde_json::from_slice(json).unwrap_or_default();
@@ -189,7 +189,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
     if needed > found {
         return Err(Fault::new("header", short(needed, found)));
     }
-    // What follows the stated length is not part of the file.
+    // Bytes after the stated length are not part of the file.
     let rest = (length as usize)
         .checked_sub(12)
         .and_then(|n| rest.get(..n));
@@ -202,7 +202,7 @@ fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
         return Ok((json, None));
     }
     let ((kind, data), _) = chunk(rest, "chunk 1")?;
-    // Chunks of other kinds are to be ignored, says the specification.
+    // The specification requires ignoring other kinds of chunk.
     Ok((json, (kind == b"BIN\0").then_some(data)))
 }
 
@@ -227,7 +227,7 @@ fn word(bytes: &[u8]) -> Option<(u32, &[u8])> {
     Some((u32::from_le_bytes(*word), rest))
 }
 
-/// The description, if it is one that can be read.
+/// Parses the description, if it can be read.
 fn parse(json: &[u8]) -> Result<Root, Fault> {
     let json = json.strip_prefix("\u{feff}".as_bytes()).unwrap_or(json);
     let fault = |reason| Fault::new("JSON", reason);
@@ -253,7 +253,7 @@ fn unread(version: &str) -> String {
     format!("glTF version `{version}`; this program reads 2")
 }
 
-/// Fetches buffers, each file once, up to a limit in all.
+/// Fetches buffers, each file once, up to a total limit.
 struct Fetch<'f> {
     files: &'f dyn Files,
     folder: &'f Path,
@@ -277,7 +277,7 @@ impl Fetch<'_> {
             };
             let mut views = root.buffer_views.iter();
             if !views.any(|view| view.buffer.value() == i || view.extensions.is_some()) {
-                // Nothing of it is read.
+                // The buffer is unused.
                 buffers.push(Cow::Borrowed([].as_slice()));
                 continue;
             }
@@ -285,7 +285,7 @@ impl Fetch<'_> {
                 (Some(uri), _) if uri.starts_with("data:") => Cow::Owned(data(uri).map_err(fault)?),
                 (Some(uri), _) => Cow::Owned(self.file(uri, fault)?),
                 (None, Some(binary)) if i == 0 => Cow::Borrowed(binary),
-                // It only says how long what is compressed will be.
+                // The length is that of the data once decompressed.
                 (None, _) if meshopt::is_placeholder(root, buffer) => {
                     buffers.push(Cow::Borrowed([].as_slice()));
                     continue;
@@ -318,7 +318,7 @@ impl Fetch<'_> {
     }
 }
 
-/// A relative reference with its `%20` and the like turned into what they stand for.
+/// Decodes the percent escapes (`%20`) of a relative reference.
 fn decoded(uri: &str) -> Option<String> {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.bytes();
@@ -334,7 +334,7 @@ fn decoded(uri: &str) -> Option<String> {
     String::from_utf8(bytes).ok()
 }
 
-/// The bytes of a `data:…;base64,…`, of either alphabet of RFC 4648.
+/// The bytes of a `data:…;base64,…` URI, in either alphabet of RFC 4648.
 fn data(uri: &str) -> Result<Vec<u8>, String> {
     let (head, text) = uri.split_once(',').ok_or_else(|| strange(uri))?;
     if !head.ends_with(";base64") {

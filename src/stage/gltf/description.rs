@@ -6,8 +6,8 @@ use gltf_json::{
 };
 use serde::Deserialize;
 
-/// The parts of a file that are read. Animations, skins and whatever else it has are passed over
-/// unread, so that nothing in them is a reason to refuse the file.
+/// The parts of a file that are read. Everything else, such as animations and skins, is skipped
+/// without parsing, so that it cannot cause an error.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "camelCase")]
 #[allow(missing_docs, reason = "the names of the format")]
@@ -46,7 +46,7 @@ pub struct Root {
 /// A scene; it may be empty.
 #[derive(Debug, Deserialize)]
 pub struct Scene {
-    /// Those without a parent.
+    /// Nodes without a parent.
     #[serde(default)]
     pub nodes: Vec<Index<Node>>,
 }

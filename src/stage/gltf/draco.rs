@@ -15,16 +15,16 @@ use crate::stage_file::{FAR_AWAY, VERTEX_LIMIT};
 
 const NAME: &str = "KHR_draco_mesh_compression";
 
-/// How a primitive is compressed.
+/// Compression of a primitive.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct Compressed {
     buffer_view: usize,
-    /// Numbers of the mesh's attributes, by what glTF calls them.
+    /// Draco attribute ids by glTF name.
     attributes: BTreeMap<String, u32>,
 }
 
-/// The vertices of a primitive; `None` where it is not compressed.
+/// Decodes the vertices of a primitive; `None` when it is not compressed.
 pub fn decode(
     document: &Document<'_>,
     primitive: &Primitive,

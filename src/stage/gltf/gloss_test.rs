@@ -8,7 +8,7 @@ use footlight_host::files::Memory;
 use footlight_picture::png;
 use footlight_show::units::Rgb;
 
-/// The square of a material, with an image of roughness (0.2 and 0.6) and metalness (0 and 1) and a
+/// The square with a material, an image of roughness (0.2 and 0.6) and metalness (0 and 1), and a
 /// white one.
 fn import(material: &str, options: &Options) -> Import {
     let json = described(&format!(
@@ -29,7 +29,7 @@ fn material(material: &str) -> Material {
     import.scene.materials[0].clone()
 }
 
-/// A metallic-roughness material of the colour 0.5, 0.25, 0.125.
+/// A metallic-roughness material of colour 0.5, 0.25, 0.125.
 fn pbr(factors: &str) -> String {
     format!(r#""pbrMetallicRoughness":{{"baseColorFactor":[0.5,0.25,0.125,1]{factors}}}"#)
 }
@@ -39,7 +39,7 @@ fn close(found: [f64; 3], wanted: [f64; 3]) -> bool {
     off.all(|off| off < 1e-6)
 }
 
-/// Roughness, reflectance from right above, is it a metal, and the matt reflectance.
+/// Roughness, reflectance at normal incidence, metal or not, and diffuse reflectance.
 type Finished = (f64, [f64; 3], bool, [f64; 3]);
 
 #[test]
@@ -57,7 +57,7 @@ fn factors_become_gloss() {
     let water = (0.33_f64 / 2.33).powi(2);
     let cases: [(String, Option<Finished>); 12] = [
         (smooth(""), Some((0.25, [0.04; 3], false, base))),
-        // The limit as a program of single precision writes it.
+        // The limit in single precision.
         (
             pbr(r#","roughnessFactor":0.4000000059604645,"metallicFactor":0"#),
             Some((0.4, [0.04; 3], false, base)),
@@ -114,7 +114,7 @@ fn factors_become_gloss() {
     }
 }
 
-/// The mean roughness is 0.4 of the factor, the mean metalness a half.
+/// The mean roughness is 0.4 times the factor, the mean metalness a half.
 #[test]
 fn images_of_roughness_and_metalness_count_by_their_mean() {
     let with = |index: usize, factor: f64| {
@@ -164,7 +164,7 @@ fn a_file_that_is_to_be_matt_keeps_its_colours() {
     let mut scene = import(&brass, &matt).scene;
     assert!(!scene.is_glossy());
     assert_eq!(scene.materials[0].reflectance, Rgb([0.5, 0.25, 0.125]));
-    // A show says what a metal reflects: its gloss.
+    // A show's reflectance sets the gloss of a metal.
     scene = import(&brass, &Options::default()).scene;
     assert!(scene.is_glossy());
     assert!(scene.set_reflectance("wall", Rgb([0.75; 3])));

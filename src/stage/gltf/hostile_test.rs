@@ -1,4 +1,4 @@
-//! Files made to break a reader: every claim that a glTF file can get wrong, and random damage.
+//! Hostile files: every claim that a glTF file can get wrong, and random damage.
 
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
@@ -25,7 +25,7 @@ fn import(json: &str) -> Result<Import, SceneError> {
     import_bytes(glb(json, &square()))
 }
 
-/// Place and reason in words.
+/// Place and reason as a message.
 fn said(result: Result<Import, SceneError>) -> String {
     result.unwrap_err().to_string()
 }
@@ -168,7 +168,7 @@ fn claims_are_held_against_the_bytes() {
         let stage = import(&good.replacen(from, to, 1)).unwrap();
         assert_eq!(stage.scene.polygons.len(), 1, "{to}");
     }
-    // A vertex that is not there, and one that is not a number.
+    // A vertex that does not exist, and one that is not a number.
     let mut binary = square();
     binary[48] = 4;
     let found = said(import_bytes(glb(&good, &binary)));
@@ -188,7 +188,7 @@ fn containers_are_held_against_their_lengths() {
     for end in 0..good.len() {
         assert!(import_bytes(good[..end].to_vec()).is_err(), "{end}");
     }
-    // A stated length from nothing to past the end; a chunk longer than the file.
+    // Stated lengths from zero to beyond the end; a chunk longer than the file.
     for length in [0_u32, 3, 11, 12, 19, 20, u32::MAX] {
         let mut bytes = good.clone();
         bytes[8..12].copy_from_slice(&length.to_le_bytes());
@@ -202,8 +202,8 @@ fn containers_are_held_against_their_lengths() {
     assert!(said(import_bytes(bytes)).contains("version `3`"));
 }
 
-/// Nodes that hold themselves, or one branch in two places, by which twenty nodes could ask for a
-/// million; and a chain as deep as a file can hold.
+/// Cycles and shared branches of nodes, with which twenty nodes could ask for a million; and a
+/// chain as deep as a file can hold.
 #[test]
 fn nodes_are_met_once() {
     for nodes in [
@@ -227,7 +227,7 @@ fn nodes_are_met_once() {
     assert_eq!(import(&json).unwrap().scene.polygons.len(), 1);
 }
 
-/// Small files that ask for much are refused before it is made.
+/// Small files that ask for much are refused before memory is allocated.
 #[test]
 fn limits_hold() {
     let many = |n: usize, what: &str| vec![what; n].join(",");
@@ -237,7 +237,7 @@ fn limits_hold() {
             many(n, r#"{"mesh":0}"#)
         )
     };
-    // Empty primitives, each placed as often: nothing to draw, and still too much to do.
+    // Empty primitives in as many instances: nothing to draw, but still too much work.
     let primitive = r#"{"attributes":{"POSITION":0},"indices":1}"#;
     let empty = described(&nodes(5000))
         .replace(r#""count":6"#, r#""count":0"#)
@@ -246,7 +246,7 @@ fn limits_hold() {
             &many(5000, primitive),
         );
     assert!(said(import(&empty)).contains("more than 2000000 triangles"));
-    // Instances that lie apart: each is a polygon of its own.
+    // Instances apart from each other, so that they do not merge.
     let instances: Vec<_> = (0..=POLYGON_LIMIT / 40)
         .map(|i| format!(r#"{{"mesh":0,"translation":[{},0,0]}}"#, 2 * i))
         .collect();
@@ -274,7 +274,7 @@ fn limits_hold() {
     );
     let deep = described(NODE).replacen(r#""count":4,"#, &nested, 1);
     assert!(said(import(&deep)).contains("recursion"));
-    // Millions of vertices over no bytes, again and again.
+    // Millions of vertices without bytes, many times.
     let accessor = r#"{"componentType":5126,"count":1000000,"type":"VEC3"}"#;
     let primitives: Vec<_> = (2..50)
         .map(|i| format!(r#"{{"attributes":{{"POSITION":{i}}}}}"#))
@@ -302,7 +302,7 @@ fn holds(import: &Import) -> Result<(), TestCaseError> {
     Ok(())
 }
 
-/// A file with a bit of everything.
+/// A file with one of each feature.
 fn rich() -> String {
     described(
         r#""materials":[{"name":"wall","doubleSided":true}],"cameras":[{"type":"perspective","perspective":{"yfov":0.5,"znear":0.1}}],
@@ -315,7 +315,7 @@ fn rich() -> String {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// Bytes of a GLB changed and its end cut off: a scene that keeps its promises, or an error.
+    /// A damaged GLB gives a valid scene or an error.
     #[test]
     fn damaged_binaries_do_not_panic(
         flips in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..6),
@@ -334,7 +334,7 @@ proptest! {
         }
     }
 
-    /// Numbers of the JSON changed, which damage of bytes seldom leaves well-formed.
+    /// Changed numbers in the JSON, which damage to bytes seldom leaves well-formed.
     #[test]
     fn changed_numbers_do_not_panic(
         at in any::<prop::sample::Index>(),

@@ -1,9 +1,9 @@
 //! Lights of KHR_lights_punctual.
 //!
-//! A spot's law in glTF (recommended there, and used by its viewers) is the square of
-//! t = (cos a - cos outer) / (cos inner - cos outer), t clamped to 0..1. It meets ours at three
-//! angles: the peak on the axis, a half where t is 0.7071, a tenth where t is 0.3162; between and
-//! beyond ours is the smoother one.
+//! The falloff of a glTF spot (recommended, and used by its viewers) is the square of t = (cos a -
+//! cos outer) / (cos inner - cos outer), with t clamped to 0..1. Our profile agrees at three
+//! angles: the peak on the axis, a half where t is 0.7071, a tenth where t is 0.3162; elsewhere
+//! ours is the smoother one.
 
 use super::description::Root;
 use gltf_json::extensions::scene::khr_lights_punctual::{Light, Spot, Type};
@@ -30,7 +30,7 @@ pub fn add(root: &Root, placed: &Placed<'_>, lamps: &mut Vec<Lamp>) -> Result<()
     Ok(())
 }
 
-/// Lights shine along their own -Z.
+/// Direction of a light, along its -Z.
 fn ahead(placed: &Placed<'_>) -> Result<Vec3, String> {
     let ahead = placed.transform.direction(vec3(0.0, 0.0, -1.0));
     let ahead = ahead.y_up_to_z_up().normalized();
@@ -72,7 +72,7 @@ fn lamp(light: &Light, placed: &Placed<'_>, count: usize) -> Result<Lamp, String
     })
 }
 
-/// Beam and field angle of a spot of glTF.
+/// Beam and field angle of a glTF spot.
 fn spot(spot: &Spot) -> Result<LampShape, String> {
     let (inner, outer) = (
         f64::from(spot.inner_cone_angle),
@@ -90,7 +90,7 @@ fn spot(spot: &Spot) -> Result<LampShape, String> {
     if !(inner >= 0.0 && inner <= outer) {
         return Err(outside("inner cone angle", inner, "0 to the outer one"));
     }
-    // Viewers take a thousandth where the two are nearly one.
+    // Like viewers, use a thousandth when the two are nearly equal.
     let width = (inner.cos() - outer.cos()).max(1e-3);
     let at = |share: f64| 2.0 * (outer.cos() + share.sqrt() * width).clamp(-1.0, 1.0).acos();
     Ok(LampShape::Spot {

@@ -18,26 +18,25 @@ use crate::{Gloss, Material};
 use footlight_host::files::Files;
 use footlight_show::units::Rgb;
 
-/// What a texture that cannot be read leaves of a material's factor. Images of surfaces are a half on
-/// average rather than one, which is what the factor beside them usually says, and at one a closed
-/// room would never get dark.
+/// Factor that replaces an unreadable texture. Surface images average about a half, whereas the
+/// material's own factor is usually one, at which a closed room would never get dark.
 const UNREAD: f64 = 0.5;
 
-/// The materials of a file, the one for primitives without any last.
+/// The materials of a file; the last is for primitives without one.
 pub struct Materials {
     pub materials: Vec<Material>,
     pub double_sided: Vec<bool>,
-    /// Of those with a texture how corners' places become places in the image.
+    /// Texture coordinates of each textured material.
     pub places: Vec<Option<Places>>,
-    /// What is wrong with a material: only primitives of it are refused.
+    /// Faults of materials: only primitives that use them are refused.
     pub faults: BTreeMap<usize, Fault>,
     pub left_out: LeftOut,
 }
 
-/// Where the corners' places in a texture stand, and how they are moved (KHR_texture_transform).
+/// A texture coordinate set and its transform (KHR_texture_transform).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Places {
-    /// Number of the attribute TEXCOORD.
+    /// Number of the TEXCOORD attribute.
     pub set: u32,
     rows: [[f64; 3]; 2],
 }
@@ -62,13 +61,13 @@ impl Places {
         }
     }
 
-    /// The place in the image.
+    /// Transforms a texture coordinate.
     pub fn moved(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         self.rows.map(|[a, b, c]| a * u + b * v + c)
     }
 }
 
-/// All materials, used or not, because a show may name them; `matt` leaves their gloss out.
+/// All materials, used or not, because a show may name them; `matt` leaves out their gloss.
 pub fn all(
     files: &dyn Files,
     document: &Document<'_>,
@@ -115,7 +114,7 @@ pub fn all(
             ));
         }
         let alpha = alpha(described);
-        // A sheet that is cut out is thin: of one-sided leaves and gauze the backs would be black.
+        // A cut-out sheet is thin: without a back, leaves and gauze would be black from behind.
         let is_cut_out = image.is_some() && alpha != Alpha::Opaque;
         if let Some(image) = image {
             let texture = Texture {
@@ -152,7 +151,7 @@ pub fn all(
     out
 }
 
-/// A diffuse colour and its texture, of either model of materials, and emitted luminance.
+/// Diffuse colour with its texture, in either material model, and emitted luminance.
 #[derive(Default)]
 struct Base<'d> {
     factor: [f64; 4],
@@ -173,7 +172,7 @@ impl Base<'_> {
             ),
         };
         let mut factor = factor.map(f64::from);
-        // What is let through is not stopped.
+        // Transmitted light is not stopped.
         let [.., stopped] = &mut factor;
         *stopped *= 1.0 - transmission(described);
         for channel in &mut factor {
@@ -188,7 +187,7 @@ impl Base<'_> {
     }
 }
 
-/// How glossy a material is, of either model; `mean` reads the image of its roughness and metalness.
+/// Gloss of a material, in either model; `mean` reads the image of its roughness and metalness.
 fn finish(
     described: &Described,
     mean: impl FnOnce(&Info) -> Result<[f64; 4], String>,
@@ -238,7 +237,7 @@ fn is_unlit(described: &Described) -> bool {
     extensions.is_some_and(|e| e.others.contains_key("KHR_materials_unlit"))
 }
 
-/// Share of the light that a glass lets through.
+/// Share of light that glass transmits.
 fn transmission(described: &Described) -> f64 {
     let extensions = described.extensions.as_ref();
     let glass = extensions.and_then(|e| e.transmission.as_ref());
@@ -264,7 +263,7 @@ fn channels(described: &Described) -> Channels {
     }
 }
 
-/// The texture that a material refers to, without factor and transparency.
+/// The texture of a material, without factor and transparency.
 fn image(
     files: &dyn Files,
     document: &Document<'_>,
@@ -285,7 +284,7 @@ fn image(
     })
 }
 
-/// The mean of a texture that holds numbers.
+/// Mean of a texture that holds numbers.
 fn mean(
     files: &dyn Files,
     document: &Document<'_>,
@@ -297,7 +296,7 @@ fn mean(
     textures.mean(&format!("image {index}"), content)
 }
 
-/// The texture that a material refers to, and its image with its index.
+/// A material's texture and its image, with the image's index.
 fn found<'r>(
     root: &'r Root,
     info: &Info,
@@ -327,15 +326,13 @@ fn wrap(mode: &Checked<WrappingMode>) -> Wrap {
     }
 }
 
-/// Gives every material a name of its own, so that a show can say which it means: those without
-/// one are called `material.N`, N counted from 0; of several that share one the second is
-/// `NAME.2`.
+/// Gives every material a unique name, so that a show can refer to it: a nameless one becomes
+/// `material.N`, N counted from 0; of several with one name, the second becomes `NAME.2`.
 struct Names {
-    /// As written in the file, and those given so far.
+    /// Names in the file, and names given so far.
     taken: BTreeSet<String>,
     given: BTreeSet<String>,
-    /// The number to try next for a name that many share: trying from the start each time would
-    /// take time by the square of their number.
+    /// The next number to try for a shared name: starting over each time would take quadratic time.
     numbers: BTreeMap<String, u32>,
 }
 

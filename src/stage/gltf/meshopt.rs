@@ -1,7 +1,6 @@
-//! Buffer views compressed by EXT_meshopt_compression, as its appendices A and B describe them.
+//! Buffer views compressed by EXT_meshopt_compression (its appendices A and B).
 //!
-//! Invariants: what comes out is no larger than the view claims, and a claim is believed as far as
-//! bytes behind it go: 64 times as many at most.
+//! Invariant: the output is no larger than the view claims, and at most 64 times the input.
 
 use std::collections::BTreeMap;
 
@@ -16,7 +15,7 @@ use crate::stage_file::limit;
 
 const NAME: &str = "EXT_meshopt_compression";
 
-/// How a view is compressed.
+/// Compression of a view.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct Compressed {
@@ -49,7 +48,7 @@ enum Filter {
     Exponential,
 }
 
-/// Does a buffer without content only stand for what is compressed?
+/// True when a buffer without content stands for compressed data.
 pub fn is_placeholder(root: &Root, buffer: &Buffer) -> bool {
     let marked = buffer
         .extensions
@@ -60,7 +59,7 @@ pub fn is_placeholder(root: &Root, buffer: &Buffer) -> bool {
 
 const PACKED: &str = "what it holds is not compressed as it says";
 
-/// Unpacks every compressed view, `most` bytes in all: its bytes and its stride.
+/// Decompresses every compressed view to its bytes and stride, at most `most` bytes in all.
 pub fn unpack(
     root: &Root,
     buffers: &Buffers<'_>,
@@ -89,7 +88,7 @@ pub fn unpack(
     Ok(out)
 }
 
-/// What bytes stand for; `None` where they are no such stream.
+/// Decodes a stream; `None` when it is malformed.
 fn decode(bytes: &[u8], how: &Compressed) -> Option<Vec<u8>> {
     match (how.mode, how.byte_stride) {
         (Mode::Attributes, 4..=256) if how.byte_stride.is_multiple_of(4) => {
@@ -104,7 +103,7 @@ fn decode(bytes: &[u8], how: &Compressed) -> Option<Vec<u8>> {
     }
 }
 
-/// The first so many bytes, which are taken off.
+/// Splits off the first `count` bytes.
 fn take<'b>(bytes: &mut &'b [u8], count: usize) -> Option<&'b [u8]> {
     bytes.split_off(..count)
 }
@@ -126,7 +125,7 @@ fn attributes(bytes: &[u8], count: usize, stride: usize) -> Option<Vec<u8>> {
         let block = left.min(most);
         left -= block;
         let groups = block.div_ceil(16);
-        // As many headers as the block claims must be there before it takes memory.
+        // Check that the claimed headers exist before allocating.
         if data.len() < stride * groups.div_ceil(4) {
             return None;
         }
@@ -169,7 +168,7 @@ fn deltas(data: &mut &[u8], header: u8) -> Option<[u8; 16]> {
     Some(out)
 }
 
-/// Numbers of seven bits a byte.
+/// Reads a number of seven bits per byte.
 fn varint(data: &mut &[u8]) -> Option<u32> {
     let mut out = 0;
     for shift in [0, 7, 14, 21, 28] {
@@ -186,7 +185,7 @@ fn zigzag(v: u32) -> u32 {
     v >> 1 ^ (v & 1).wrapping_neg()
 }
 
-/// The last 16 of what was pushed.
+/// The last 16 values pushed.
 struct Recent<T> {
     all: [T; 16],
     next: usize,
@@ -207,14 +206,14 @@ impl<T: Copy + Default> Recent<T> {
         self.next += 1;
     }
 
-    /// 0 is the last.
+    /// Index 0 is the last value.
     fn get(&self, back: u8) -> T {
         let at = (self.next + 31 - usize::from(back)) % 16;
         self.all.get(at).copied().unwrap_or_default()
     }
 }
 
-/// What decoding triangles remembers.
+/// State of the triangle decoder.
 struct Triangles<'b> {
     data: &'b [u8],
     next: u32,
@@ -223,7 +222,7 @@ struct Triangles<'b> {
     vertices: Recent<u32>,
 }
 
-/// Mode 1: a list of triangles, each by an edge of another where it can.
+/// Mode 1: a list of triangles, each by an edge of an earlier one if possible.
 fn triangles(bytes: &[u8], count: usize) -> Option<Vec<u32>> {
     let mut data = bytes.strip_prefix(&[0xe1])?;
     let table = data.split_off(data.len().checked_sub(16)?..)?;
@@ -289,7 +288,7 @@ impl Triangles<'_> {
         Some([first, second, third])
     }
 
-    /// A corner by four bits.
+    /// Decodes a corner from four bits.
     fn corner(&mut self, bits: u8, is_listed: bool) -> Option<u32> {
         match bits {
             0 => Some(self.unseen()),
@@ -324,7 +323,7 @@ impl Triangles<'_> {
 fn indices(bytes: &[u8], count: usize) -> Option<Vec<u32>> {
     let mut data = bytes.strip_prefix(&[0xd1])?;
     data.split_off(data.len().checked_sub(4)?..)?;
-    // Each takes a byte at least.
+    // Each index takes at least one byte.
     let mut out = Vec::with_capacity(count.min(data.len()));
     let mut last = [0_u32; 2];
     for _ in 0..count {
@@ -336,7 +335,7 @@ fn indices(bytes: &[u8], count: usize) -> Option<Vec<u32>> {
     Some(out)
 }
 
-/// Turns what was unpacked into what it stands for.
+/// Applies the view's filter to decompressed data.
 fn filter(bytes: &mut [u8], how: &Compressed) -> Option<()> {
     let stride = how.byte_stride;
     match (how.filter, stride) {
@@ -382,7 +381,7 @@ fn shorts(bytes: &mut [u8], of: impl Fn([i16; 4]) -> [i16; 4]) {
     }
 }
 
-/// A unit vector from the unfolded octahedron.
+/// A unit vector from octahedral encoding.
 fn octahedral(x: f32, y: f32) -> [f32; 3] {
     let z = 1.0 - x.abs() - y.abs();
     let below = z.min(0.0);
@@ -391,7 +390,7 @@ fn octahedral(x: f32, y: f32) -> [f32; 3] {
     [x, y, z].map(|v| v / length)
 }
 
-/// A unit quaternion from its three lesser components; the last number says which is left out.
+/// A unit quaternion from its three smaller components; the last number selects the omitted one.
 fn quaternion([x, y, z, last]: [i16; 4]) -> [i16; 4] {
     let one = f32::from(last | 3);
     let [x, y, z] = [x, y, z].map(|v| f32::from(v) / one * std::f32::consts::FRAC_1_SQRT_2);

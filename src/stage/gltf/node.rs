@@ -1,4 +1,4 @@
-//! The nodes of a file: where everything stands.
+//! The nodes of a file and their transforms.
 
 use gltf_json::Node;
 
@@ -8,7 +8,7 @@ use super::{Fault, LeftOut, TRIANGLE_LIMIT, accessor, entry, place};
 use crate::stage_file::{FAR_AWAY, limit};
 use footlight_show::geometry::{Vec3, vec3};
 
-/// Turning, stretching and moving.
+/// An affine map: scale, rotation and translation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Affine {
     /// Images of the three axes.
@@ -27,31 +27,31 @@ impl Affine {
         origin: Vec3::ZERO,
     };
 
-    /// The image of a direction; not normalised.
+    /// Maps a direction; not normalised.
     pub fn direction(&self, d: Vec3) -> Vec3 {
         let [x, y, z] = self.axes;
         x * d.x + y * d.y + z * d.z
     }
 
-    /// The image of a point.
+    /// Maps a point.
     pub fn point(&self, p: Vec3) -> Vec3 {
         self.direction(p) + self.origin
     }
 
-    /// The image of a normal; not normalised.
+    /// Maps a normal; not normalised.
     pub fn normal(&self, n: Vec3) -> Vec3 {
         let [x, y, z] = self.axes;
         let moved = y.cross(z) * n.x + z.cross(x) * n.y + x.cross(y) * n.z;
         if self.mirrors() { -moved } else { moved }
     }
 
-    /// True when it turns right hands into left ones, so that fronts become backs.
+    /// True when it mirrors, so that fronts become backs.
     pub fn mirrors(&self) -> bool {
         let [x, y, z] = self.axes;
         x.cross(y).dot(z) < 0.0
     }
 
-    /// `inner` first.
+    /// The composition that applies `inner` first.
     pub fn after(&self, inner: &Affine) -> Affine {
         Affine {
             axes: inner.axes.map(|a| self.direction(a)),
@@ -59,7 +59,7 @@ impl Affine {
         }
     }
 
-    /// What a node says of itself.
+    /// A node's own transform.
     fn of(node: &Node) -> Result<Affine, String> {
         if let Some(m) = &node.matrix {
             return Affine::of_matrix(m.map(f64::from));
@@ -72,7 +72,7 @@ impl Affine {
         )
     }
 
-    /// Stretched, then turned by a quaternion, then moved.
+    /// Scale, then rotation by a quaternion, then translation.
     fn of_parts(
         [tx, ty, tz]: [f64; 3],
         [x, y, z, w]: [f64; 4],
@@ -108,7 +108,7 @@ impl Affine {
         })
     }
 
-    /// Column by column, as glTF has it.
+    /// From a column-major matrix, as in glTF.
     fn of_matrix(m: [f64; 16]) -> Result<Affine, String> {
         let [
             [a, b, c, last @ ..],
@@ -140,28 +140,28 @@ fn chunks_of_four(m: [f64; 16]) -> [[f64; 4]; 4] {
     [[a, b, c, d], [e, f, g, h], [i, j, k, l], [n, o, p, q]]
 }
 
-/// A node and where it stands.
+/// A node and its transform.
 #[derive(Debug)]
 pub struct Placed<'r> {
-    /// Its number in the file.
+    /// Index in the file.
     pub index: usize,
-    /// What it is.
+    /// The node.
     pub node: &'r Node,
-    /// From its own coordinates to those of the file.
+    /// From local to the file's coordinates.
     pub transform: Affine,
 }
 
 impl Placed<'_> {
-    /// The node's place for messages.
+    /// The node's name in messages.
     pub fn place(&self) -> String {
         place("node", self.index, self.node.name.as_ref())
     }
 }
 
-/// The nodes of the file's scene (the default one, the first, or all that no other node holds),
-/// parents before children, in the order of the file.
+/// The nodes of the file's scene (the default one, else the first, else all roots), parents before
+/// children, in the order of the file.
 ///
-/// A node may have one parent only. So each is visited once: a cycle, or a branch shared by two
+/// A node may have only one parent, so each is visited once. A cycle, or a branch shared by two
 /// parents (with which a file of twenty nodes could ask for a million), is a fault.
 pub fn walk<'r>(root: &'r Root, left_out: &mut LeftOut) -> Result<Vec<Placed<'r>>, Fault> {
     let mut seen = vec![false; root.nodes.len()];
@@ -206,7 +206,7 @@ pub fn walk<'r>(root: &'r Root, left_out: &mut LeftOut) -> Result<Vec<Placed<'r>
     Ok(out)
 }
 
-/// Whether a node and all below it are hidden (KHR_node_visibility).
+/// True when a node and everything below it are hidden (KHR_node_visibility).
 fn is_hidden(node: &Node) -> bool {
     let extensions = node.extensions.as_ref();
     let described = extensions.and_then(|e| e.others.get("KHR_node_visibility"));
@@ -230,7 +230,8 @@ fn roots(root: &Root) -> Result<Vec<usize>, Fault> {
     Ok(scene.nodes.iter().map(|n| n.value()).collect())
 }
 
-/// Where the copies of a node's mesh stand (EXT_mesh_gpu_instancing); one where the node does without.
+/// Transforms of a node's instances (EXT_mesh_gpu_instancing); one for a node without the
+/// extension.
 pub fn instances(document: &Document<'_>, placed: &Placed<'_>) -> Result<Vec<Affine>, Fault> {
     let extensions = placed.node.extensions.as_ref();
     let described = extensions.and_then(|e| e.others.get("EXT_mesh_gpu_instancing"));

@@ -1,4 +1,4 @@
-//! Meshes: from primitives of all modes to triangles that stand where their nodes put them.
+//! Meshes: turns primitives of all modes into triangles placed by their nodes.
 
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -16,7 +16,7 @@ use crate::shading::{Corner, Shading};
 use crate::stage_file::{FAR, FAR_AWAY, Imported, VERTEX_LIMIT, limit};
 use footlight_show::geometry::polygon;
 
-/// A primitive decoded.
+/// A decoded primitive.
 struct Drawn {
     vertices: Vertices,
     triangles: Vec<[u32; 3]>,
@@ -26,15 +26,15 @@ struct Drawn {
 /// Meshes of a document, each decoded once.
 pub struct Meshes<'d> {
     document: &'d Document<'d>,
-    /// Of each material.
+    /// Texture coordinates of each material.
     places: &'d [Option<Places>],
     faults: &'d BTreeMap<usize, Fault>,
     decoded: BTreeMap<usize, Rc<Vec<Drawn>>>,
     triples: BTreeMap<usize, Rc<Vec<[f64; 3]>>>,
     /// Vertices decoded.
     vertices: usize,
-    /// Triangles drawn; a primitive counts as one at least, so that no number of instances of
-    /// nothing takes time.
+    /// Triangles drawn. Each primitive counts as at least one, so that instances of empty
+    /// primitives are limited too.
     triangles: usize,
 }
 
@@ -101,7 +101,7 @@ impl<'d> Meshes<'d> {
                     continue;
                 }
                 to.summary.faces += 1;
-                // What varies over a triangle is always linear.
+                // Values at the corners of a triangle are always linear over it.
                 let shading = Shading::of_corners(&corners).ok().flatten().map(Box::new);
                 to.scene.polygons.push(Polygon {
                     shading,
@@ -174,7 +174,7 @@ impl<'d> Meshes<'d> {
             left_out.insert("colours of vertices: their materials' count".to_owned());
         }
         if attribute(Semantic::Positions).is_none() {
-            // A primitive without positions draws nothing, says the specification.
+            // By the specification, a primitive without positions draws nothing.
             left_out.insert("primitives without positions".to_owned());
             return Ok(None);
         }
@@ -187,7 +187,7 @@ impl<'d> Meshes<'d> {
                 }
                 material.value()
             }
-            // The last one, which has no entry in the file.
+            // The last material, which has no entry in the file.
             None => materials.len(),
         };
         let places = self.places.get(material).copied().flatten();
@@ -212,7 +212,7 @@ impl<'d> Meshes<'d> {
         }))
     }
 
-    /// The vertices of a primitive from its accessors.
+    /// Reads the vertices of a primitive from its accessors.
     fn vertices(
         &mut self,
         primitive: &Primitive,
@@ -256,7 +256,7 @@ impl<'d> Meshes<'d> {
         Ok(vertices)
     }
 
-    /// Adds to the vertices decoded.
+    /// Counts decoded vertices against the limit.
     fn counted(&mut self, vertices: Vertices, at: impl Fn() -> String) -> Result<Vertices, Fault> {
         self.vertices += vertices.points.len();
         if self.vertices > VERTEX_LIMIT {
@@ -266,7 +266,7 @@ impl<'d> Meshes<'d> {
         }
     }
 
-    /// Positions or normals.
+    /// Reads positions or normals.
     fn triple(&mut self, index: usize) -> Result<Rc<Vec<[f64; 3]>>, Fault> {
         if let Some(known) = self.triples.get(&index) {
             return Ok(Rc::clone(known));
@@ -283,8 +283,7 @@ impl<'d> Meshes<'d> {
     }
 }
 
-/// The triangles of a primitive, each counter-clockwise as the mode has it. Corners too few for a
-/// triangle are left over.
+/// The triangles of a primitive in its mode, each counter-clockwise. Remaining corners are ignored.
 fn triangles(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
     match mode {
         Mode::TriangleStrip => {

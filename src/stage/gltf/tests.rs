@@ -8,7 +8,7 @@ use footlight_picture::png;
 use footlight_show::geometry::{Vec3, newell, vec3};
 use footlight_show::units::Rgb;
 
-/// A GLB of a JSON text and a binary chunk.
+/// Builds a GLB from a JSON text and a binary chunk.
 pub fn glb(json: &str, binary: &[u8]) -> Vec<u8> {
     let padded = |bytes: &[u8], by: u8| {
         let mut out = bytes.to_vec();
@@ -42,13 +42,13 @@ fn shorts(values: &[u16]) -> Vec<u8> {
     values.iter().flat_map(|v| v.to_le_bytes()).collect()
 }
 
-/// A unit square in the XY plane of the file, facing +Z: 48 bytes of positions, 12 of indices.
+/// A unit square in the file's XY plane, facing +Z: 48 bytes of positions, 12 of indices.
 pub fn square() -> Vec<u8> {
     let corners = [0., 0., 0., 1., 0., 0., 1., 1., 0., 0., 1., 0.];
     [floats(&corners), shorts(&[0, 1, 2, 0, 2, 3])].concat()
 }
 
-/// The lists that describe [`square`] as mesh 0; what follows adds to the root object.
+/// JSON that describes [`square`] as mesh 0; `rest` adds to the root object.
 pub fn described(rest: &str) -> String {
     format!(
         r#"{{"asset":{{"version":"2.0"}},
@@ -68,7 +68,7 @@ fn import(json: &str, binary: &[u8]) -> Result<Import, SceneError> {
     read(&files, "a.glb", &Options::default(), usize::MAX)
 }
 
-/// The square with nodes and whatever else.
+/// Imports the square with these nodes.
 fn with_nodes(nodes: &str) -> Result<Import, SceneError> {
     import(&described(&format!("{WALL},{nodes}")), &square())
 }
@@ -95,7 +95,7 @@ fn a_square_comes_out_as_one_quad_turned_up() {
     assert_eq!(scene.polygons.len(), 1);
     let corners = &scene.polygons[0].vertices;
     assert_eq!(corners.len(), 4);
-    // Up in the file is +Y; its +Z comes towards the house, which is -Y here.
+    // The file's +Y is up; its +Z faces the house, which is -Y here.
     assert!(close(normal(&scene.polygons[0]), vec3(0.0, -1.0, 0.0)));
     assert!(
         corners
@@ -114,7 +114,7 @@ fn a_square_comes_out_as_one_quad_turned_up() {
     );
 }
 
-/// Buffers in the file, beside it, and as data within it give the same scene.
+/// Embedded, external and data-URI buffers give the same scene.
 #[test]
 fn buffers_come_from_anywhere() {
     let json = |uri: &str| {
@@ -175,7 +175,7 @@ fn mirrors_keep_fronts_in_front() {
         );
         assert!(stage.scene.polygons[0].vertices.iter().all(|v| v.x <= 0.0));
     }
-    // A turn by half about Y shows the back, and two mirrors make a turn.
+    // A half turn about Y shows the back; two mirrors make a rotation.
     for nodes in [
         r#""nodes":[{"mesh":0,"rotation":[0,1,0,0]}]"#,
         r#""nodes":[{"mesh":0,"scale":[-1,1,-1]}]"#,
@@ -215,7 +215,8 @@ fn instances_stand_where_their_parents_put_them() {
     );
 }
 
-/// Strips and fans, with and without indices, tell the same square; points and lines nothing.
+/// Strips and fans, with and without indices, give the same square; points and lines give no
+/// surface.
 #[test]
 fn every_mode_is_read_or_said_to_be_left_out() {
     let strip = floats(&[0., 0., 0., 1., 0., 0., 0., 1., 0., 1., 1., 0.]);
@@ -231,7 +232,7 @@ fn every_mode_is_read_or_said_to_be_left_out() {
     assert!(close(normal(&found.scene.polygons[0]), unit));
     let found = import(&json(6, 4), &square()[..48]).unwrap();
     assert!(close(normal(&found.scene.polygons[0]), unit));
-    // Corners too few for one more triangle are left over.
+    // Remaining corners are ignored.
     let found = import(&json(4, 4), &square()[..48]).unwrap();
     assert!(close(normal(&found.scene.polygons[0]), unit * 0.5));
     for mode in [0, 1, 2, 3] {
@@ -248,7 +249,7 @@ fn every_mode_is_read_or_said_to_be_left_out() {
 
 #[test]
 fn sparse_accessors_change_what_is_under_them() {
-    // Corner 2 moves from (1, 1, 0) to (3, 3, 0): a kite of area 3; then over nothing at all.
+    // Corner 2 moves from (1, 1, 0) to (3, 3, 0): a kite of area 3; then the same without a base.
     let sparse = r#""sparse":{"count":1,"indices":{"bufferView":2,"componentType":5121},"values":{"bufferView":3}}"#;
     let changed = described(&format!("{WALL},\"nodes\":[{{\"mesh\":0}}]"))
         .replace(r#""byteLength":60"#, r#""byteLength":76"#)
@@ -279,7 +280,7 @@ fn sparse_accessors_change_what_is_under_them() {
 
 #[test]
 fn integers_and_strides_are_read() {
-    // Bytes, normalised: 255 is one; four bytes a vertex, of which three count.
+    // Normalised bytes: 255 is one; four bytes per vertex, of which three count.
     let corners = [0_u8, 0, 0, 9, 255, 0, 0, 9, 255, 255, 0, 9, 0, 255, 0];
     let mut binary = corners.to_vec();
     binary.resize(48, 0);
@@ -341,7 +342,7 @@ fn materials_have_names_and_light() {
     assert!(reason.starts_with("base colour "), "{reason}");
 }
 
-/// An image of what shines is not read; the one that a black factor turns off is none.
+/// An emissive image is not read and is reported, unless a black factor turns it off.
 #[test]
 fn emission_textures_are_told() {
     let materials = r#""materials":[{"name":"sign","emissiveFactor":[1,1,1],"emissiveTexture":{"index":0}},
@@ -353,7 +354,8 @@ fn emission_textures_are_told() {
     );
 }
 
-/// A double-sided square has a back of the same size a hair behind it, unless the show says no.
+/// A double-sided square gets a back of equal size a hair behind it, unless the show turns that
+/// off.
 #[test]
 fn double_sided_materials_get_a_back() {
     let json = described(&format!("{WALL},\"nodes\":[{{\"mesh\":0}}]"))
@@ -404,8 +406,8 @@ fn a_webp_texture_is_read_where_there_is_no_other() {
     );
 }
 
-/// A texel that is transparent has a colour where alpha does not count, also where another material cuts
-/// out by the same image.
+/// Where alpha does not count, a transparent texel has its colour, even when another material uses
+/// the image as a cut-out.
 #[test]
 fn alpha_is_nothing_to_what_is_opaque() {
     let material = |name: &str, mode: &str| {
@@ -441,7 +443,7 @@ fn alpha_is_nothing_to_what_is_opaque() {
     }
 }
 
-/// So has one that its texture cuts out, whatever the file says of its sides.
+/// A cut-out square gets a back too, whatever the file says about its sides.
 #[test]
 fn what_is_cut_out_gets_a_back() {
     let backs = |mode: &str| {
@@ -461,7 +463,7 @@ fn what_is_cut_out_gets_a_back() {
     assert_eq!(["OPAQUE", "MASK", "BLEND"].map(backs), [0, 1, 1]);
 }
 
-/// A beam in the haze is no wall; where there is nothing else the message says so.
+/// A beam in the haze is not a surface; when the file has nothing else, the message says so.
 #[test]
 fn volumes_of_light_are_left_out() {
     let of = |nodes: &str| {
@@ -508,7 +510,7 @@ fn lights_come_along() {
     let LampShape::Spot { beam, field } = key.shape else {
         unreachable!()
     };
-    // The law of glTF, evaluated at our two angles.
+    // glTF's falloff, evaluated at our two angles.
     let share = |full: f64| {
         let (cosine, edge) = (
             (full / 2.0).to_radians().cos(),
@@ -519,7 +521,7 @@ fn lights_come_along() {
     assert!((share(beam) - 0.5).abs() < 1e-9 && (share(field) - 0.1).abs() < 1e-9);
 }
 
-/// A unit square with normals and places in a texture, as a Draco encoder of speed 3 has it.
+/// A unit square with normals and texture coordinates, from a Draco encoder at speed 3.
 const DRACO: [u8; 188] = [
     68, 82, 65, 67, 79, 2, 2, 1, 1, 0, 0, 0, 4, 2, 2, 2, 0, 0, 1, 31, 255, 1, 17, 255, 1, 17, 255,
     1, 17, 3, 255, 0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 9, 3, 0, 0, 0, 1, 1, 9, 3, 0, 1, 0, 1, 3, 9, 2, 0,
@@ -556,7 +558,7 @@ fn draco_gives_the_same_square_and_damage_an_error() {
     );
 }
 
-/// Copies of a mesh stand where the instances' attributes put them.
+/// Instances of a mesh are placed by their attributes.
 #[test]
 fn instances_of_a_node_are_placed() {
     let places = floats(&[0.0, 0.0, 0.0, 5.0, 0.0, 0.0, 0.0, 7.0, 0.0]);
@@ -627,7 +629,7 @@ fn what_is_not_read_is_no_reason_to_refuse() {
     assert_eq!(wall.reflectance, Rgb([1.0, 0.5, 0.5]));
 }
 
-/// The square is whole without them.
+/// The square is imported without them.
 #[test]
 fn bad_cameras_lights_and_normals_are_left_out_and_named() {
     let nodes = |what: &str| {

@@ -5,21 +5,21 @@ use std::rc::Rc;
 use crate::shading::Corner;
 use footlight_show::geometry::vec3;
 
-/// Vertices with what they have.
+/// Vertices with their attributes.
 #[derive(Clone, Default)]
 pub struct Vertices {
-    /// Where they are.
+    /// Positions.
     pub points: Rc<Vec<[f64; 3]>>,
-    /// To shade by.
+    /// Shading normals.
     pub normals: Option<Rc<Vec<[f64; 3]>>>,
-    /// In the texture of the material.
+    /// Texture coordinates.
     pub places: Option<Rc<Vec<[f64; 2]>>>,
-    /// In the order in which they are drawn; without it as they stand.
+    /// Drawing order; `None` draws them in sequence.
     pub indices: Option<Vec<u32>>,
 }
 
 impl Vertices {
-    /// The corner of this index.
+    /// The corner with this index.
     pub fn corner(&self, index: u32) -> Corner {
         let index = index as usize;
         let vector = |[x, y, z]: [f64; 3]| vec3(x, y, z);

@@ -1,13 +1,13 @@
-//! Convex parts of a region that has no simple outline, such as a wall with windows: cuts are
-//! taken back one after the other where what they join is convex (Hertel and Mehlhorn 1983; at most
-//! four times as many parts as there must be), the longest first.
+//! Convex parts of a region without a simple outline, such as a wall with windows. Cuts are removed
+//! one by one, the longest first, where the union is convex (Hertel and Mehlhorn 1983; at most four
+//! times the least number of parts).
 
 use std::collections::HashMap;
 
 use super::{CORNERS, Mesh, sides};
 use footlight_show::geometry::Vec3;
 
-/// Corners of a part before those on its edges are left out.
+/// Most corners of a part before collinear ones are removed.
 const MOST: usize = 4 * CORNERS;
 
 /// A part of the region.
@@ -48,13 +48,13 @@ pub fn parts(mesh: &Mesh, owner: u32, region: &[u32]) -> Vec<Vec<Vec3>> {
     out
 }
 
-/// Parts that become fewer.
+/// The parts while they are being merged.
 struct Joined<'m> {
     mesh: &'m Mesh,
     normal: Vec3,
-    /// Those without triangles became part of another.
+    /// A part without triangles has been merged into another.
     parts: Vec<Part>,
-    /// The part that each became part of, or itself.
+    /// The part into which each was merged, or itself.
     became: Vec<usize>,
 }
 
@@ -81,7 +81,7 @@ impl<'m> Joined<'m> {
         at
     }
 
-    /// Takes back the cut between the parts of two triangles, if what comes out is convex.
+    /// Removes the cut between the parts of two triangles if the union is convex.
     fn join(&mut self, edge: [u32; 2], sides: [usize; 2]) {
         let [here, there] = sides.map(|s| self.find(s));
         if here == there {
@@ -104,13 +104,13 @@ impl<'m> Joined<'m> {
     }
 
     /// The outline of two parts without the edge from `a` to `b`, which the left one has in this
-    /// sense; `None` when it is not convex.
+    /// direction; `None` when it is not convex.
     fn union(&self, left: &[u32], right: &[u32], [a, b]: [u32; 2]) -> Option<Vec<u32>> {
         if left.len() + right.len() > MOST {
             return None;
         }
         let mut outline = from(left, b)?;
-        // Both begin and end at the edge.
+        // Both loops begin and end at the edge.
         let rest = from(right, a)?;
         if outline.last() != Some(&a) || rest.last() != Some(&b) {
             return None;
@@ -127,15 +127,14 @@ impl<'m> Joined<'m> {
     }
 }
 
-/// The loop, beginning at `start`.
+/// The loop, rotated to begin at `start`.
 fn from(outline: &[u32], start: u32) -> Option<Vec<u32>> {
     let at = outline.iter().position(|v| *v == start)?;
     let (before, after) = outline.split_at(at);
     Some([after, before].concat())
 }
 
-/// Where two parts share more than one edge, those beside the first are left as a way out and
-/// back: taken away.
+/// Removes the spikes that remain when two parts share more than one edge.
 fn without_spikes(outline: &mut Vec<u32>) {
     let mut i = 0;
     let mut steady = 0;

@@ -5,12 +5,12 @@ use std::collections::HashMap;
 use super::{Mesh, sides};
 use footlight_show::geometry::Vec3;
 
-/// Corners in a row that are tried for one line: more cost time by the square, and leave a corner
-/// in the middle of an edge, which is no harm.
+/// Most consecutive corners tested for one line: more would cost quadratic time, and a remaining
+/// corner on an edge does no harm.
 const RUN: usize = 256;
 
-/// The region as one polygon: `None` when it has holes, touches itself in a corner, or its outline
-/// is not one that may stay whole.
+/// The region as one polygon; `None` when it has holes, touches itself in a corner, or its outline
+/// must be divided.
 pub fn of(mesh: &Mesh, owner: u32, region: &[u32]) -> Option<Vec<Vec3>> {
     let mut next = HashMap::new();
     let mut start = None;
@@ -37,10 +37,10 @@ pub fn of(mesh: &Mesh, owner: u32, region: &[u32]) -> Option<Vec<Vec3>> {
     whole.then(|| mesh.straightened(&outline, region)).flatten()
 }
 
-/// The corners without those that lie within `tolerance` of a straight edge between others.
+/// The corners without those within `tolerance` of a straight edge between others.
 pub fn without_straight(corners: &[Vec3], tolerance: f64) -> Vec<Vec3> {
     let origin = corners.first().copied().unwrap_or_default();
-    // The one farthest from any point is a corner for certain.
+    // The corner farthest from any point is certainly a true corner.
     let distance = |i: &usize| corners.get(*i).map_or(0.0, |v| (*v - origin).length());
     let far = (0..corners.len()).max_by(|a, b| distance(a).total_cmp(&distance(b)));
     let far = far.unwrap_or_default();

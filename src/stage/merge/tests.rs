@@ -5,7 +5,7 @@ use proptest::prelude::*;
 use super::*;
 use footlight_show::geometry::vec3;
 
-/// A surface over cells of a grid as triangles, bent by `height`, moved by `place`.
+/// A surface over cells of a grid as triangles, bent by `height`, placed by `place`.
 fn grid(
     cells: &[(u32, u32)],
     height: impl Fn(f64, f64) -> f64,
@@ -18,7 +18,7 @@ fn grid(
     let mut out = Vec::new();
     for &(x, y) in cells {
         let square = [(x, y), (x + 1, y), (x + 1, y + 1), (x, y + 1)].map(|(x, y)| corner(x, y));
-        // The diagonal alternates, as in no exporter's order.
+        // The diagonal alternates, unlike in any exporter.
         let cuts = match (x + y) % 2 {
             0 => [[0, 1, 2], [0, 2, 3]],
             _ => [[0, 1, 3], [1, 2, 3]],
@@ -58,7 +58,7 @@ fn a_cut_quad_is_whole_again() {
     assert_eq!(area(&merged.polygons), vec3(0.0, 0.0, 1.0));
 }
 
-/// Any plane, in single precision, far from the origin: a tessellated wall is one quad.
+/// Any plane, in single precision, far from the origin: a tessellated wall becomes one quad.
 #[test]
 fn a_wall_of_many_triangles_is_one_quad() {
     let (u, v) = (vec3(0.36, 0.48, -0.8), vec3(-0.8, 0.6, 0.0));
@@ -124,7 +124,7 @@ fn what_differs_stays_apart() {
     assert_eq!(triangles(quads.clone()).polygons, quads);
 }
 
-/// Facets that approach a plane ever more: nothing that is bent by more than rounding may merge.
+/// Facets that approach a plane more and more: a bend beyond rounding prevents merging.
 #[test]
 fn bent_surfaces_keep_their_triangles() {
     for bend in [1e-1, 1e-2, 1e-3, 1e-4] {
@@ -136,7 +136,7 @@ fn bent_surfaces_keep_their_triangles() {
     }
 }
 
-/// Three sheets along one edge, and one triangle twice: no panic, no area lost.
+/// Three sheets along one edge, and one triangle twice: no panic, no lost area.
 #[test]
 fn edges_of_many_triangles_stay() {
     let mut many = flat(&rectangle(2, 1));
@@ -157,8 +157,8 @@ fn edges_of_many_triangles_stay() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(300))]
 
-    /// Any set of cells, holes and touching corners and all: the same area, on the same side, of
-    /// whole polygons, in fewer pieces than triangles.
+    /// Any set of cells, with holes and touching corners, keeps its area and side in fewer valid
+    /// polygons than triangles.
     #[test]
     fn area_stays(mask in prop::collection::vec(any::<bool>(), 36), material in 0_usize..3) {
         let cells: Vec<_> =
@@ -180,7 +180,7 @@ proptest! {
             prop_assert_eq!(polygon::planar(polygon.vertices.to_vec()).unwrap().len(), 1);
         }
         prop_assert!(merged.polygons.len() <= before.len());
-        // Without cuts by material every whole square is one piece at most.
+        // Without cuts by material, each whole square is at most one polygon.
         prop_assert!(material > 0 || merged.polygons.len() <= cells.len());
     }
 }

@@ -12,35 +12,35 @@ use crate::stage_file::{Finish, reflectance};
 use footlight_host::files::Files;
 use footlight_show::units::Rgb;
 
-/// A material as its file has it.
+/// A material as described in its file.
 #[derive(Default)]
 struct Described {
     name: String,
     diffuse: Option<[f64; 3]>,
     emission: [f64; 3],
-    /// Share of light that it stops: `d`, or else what `Tr` leaves.
+    /// Share of light that it stops: `d`, else `1 - Tr`.
     stops: Option<f64>,
     lets: Option<f64>,
     image: Option<Map>,
-    /// `map_d`, if it is another image.
+    /// `map_d`, if it is another image than `map_Kd`.
     mask: Option<String>,
-    /// Has it a `map_Ke`?
+    /// True with a `map_Ke`.
     shines_by_image: bool,
     /// The numbers of keywords that describe its gloss.
     gloss: BTreeMap<String, [f64; 3]>,
-    /// Why they cannot be read: it is matt.
+    /// Fault in the gloss; the material is then matt.
     gloss_fault: Option<String>,
-    /// What is wrong with it: only faces of it are refused.
+    /// Fault of the material; only faces that use it are refused.
     fault: Option<SceneError>,
 }
 
 /// Keywords of gloss.
 const GLOSS: [&str; 6] = ["Ns", "Ks", "Ka", "illum", "Pr", "Pm"];
 
-/// Reflectance from right above where `Ks` is 1, as Blender has it.
+/// Reflectance at normal incidence for `Ks` 1, as in Blender.
 const MOST_NORMAL: f64 = 0.08;
 
-/// `map_Kd`: a file and how it lies.
+/// `map_Kd`: a file and its placement.
 #[derive(Clone, Default)]
 struct Map {
     file: String,
@@ -56,11 +56,11 @@ pub(super) struct Materials {
     list: Vec<Described>,
     /// Indices into `list`.
     pub(super) by_name: BTreeMap<String, usize>,
-    /// Of each file the first material and the folder.
+    /// First material and folder of each file.
     folders: Vec<(usize, String)>,
-    /// The material that is being described.
+    /// The material being described.
     open: Option<usize>,
-    /// Names that were given twice.
+    /// Names defined twice.
     twice: BTreeSet<String>,
 }
 
@@ -88,7 +88,7 @@ impl Materials {
         })
     }
 
-    /// Of each material what is wrong with it, and whether it says nothing of its colour.
+    /// For each material its fault, and true when it gives no colour.
     pub(super) fn checked(&mut self) -> Vec<(Option<SceneError>, bool)> {
         let of = |described: &mut Described| {
             let is_dark = described.emission == [0.0; 3];
@@ -109,7 +109,7 @@ impl Materials {
                 name: name.to_owned(),
                 ..Described::default()
             };
-            // Of a name given twice the last counts, as with most readers.
+            // The last definition of a name counts, as in most readers.
             let index = *self
                 .by_name
                 .entry(name.to_owned())
@@ -131,7 +131,7 @@ impl Materials {
         let open = self.open.and_then(|index| self.list.get_mut(index));
         let material = open.ok_or("`newmtl` needs a name")?;
         match keyword {
-            // A spectrum, or a colour in CIE XYZ.
+            // A spectrum, or a colour in CIE XYZ, is not read.
             "Kd" | "Ka" | "Ks" if ["spectral", "xyz"].contains(&split(rest).0) => {}
             "Kd" => {
                 let kd = colour("Kd", rest)?;
@@ -162,7 +162,7 @@ impl Materials {
         Ok(())
     }
 
-    /// All of them, with their images, and of each how places in its image are moved.
+    /// All materials with their images, and for each the placement of its image.
     pub(super) fn finish(
         self,
         files: &dyn Files,
@@ -192,7 +192,7 @@ impl Materials {
 }
 
 impl Described {
-    /// How glossy it is, by the rule of Blender's exporter; `None` where it is matt.
+    /// Gloss by the rule of Blender's exporter; `None` for a matt material.
     fn gloss(&self) -> Option<Finish> {
         let of = |keyword| self.gloss.get(keyword).copied();
         let number = |keyword| of(keyword).map(|[value, ..]| value);
@@ -201,7 +201,7 @@ impl Described {
         let exponent = number("Ns").filter(|_| has_highlight);
         let of_exponent = |ns: f64| 1.0 - (ns / 1000.0).clamp(0.0, 1.0).sqrt();
         let roughness = number("Pr").or(exponent.map(of_exponent))?;
-        // Of others than Blender it is a mirror, of which `Ks` is the colour.
+        // In other programs' files it is a mirror with the colour `Ks`.
         let mirrors = illum == Some(3.0) && metallic.is_none();
         let scale = if mirrors { 1.0 } else { MOST_NORMAL };
         let unstated = number("Pr").map_or(0.0, |_| Gloss::COMMON / MOST_NORMAL);
@@ -222,7 +222,7 @@ impl Described {
         textures: &mut TextureReader,
         left_out: &mut gltf::LeftOut,
     ) -> (Material, Option<Moved>) {
-        // `Tr 1` alone is written by programs that mean the opposite.
+        // `Tr 1` alone is written by programs that mean opaque.
         let let_through = self.lets.filter(|lets| *lets < 1.0).unwrap_or(0.0);
         let stops = self.stops.unwrap_or(1.0 - let_through);
         let mut material = Material {
@@ -257,14 +257,15 @@ impl Described {
         }
         let mut moved = None;
         if let Some(map) = self.image {
-            // Black under an image is what programs write that leave the colour to it.
+            // Programs that leave the colour to the image write black.
             let factor = self
                 .diffuse
                 .filter(|kd| *kd != [0.0; 3])
                 .unwrap_or([1.0; 3]);
             let beside = |file: &str| Path::new(folder).join(file).to_string_lossy().into_owned();
             let path = beside(&map.file);
-            // A path of the machine that wrote the file means a copy beside it on any other.
+            // An absolute path of the machine that wrote the file means a copy next to it on any
+            // other.
             let content = || match (files.read(&path), map.name_of_absolute()) {
                 (Err(_), Some(name)) => files.read(&beside(name)).map_err(|e| e.to_string()),
                 (found, _) => found.map_err(|e| e.to_string()),
@@ -304,12 +305,12 @@ impl Described {
     }
 }
 
-/// How places in an image are moved.
+/// Placement of an image.
 #[derive(Clone)]
 pub(super) struct Moved(Map);
 
 impl Moved {
-    /// From the left and from the top.
+    /// Position from the left and from the top.
     pub(super) fn place(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         let Map { scale, offset, .. } = &self.0;
         // The file counts from the bottom.
@@ -321,7 +322,7 @@ impl Moved {
 }
 
 impl Map {
-    /// What stands behind the keyword: options, then the file, whose name may have blanks.
+    /// Parses the text after the keyword: options, then the file, whose name may have blanks.
     fn of(text: &str) -> Map {
         let mut map = Map {
             scale: [1.0; 2],
@@ -338,7 +339,7 @@ impl Map {
             for i in 0..most {
                 let (value, after) = split(values);
                 let number = value.parse::<f64>().ok().filter(|v| v.is_finite());
-                // The second and third number may be left out.
+                // The second and third number are optional.
                 if i > 0 && number.is_none() {
                     break;
                 }
@@ -360,7 +361,7 @@ impl Map {
         map
     }
 
-    /// The file's name alone, where its path begins at a root or a drive.
+    /// The file name alone, when its path begins at a root or a drive.
     fn name_of_absolute(&self) -> Option<&str> {
         let (folder, name) = self.file.rsplit_once('/')?;
         let is_drive = folder.as_bytes().get(1) == Some(&b':');
@@ -368,7 +369,7 @@ impl Map {
     }
 }
 
-/// A number from 0 to 1.
+/// Reads a number from 0 to 1.
 fn share(keyword: &'static str, rest: &str) -> Result<f64, String> {
     let [value, ..] = numbers(keyword, rest, 1)?;
     Ok(value.clamp(0.0, 1.0))

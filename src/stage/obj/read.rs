@@ -1,4 +1,4 @@
-//! Lines of OBJ files to vertices and faces; what is wrong is refused with the number of its line.
+//! Parses lines of OBJ files to vertices and faces; errors carry the line number.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use crate::stage_file::FAR;
 use footlight_show::geometry::{Vec3, vec3};
 use footlight_show::printable::of_bytes;
 
-/// A corner by its numbers, from 0: vertex, place in the texture, normal.
+/// Indices of a corner, from 0: vertex, texture coordinate, normal.
 pub(super) type Indices = (u32, Option<u32>, Option<u32>);
 
 /// A face of the OBJ file.
@@ -20,9 +20,9 @@ pub(super) struct Face {
 
 /// Faces of one material and one group, in the order of the file.
 pub(super) struct Group {
-    /// As `usemtl` has it, and its line.
+    /// Name in `usemtl`, and its line.
     pub(super) material: Option<(String, usize)>,
-    /// The last `g` or `o`.
+    /// The latest `g` or `o`.
     pub(super) part: Option<String>,
     pub(super) faces: Vec<Face>,
 }
@@ -32,18 +32,18 @@ pub(super) struct Group {
 pub(super) struct Obj {
     /// In the order of the file.
     pub(super) groups: Vec<Group>,
-    /// Each `mtllib`.
+    /// The text of each `mtllib`.
     pub(super) libraries: Vec<String>,
     vertices: Vec<Vec3>,
-    /// Vertices that are nowhere, with the reason: faces cannot have them.
+    /// Unusable vertices, with the reason: no face may have them.
     nowhere: BTreeMap<u32, String>,
-    /// What is left out, with the first line that has it.
+    /// Skipped contents, with the first line of each.
     pub(super) unread: BTreeMap<&'static str, usize>,
-    /// From the left and from the top; `None` where the file has no numbers.
+    /// Texture coordinates from the left and from the top; `None` when the file has no numbers.
     places: Vec<Option<[f64; 2]>>,
     normals: Vec<Option<Vec3>>,
     faces: usize,
-    /// Of all faces together.
+    /// Corners of all faces together.
     corners: usize,
 }
 
@@ -55,7 +55,7 @@ impl Obj {
         Ok(obj)
     }
 
-    /// What stands at a corner.
+    /// The values at a corner.
     pub(super) fn corner(&self, (vertex, place, normal): Indices) -> Corner {
         Corner {
             point: self
@@ -83,7 +83,7 @@ impl Obj {
                 let normal = finite(normal, rest).ok().map(|[x, y, z]| vec3(x, y, z));
                 more(&mut self.normals, normal, "normals")?;
             }
-            // `fo` is the old word for it.
+            // `fo` is an old form of it.
             "f" | "fo" => self.face(rest, line)?,
             "l" | "p" => self.leave_out("points and lines: they have no area", line),
             "curv" | "curv2" | "surf" => self.leave_out("free-form curves and surfaces", line),
@@ -102,7 +102,7 @@ impl Obj {
         Ok(())
     }
 
-    /// Begins another group, in the place of one that has no faces.
+    /// Begins another group; replaces one that has no faces.
     fn group(&mut self, material: Option<(String, usize)>, part: Option<String>) {
         self.groups.pop_if(|last| last.faces.is_empty());
         self.groups.push(Group {
@@ -116,7 +116,7 @@ impl Obj {
         self.unread.entry(what).or_insert(line);
     }
 
-    /// Three coordinates; a weight or a colour behind them is left out, as polygons have neither.
+    /// Reads three coordinates; a weight or a colour after them is ignored.
     fn vertex(&mut self, rest: &str, line: usize) -> Result<(), String> {
         let behind = rest.split_whitespace().count().saturating_sub(3);
         if behind >= 3 {
@@ -173,7 +173,7 @@ impl Obj {
     }
 }
 
-/// Adds one more of what a file defines, if it may.
+/// Adds an element, within the limit.
 fn more<T>(list: &mut Vec<T>, value: T, what: &'static str) -> Result<(), String> {
     if list.len() == VERTEX_LIMIT {
         return Err(limit(what, VERTEX_LIMIT));
@@ -182,8 +182,8 @@ fn more<T>(list: &mut Vec<T>, value: T, what: &'static str) -> Result<(), String
     Ok(())
 }
 
-/// The numbers of a corner: `7`, `7/1`, `7//2`, `7/1/2`; negative ones count from the last. A place
-/// in a texture or a normal that is not there is left out.
+/// Indices of a corner: `7`, `7/1`, `7//2`, `7/1/2`; negative ones count from the last. A missing
+/// texture coordinate or normal is ignored.
 fn corner(word: &str, [vertices, places, normals]: [usize; 3]) -> Result<Indices, String> {
     let mut parts = word.split('/').map(|part| match part {
         "" => Ok(None),
@@ -209,7 +209,7 @@ fn no_corner(word: &str) -> String {
     format!("`{}` is not a corner of a face", cut(word))
 }
 
-/// What an index of a file means, from 0.
+/// Converts an index of the file to one from 0.
 fn position(index: i64, defined: usize) -> Option<u32> {
     let place = if index < 0 {
         index.saturating_add(defined as i64)
@@ -221,8 +221,8 @@ fn position(index: i64, defined: usize) -> Option<u32> {
         .filter(|i| (*i as usize) < defined)
 }
 
-/// Calls `read` for every line, without comments and byte order mark, lines that end in a backslash
-/// joined with the next. Errors get the line's number.
+/// Calls `read` for every line, without comments and byte order mark; lines that end in a backslash
+/// are joined with the next. Errors get the line's number.
 pub(super) fn each_line(
     path: &str,
     bytes: &[u8],
@@ -265,7 +265,7 @@ pub(super) fn each_line(
     read(&joined, first)
 }
 
-/// A comment starts with a `#` at the start of a word: names such as `Wood#2` are whole.
+/// A comment starts with a `#` at the start of a word: names such as `Wood#2` stay whole.
 fn without_comment(line: &str) -> &str {
     let mut marks = line.match_indices('#').map(|(at, _)| line.split_at(at).0);
     marks
@@ -273,13 +273,13 @@ fn without_comment(line: &str) -> &str {
         .unwrap_or(line)
 }
 
-/// The first word and what follows it.
+/// The first word and the rest.
 pub(super) fn split(line: &str) -> (&str, &str) {
     let (keyword, rest) = line.split_once(char::is_whitespace).unwrap_or((line, ""));
     (keyword, rest.trim())
 }
 
-/// The files that a line `mtllib` names: each goes on to a word that ends in `.mtl`.
+/// The files of an `mtllib` line: each name ends with a word that ends in `.mtl`.
 pub(super) fn names_of_libraries(rest: &str) -> Vec<&str> {
     let mut names = Vec::new();
     let mut start = 0;
@@ -304,7 +304,7 @@ pub(super) fn named<'t>(keyword: &'static str, rest: &'t str) -> Result<&'t str,
     }
 }
 
-/// Three channels, or one number for all three, as MTL allows.
+/// Reads three channels, or one number for all three, as MTL allows.
 pub(super) fn colour(keyword: &str, rest: &str) -> Result<[f64; 3], String> {
     if rest.split_whitespace().count() == 1 {
         let [grey, ..] = numbers(keyword, rest, 1)?;
@@ -313,12 +313,12 @@ pub(super) fn colour(keyword: &str, rest: &str) -> Result<[f64; 3], String> {
     numbers(keyword, rest, 3)
 }
 
-/// The first three of `expected` finite numbers.
+/// Reads the first three of `expected` finite numbers.
 pub(super) fn numbers(keyword: &str, rest: &str, expected: usize) -> Result<[f64; 3], String> {
     finite(exact_numbers(keyword, rest, expected)?, rest)
 }
 
-/// The numbers read from `rest`, which must be finite.
+/// Checks that the numbers read from `rest` are finite.
 fn finite(numbers: [f64; 3], rest: &str) -> Result<[f64; 3], String> {
     let mut words = rest.split_whitespace().zip(numbers);
     match words.find(|(_, number)| !number.is_finite()) {
@@ -327,7 +327,7 @@ fn finite(numbers: [f64; 3], rest: &str) -> Result<[f64; 3], String> {
     }
 }
 
-/// The first three of `expected` numbers.
+/// Reads the first three of exactly `expected` numbers.
 fn exact_numbers(keyword: &str, rest: &str, expected: usize) -> Result<[f64; 3], String> {
     let values = first_numbers(keyword, rest, expected)?;
     match rest.split_whitespace().count() {
@@ -336,7 +336,7 @@ fn exact_numbers(keyword: &str, rest: &str, expected: usize) -> Result<[f64; 3],
     }
 }
 
-/// The first three of at least `expected` numbers.
+/// Reads the first three of at least `expected` numbers.
 fn first_numbers(keyword: &str, rest: &str, expected: usize) -> Result<[f64; 3], String> {
     let found = rest.split_whitespace().count();
     let mut values = [0.0; 3];
@@ -361,7 +361,7 @@ fn count(keyword: &str, expected: usize, found: usize) -> String {
     format!("`{keyword}` needs {expected} numbers and has {found}")
 }
 
-/// Enough of a word for a message.
+/// A word shortened for a message.
 pub(super) fn cut(word: &str) -> String {
     word.chars().take(40).collect()
 }

@@ -46,7 +46,7 @@ fn polygons_stay_whole_and_take_their_materials() {
     assert_eq!(sizes.collect::<Vec<_>>(), [(4, 0), (3, 1)]);
 }
 
-/// Each names the one image that is there.
+/// Every notation finds the one image.
 #[test]
 fn images_are_found_as_programs_name_them() {
     let image = png::encode(2, 2, &[200; 12]).unwrap();
@@ -84,7 +84,7 @@ fn names_may_be_in_latin_1_and_an_image_that_shines_is_told() {
     assert!(said.contains("`map_Ke` of `W\u{e4}nde`"), "{said}");
 }
 
-/// In a line that is no UTF-8; five bytes have no character in it.
+/// A line that is not UTF-8; five bytes have no character in Windows-1252.
 #[test]
 fn names_may_be_in_windows_1252() {
     let mut obj = b"mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n".to_vec();
@@ -129,7 +129,7 @@ fn what_no_face_has_is_no_reason_to_refuse() {
     assert_eq!(scene.polygons.len(), 1);
     let (_, _, reason) = refused(&format!("{HEAD}usemtl odd\nf 1 2 3\n"), &unused);
     assert_eq!(reason, "reflectance 2 is outside 0 to 1");
-    // A material that says nothing is as one that is not there.
+    // A material without properties counts as missing.
     let scene = read(&format!("{HEAD}usemtl empty\nf 1 2 3\n"), &unused).unwrap();
     let own = scene.polygons[0].material;
     assert_eq!(scene.materials[own].reflectance, Rgb([UNSTATED; 3]));
@@ -172,7 +172,7 @@ fn wrong_lines_are_named() {
         ("mtllib", "`mtllib` needs a name"),
         (long.as_str(), "more than 256 corners of a face"),
         ("v 3 1 0\nv 2 2 0\nf 1 5 4 6", CROSSING),
-        // A square's bow tie: its lobes cancel, and it must not vanish as a face without area.
+        // A square's bow tie: its lobes cancel, and it must not vanish like a face without area.
         ("\n\nf 1 3 2 4", CROSSING),
     ] {
         let (path, at, found) = refused(&format!("{HEAD}{line}\nf 1 2 3\n"), MTL);
@@ -279,7 +279,7 @@ fn wrong_materials_are_named() {
     assert!(matches!(read("", MTL), Err(SceneError::Empty { .. })));
 }
 
-/// Roughness, reflectance from right above, and the matt reflectance of a material of `Kd` 0.5.
+/// Roughness, reflectance at normal incidence, and diffuse reflectance of a material with `Kd` 0.5.
 type Finished = (f64, f64, f64);
 
 #[test]
@@ -287,7 +287,7 @@ fn highlights_become_gloss_as_blender_writes_them() {
     let cases: [(&str, Option<Finished>); 15] = [
         ("Ns 640\nKs 0.5 0.5 0.5\nillum 2", Some((0.2, 0.04, 0.5))),
         ("Ks 0.25\nNs 360", Some((0.4, 0.02, 0.5))),
-        // Above 1, as no exporter of Blender's writes.
+        // Above 1, which no Blender exporter writes.
         ("Ks 3 3 3\nNs 4000", Some((0.0, 0.08, 0.5))),
         ("Ns 640\nKs 0.5 0.5 0.5\nillum 1", None),
         ("Ns 640\nKs 0 0 0\nillum 2", None),
@@ -296,7 +296,7 @@ fn highlights_become_gloss_as_blender_writes_them() {
         ("Ns 250\nKs 0.5 0.5 0.5\nillum 2", None),
         ("Ns 96\nKs 1 1 1\nillum 2", None),
         ("Ks 1 1 1", None),
-        // A metal of Blender's, a mirror of others.
+        // A metal in Blender's files, a mirror in others.
         (
             "Ns 640\nKa 1 1 1\nKs 0.5 0.5 0.5\nillum 3",
             Some((0.2, 0.5, 0.0)),
@@ -342,7 +342,7 @@ fn highlights_that_cannot_be_read_refuse_no_stage() {
     );
 }
 
-/// A square with a square hole, the outline led to the hole and back along one edge.
+/// A square with a square hole; the outline leads to the hole and back along one edge.
 #[test]
 fn holes_are_bridged() {
     let obj = "mtllib mtl/stage.mtl\nv 0 0 0\nv 4 0 0\nv 4 4 0\nv 0 4 0\nv 1 1 0\nv 1 3 0\n\
@@ -351,7 +351,8 @@ fn holes_are_bridged() {
     assert!((scene.polygons.iter().map(area).sum::<f64>() - 12.0).abs() < 1e-12);
 }
 
-/// Kd exactly 1 is the furnace's wall, a flat polygon its own reflection twice: dropped.
+/// Kd of exactly 1 (a furnace's wall) is valid; a face that goes there and back has no area and is
+/// dropped.
 #[test]
 fn polygons_without_area_are_dropped() {
     let obj = format!("{HEAD}v 0.5 0 0\nf 1 2 5\nf 1 2 2\nf 1 2 3\nf 1 1 2 1\n");
@@ -433,7 +434,7 @@ fn line() -> impl Strategy<Value = String> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// Whatever the files hold: a scene that keeps its promises, or an error.
+    /// Any files give a valid scene or an error.
     #[test]
     #[ignore = "slow"]
     fn nothing_panics(
@@ -462,7 +463,7 @@ proptest! {
         }
     }
 
-    /// Star-shaped bent polygons: the triangles cover what the polygon covers from above.
+    /// Star-shaped bent polygons: the triangles cover the polygon's area seen from above.
     #[test]
     fn cutting_keeps_the_area(radii in prop::collection::vec((0.2_f64..1.0, -0.05_f64..0.05), 4..24)) {
         let step = std::f64::consts::TAU / radii.len() as f64;

@@ -1,21 +1,21 @@
-//! EULUMDAT files (`.ldt`): one value a line, in an order that the format fixes.
+//! EULUMDAT files (`.ldt`): one value per line, in a fixed order.
 //!
 //! Intensities are in candela per 1000 lumens of the lamps, in planes around the axis.
 
 use super::read::{DARK, PhotometricError, Words, ends};
 use super::{Distribution, Symmetry};
 
-/// Where values stand, counted from 0.
+/// Line numbers of values, counted from 0.
 const SYMMETRY: usize = 2;
 const ANGLES: usize = 5;
 const CONVERSION: usize = 23;
 const LAMP_SETS: usize = 25;
 const LAMPS: usize = 26;
-/// Lines of a set of lamps, and of the ratios behind them.
+/// Lines per set of lamps, and of the ratios after them.
 const OF_LAMPS: usize = 6;
 const RATIOS: usize = 10;
 
-/// Is it a EULUMDAT file? Its second and third lines are small whole numbers.
+/// True for a EULUMDAT file: its second and third lines are small whole numbers.
 pub(super) fn is(text: &str) -> bool {
     let small = |at: usize| {
         let line = text.lines().nth(at);
@@ -25,7 +25,7 @@ pub(super) fn is(text: &str) -> bool {
 }
 
 impl Words<'_> {
-    /// Goes on to a line, counted from 0.
+    /// Skips to a line, counted from 0.
     fn skip_to(&mut self, at: usize) {
         while self.line < at
             && let Some((line, _)) = self.all.next()
@@ -35,7 +35,7 @@ impl Words<'_> {
     }
 }
 
-/// Reads a file, with a note of the sets of lamps that were not taken.
+/// Reads a file; the second value is a note on unused sets of lamps.
 pub(super) fn distribution(text: &str) -> Result<(Distribution, Option<String>), PhotometricError> {
     let lines = (1..).zip(text.lines().map(str::trim));
     let mut words = Words {
@@ -92,20 +92,20 @@ pub(super) fn distribution(text: &str) -> Result<(Distribution, Option<String>),
     words.fail(DARK)
 }
 
-/// The planes around the axis, as a [`Distribution`] has them.
+/// The planes around the axis.
 struct Planes {
     horizontal: Vec<f64>,
     symmetry: Symmetry,
-    /// Planes whose intensities are given; the others mirror them.
+    /// Number of planes with intensities; the others mirror them.
     given: usize,
-    /// They are given from the last to the first.
+    /// True when they are given from the last to the first.
     is_reversed: bool,
-    /// The first plane is added again at the end of the turn.
+    /// True when the first plane is repeated at the end of the turn.
     is_closed_here: bool,
 }
 
 impl Planes {
-    /// Of the angles of all planes, and how the format numbers symmetries.
+    /// From the angles of all planes and the format's symmetry number.
     fn of(all: Vec<f64>, symmetry: u8) -> Result<Planes, String> {
         let within = |most: f64| {
             all.iter()
@@ -116,7 +116,8 @@ impl Planes {
         let (horizontal, symmetry, expected) = match symmetry {
             1 => (vec![0.0], Symmetry::Round, 1),
             2 => (within(180.0), Symmetry::Half, all.len() / 2 + 1),
-            // Given from 270 by 0 to 90: seen from the other side of the mirror, from 270 back to 90.
+            // Given from 270 through 0 to 90: seen from the other side of the mirror, from 270 back
+            // to 90.
             3 => {
                 let seen = |c: &f64| match *c {
                     c if c < 90.0 + 1e-9 => Some(180.0 - c),

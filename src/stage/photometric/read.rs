@@ -1,31 +1,31 @@
-//! The text of an LM-63 file: lines up to `TILT=`, then numbers in a row with blanks, commas and
-//! line ends between them.
+//! The text of an LM-63 file: lines up to `TILT=`, then numbers separated by blanks, commas and
+//! line ends.
 
 use std::ops::RangeInclusive;
 
 use super::{Distribution, Symmetry};
 
-/// The largest file that is read.
+/// Most bytes of a file.
 pub const MOST_BYTES: usize = 8 << 20;
-/// The most angles in one direction.
+/// Most angles in one direction.
 const MOST_ANGLES: f64 = 3601.0;
-/// The most intensities.
+/// Most intensities.
 const MOST_VALUES: usize = 500_000;
 pub(super) const DARK: &str = "all intensities are zero";
-/// The most lines before `TILT=`.
+/// Most lines before `TILT=`.
 const MOST_KEYWORDS: usize = 1000;
 
-/// Why a photometric file could not be read.
+/// Error of reading a photometric file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("line {line}: {wrong}")]
 pub struct PhotometricError {
     /// Counted from 1.
     pub line: usize,
-    /// What is wrong there.
+    /// The fault on that line.
     pub wrong: String,
 }
 
-/// Numbers in words, with their lines.
+/// Words with their lines.
 pub(super) struct Words<'a> {
     pub(super) all: Box<dyn Iterator<Item = (usize, &'a str)> + 'a>,
     /// The line of the last word.
@@ -92,7 +92,7 @@ impl Words<'_> {
         self.fail(format!("{what} is {value}; it must be {must}"))
     }
 
-    /// So many numbers; memory grows with what is there, not with what is announced.
+    /// Reads `count` numbers; memory grows with the numbers found, not with the count.
     fn row(&mut self, count: usize, what: &str) -> Result<Vec<f64>, PhotometricError> {
         (0..count).map(|_| self.number(what)).collect()
     }
@@ -117,7 +117,7 @@ impl Words<'_> {
     }
 }
 
-/// Reads a file, with a note of a lamp tilt that was not taken.
+/// Reads a file; the second value is a note on an unused lamp tilt.
 pub(super) fn distribution(text: &str) -> Result<(Distribution, Option<String>), PhotometricError> {
     let (line, tilt) = tilt(text)?;
     let lines = text.lines().enumerate().skip(line);
@@ -138,7 +138,7 @@ pub(super) fn distribution(text: &str) -> Result<(Distribution, Option<String>),
     Ok((numbers(&mut words, is_2019)?, note))
 }
 
-/// The number of the `TILT=` line and what it says.
+/// Line number and value of `TILT=`.
 fn tilt(text: &str) -> Result<(usize, &str), PhotometricError> {
     let mut last = 1;
     for (i, line) in text.lines().enumerate().take(MOST_KEYWORDS) {
@@ -157,7 +157,7 @@ fn tilt(text: &str) -> Result<(usize, &str), PhotometricError> {
     })
 }
 
-/// The tilt block: the lamp's posture, and factors by angle. Checked, not used.
+/// Reads the tilt block, the lamp's posture and factors by angle; checked, not used.
 fn included(words: &mut Words<'_>) -> Result<(), PhotometricError> {
     words.number("the lamp's posture in its luminaire")?;
     let count = words.count("the number of tilt angles")?;
@@ -224,7 +224,7 @@ fn numbers(words: &mut Words<'_>, is_2019: bool) -> Result<Distribution, Photome
         candela,
         lamp_lumens: (lumens > 0.0).then_some(lamps * lumens),
     };
-    // One angle alone, or light along the axis only, has no flux either.
+    // A single angle, or light along the axis only, has no flux either.
     if out.flux() > 0.0 {
         return Ok(out);
     }
@@ -243,13 +243,13 @@ fn verticals(words: &mut Words<'_>, count: usize) -> Result<Vec<f64>, Photometri
     ))
 }
 
-/// The first and the last of the angles, of which there is one at least.
+/// First and last of the angles, of which there is at least one.
 pub(super) fn ends(angles: &[f64]) -> (f64, f64) {
     let end = |angle: Option<&f64>| angle.copied().unwrap_or_default();
     (end(angles.first()), end(angles.last()))
 }
 
-/// Is the next angle 360, by the last step?
+/// True when the next angle would be 360, by the last step.
 fn is_one_short(angles: &[f64]) -> bool {
     match angles {
         [.., before, last] => (2.0 * last - before - 360.0).abs() < 1e-6,
@@ -270,7 +270,7 @@ fn horizontals(
         (0.0, 180.0) => Symmetry::Half,
         (90.0, 270.0) => Symmetry::Across,
         (0.0, 360.0) => Symmetry::None,
-        // Some stop one step short of where they began.
+        // Some files stop one step short of a full turn.
         (0.0, last) if last > 180.0 && is_one_short(&angles) => Symmetry::None,
         _ => {
             return words.fail(format!(

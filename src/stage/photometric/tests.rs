@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// A file of type C: head, angles, and intensities by a function of them in degrees.
+/// A file of type C: head, angles, and intensities by a function of the angles in degrees.
 fn file(vertical: &[f64], horizontal: &[f64], candela: impl Fn(f64, f64) -> f64) -> String {
     let row = |numbers: &[f64]| {
         let words: Vec<String> = numbers.iter().map(f64::to_string).collect();
@@ -33,7 +33,8 @@ fn parsed(text: &str) -> Distribution {
 
 #[test]
 fn candela_in_ten_directions_of_planes_that_stop_short_of_360() {
-    // Bilinear in the angles, so that interpolation is exact within a cell; periodic in steps of 15.
+    // Bilinear in the angles, so that interpolation is exact within a cell; periodic in steps
+    // of 15.
     let shape = |v: f64, h: f64| 2000.0 - 20.0 * v + 0.5 * v * f64::min(h, 360.0 - h);
     let d = parsed(&file(&steps(0.0, 90.0, 19), &steps(0.0, 345.0, 24), shape));
     for (v, h) in [
@@ -59,13 +60,13 @@ fn candela_in_ten_directions_of_planes_that_stop_short_of_360() {
 
 #[test]
 fn flux_of_known_distributions() {
-    // A Lambertian disc of 1000 cd has 1000 pi lm. Linear between 5 degrees the cosine loses
-    // (5 degrees)^2 / 12 of itself: 6.3e-4.
+    // A Lambertian disc of 1000 cd has 1000 pi lm. Linear interpolation in steps of 5 degrees loses
+    // (5 degrees)^2 / 12 of the cosine: 6.3e-4.
     let cosine = |v: f64, _| 1000.0 * v.to_radians().cos().max(0.0);
     let lambert = parsed(&file(&steps(0.0, 90.0, 19), &[0.0], cosine));
     let loss = 1.0 - lambert.flux() / (1000.0 * PI);
     assert!((4e-4..7e-4).contains(&loss), "{loss}");
-    // All around the same: 4 pi, exact, for every symmetry.
+    // Equal all around: 4 pi, exact, for every symmetry.
     for last in [90.0, 180.0, 360.0] {
         let round = parsed(&file(
             &steps(0.0, 180.0, 5),
@@ -74,7 +75,7 @@ fn flux_of_known_distributions() {
         ));
         assert!((round.flux() / (320.0 * PI) - 1.0).abs() < 1e-12);
     }
-    // 1 + cos 2h around a cosine down: the second harmonic adds nothing.
+    // 1 + cos 2h times a downward cosine: the second harmonic adds no flux.
     let wavy = |v: f64, h: f64| cosine(v, h) * (1.0 + (2.0 * h).to_radians().cos());
     let wavy = parsed(&file(&steps(0.0, 90.0, 91), &steps(0.0, 90.0, 10), wavy));
     assert!((wavy.flux() / (1000.0 * PI) - 1.0).abs() < 1e-4);
@@ -121,7 +122,7 @@ fn intensities_are_the_files_and_symmetric() {
         let d = parsed(&file(&verticals, &steps(first, last, 7), shape));
         for v in [0.0, 7.0, 45.0, 90.0] {
             for h in steps(first, last, 23) {
-                // A function linear in both angles is met exactly.
+                // A function linear in both angles is reproduced exactly.
                 if last < 360.0 || h < 360.0 {
                     assert!((at(&d, v, h) - shape(v, h)).abs() < 1e-9, "{last}: {v} {h}");
                 }
@@ -167,7 +168,7 @@ fn factors_multiply_and_editions_differ_little() {
         assert_eq!(d.lamp_lumens(), Some(1000.0));
         assert!((d.end() - PI / 2.0).abs() < 1e-12);
     }
-    // Keywords in Latin-1 are no reason to refuse.
+    // Keywords in Latin-1 are accepted.
     let latin = [
         b"IESNA:LM-63-2002\n[LAMP] gl\xfchend\nTILT=NONE\n",
         numbers.as_bytes(),
@@ -267,7 +268,7 @@ fn a_file_cut_anywhere_is_refused() {
         1.5 + v + h
     });
     let end = good.trim_end().len();
-    // The last number cut to a shorter number is a number still.
+    // The last number, cut short, is still a number.
     for length in 0..end - 5 {
         assert!(
             Distribution::parse(&good.as_bytes()[..length]).is_err(),
@@ -298,12 +299,12 @@ fn planes_that_stop_one_step_short_go_round() {
     assert!((whole.flux() - short.flux()).abs() < 1e-9);
 }
 
-/// A EULUMDAT file of these planes and angles: 2000 lumens, half of a thousandth a unit.
+/// A EULUMDAT file of these planes and angles: 2000 lumens, half of a thousandth per unit.
 fn eulumdat(symmetry: u8, candela: impl Fn(f64, f64) -> f64) -> String {
     eulumdat_of(symmetry, &steps(0.0, 330.0, 12), candela)
 }
 
-/// The same with planes of any angles.
+/// Like [`eulumdat`], with planes at any angles.
 fn eulumdat_of(symmetry: u8, planes: &[f64], candela: impl Fn(f64, f64) -> f64) -> String {
     let angles = steps(0.0, 90.0, 10);
     let mut lines = vec!["Nobody".to_owned(), "2".into(), symmetry.to_string()];
@@ -352,7 +353,7 @@ fn eulumdat_gives_candela_in_every_symmetry() {
         let found = parsed(&file);
         for i in 0..12 {
             let h = 30.0 * f64::from(i);
-            // 2 klm times the factor of a half.
+            // 2 klm times a factor of a half.
             let wanted = of(40.0, around(h));
             let light = found.intensity(40_f64.to_radians(), h.to_radians());
             assert!(
@@ -372,8 +373,8 @@ fn eulumdat_gives_candela_in_every_symmetry() {
     }
 }
 
-/// Planes of a road luminaire, close where its light changes. The right values are linear between
-/// neighbouring planes, by hand.
+/// Planes of a road luminaire, dense where its light changes. The expected values are linear
+/// between neighbouring planes, by hand.
 #[test]
 fn eulumdat_keeps_uneven_planes() {
     let planes = [0.0, 20.0, 90.0, 160.0, 180.0, 200.0, 270.0, 340.0];

@@ -31,7 +31,7 @@ fn corners_have_what_the_file_says() {
     }
     let sides = shading.sides([vec3(2.0, 0.0, 0.0), vec3(0.0, 1.0, 0.0)]);
     assert!((sides[0][0] - 0.5).abs() < 1e-12 && (sides[1][1] - 0.5).abs() < 1e-12);
-    // Turned by a quarter and stretched it is the same at the same corner.
+    // After a quarter turn and a scale it has the same value at the same corner.
     let mut moved = shading.clone();
     let by = |v: Vec3| vec3(v.x, -v.z, v.y);
     moved.turn(by);
@@ -63,7 +63,7 @@ fn what_does_not_vary_has_none_and_what_is_not_linear_is_bent() {
     assert_eq!(Shading::of_corners(&square([0.2, 1.0])), Err(Bent));
     let plain = square([0.0, 1.0]).map(|c| Corner { place: None, ..c });
     assert_eq!(Shading::of_corners(&plain), Ok(None));
-    // A normal from behind is no use.
+    // A normal from behind is unusable.
     let behind = plain.map(|c| Corner {
         normal: Some(-UP),
         ..c

@@ -1,4 +1,4 @@
-//! Image files of a stage to [`Pixels`], each once, within a limit of memory.
+//! Reads image files of a stage to [`Pixels`], each once, within a memory limit.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -7,35 +7,35 @@ use super::Pixels;
 use footlight_picture::PictureError;
 use footlight_picture::decode::codes;
 
-/// Bytes of all textures of a stage file at most, decoded.
+/// Most bytes of all textures of a stage file, decoded.
 pub const MOST_BYTES: usize = 1 << 30;
 
-/// What of an image is read.
+/// Channels of an image to read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Channels {
     /// Colour and alpha.
     All,
-    /// Colour, also where the image is transparent, as glTF 2.0 has it for `alphaMode OPAQUE`.
+    /// Colour, also where the image is transparent, as glTF 2.0 requires for `alphaMode OPAQUE`.
     Colour,
 }
 
-/// Reads images.
+/// Reads images within a limit.
 #[derive(Debug)]
 pub struct TextureReader {
-    /// Bytes that may be taken.
+    /// Most bytes to use.
     limit: usize,
-    /// Bytes that are taken.
+    /// Bytes in use.
     taken: usize,
-    /// Bytes that what was refused would take.
+    /// Bytes that refused images would need.
     refused: u64,
-    /// By name and channels; why it was not read.
+    /// Results by name and channels.
     known: BTreeMap<(String, Channels), Result<Arc<Pixels>, String>>,
     /// Means of images that hold numbers.
     means: BTreeMap<String, Result<[f64; 4], String>>,
 }
 
 impl TextureReader {
-    /// Within so many bytes.
+    /// Creates a reader with this much memory, in bytes.
     pub fn new(memory: usize) -> TextureReader {
         TextureReader {
             limit: memory.min(MOST_BYTES),
@@ -46,10 +46,10 @@ impl TextureReader {
         }
     }
 
-    /// The image of this name.
+    /// Reads the image of this name.
     ///
     /// # Errors
-    /// Why it cannot be read, as the end of a sentence.
+    /// The reason, as the end of a sentence.
     pub fn read(
         &mut self,
         name: &str,
@@ -68,10 +68,10 @@ impl TextureReader {
         pixels
     }
 
-    /// The mean of each channel of the image of this name, which holds numbers and no colours: 0 to 1.
+    /// The mean of each channel, 0 to 1, of an image that holds numbers instead of colours.
     ///
     /// # Errors
-    /// Why it cannot be read, as the end of a sentence.
+    /// The reason, as the end of a sentence.
     pub fn mean(
         &mut self,
         name: &str,
@@ -108,7 +108,7 @@ impl TextureReader {
         Ok(Arc::new(pixels))
     }
 
-    /// Why an image cannot be read, and where it is too large what to do.
+    /// The reason why an image cannot be read; for a too large one, with advice.
     fn in_words(&mut self, error: PictureError) -> String {
         let PictureError::Memory {
             width,
@@ -119,7 +119,7 @@ impl TextureReader {
         else {
             return error.to_string();
         };
-        // All that were refused so far: the last message tells what is enough for all.
+        // Counts all images refused so far, so that the last message gives enough memory for all.
         self.refused = self.refused.saturating_add(needed);
         let enough = self.refused.saturating_add(self.taken as u64);
         let more = if enough <= MOST_BYTES as u64 {

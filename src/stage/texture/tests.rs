@@ -3,7 +3,7 @@
 use super::*;
 use footlight_picture::png::encode;
 
-/// Columns and rows of black and white, `cell` texels each.
+/// A pattern of black and white cells of `cell` texels.
 fn checked(size: [usize; 2], cell: usize) -> Texture {
     let code = |i: usize| {
         let (x, y) = (i % size[0] / cell, i / size[0] / cell);
@@ -34,7 +34,7 @@ fn texels_stand_at_their_centres_and_the_image_repeats() {
 
 #[test]
 fn a_footprint_is_averaged_along_its_longer_side_only() {
-    // Rows of one texel: across them grey, along them black or white.
+    // Rows of one texel: grey when averaged across them, black or white along them.
     let rows: Vec<[u8; 4]> = (0..64 * 64)
         .map(|i| {
             if (i / 64) % 2 == 0 {
@@ -55,8 +55,9 @@ fn a_footprint_is_averaged_along_its_longer_side_only() {
     assert!((across[0] - 0.5).abs() < 0.05, "{across:?}");
 }
 
-/// Noise under turned footprints of 0.3 to 6 texels, up to six times as long as wide, against the mean of
-/// 2304 places of each. One place of a level as wide as the footprint is off by 9.5 % at a texel, 11 % at two.
+/// Noise under rotated footprints of 0.3 to 6 texels, up to six times as long as wide, against the
+/// mean of 2304 samples of each. A single sample of a level as wide as the footprint errs by 9.5 %
+/// at one texel, 11 % at two.
 #[test]
 fn footprints_as_fine_as_the_image_see_its_mean() {
     let mut state = 1_u64;
@@ -147,8 +148,8 @@ fn what_is_transparent_lends_no_colour() {
     assert!(!Texture::plain([1.0; 4], Alpha::Blend).is_cut());
 }
 
-/// An image of 256 x 256 takes 0.98 MB to be read and 0.70 MB to be held: how many there may be depends on
-/// what is held alone, and the one that is too many is told with a way out.
+/// A 256 x 256 image takes 0.98 MB to decode and 0.70 MB to keep. Only kept images limit the
+/// number, and the message about the first refused one gives a way out.
 #[test]
 fn images_are_read_while_what_is_left_holds_one_more() {
     let png = encode(256, 256, &[200; 256 * 256 * 3]).unwrap();
@@ -163,8 +164,8 @@ fn images_are_read_while_what_is_left_holds_one_more() {
         "256 x 256 pixels need 1.0 MB to be read, and 0.3 MB are left for textures; make the image \
          smaller, or allow more with `--memory 8`"
     );
-    // Nine that are held and the two refused so far; another needs more. Beyond what textures may take
-    // at all no memory helps.
+    // Nine kept and two refused so far; another needs more. Beyond the fixed limit of textures no
+    // memory helps.
     let said = read(21).unwrap_err();
     assert!(said.ends_with("or allow more with `--memory 9`"), "{said}");
     let much = (22..1200).filter_map(|i| read(i).err()).last().unwrap();

@@ -2,7 +2,7 @@
 
 use super::*;
 
-/// The example of the extension's text: one group of 16 deltas in four bits, two of which follow.
+/// The specification's example: one group of 16 deltas in four bits, two of which follow in full.
 #[test]
 fn the_deltas_of_the_specification() {
     let bytes = [0x17, 0x5f, 0xf0, 0xbc, 0x77, 0xa9, 0x21, 0x00, 0x34, 0xb5];
@@ -17,7 +17,7 @@ fn the_deltas_of_the_specification() {
 
 #[test]
 fn attributes_go_on_from_the_last_element() {
-    // Two elements of four bytes: the first is the baseline, the second one more in its first byte.
+    // Two elements of four bytes: the first is the baseline, the second adds one to its first byte.
     let mut bytes = vec![0xa0, 3];
     bytes.extend([0, 2].iter().chain(&[0; 14]));
     bytes.extend([0, 0, 0]);
@@ -35,8 +35,8 @@ fn attributes_go_on_from_the_last_element() {
 
 #[test]
 fn triangles_share_edges_and_vertices() {
-    // A new triangle by the table's entry 0 (all new), then its last edge with a new vertex, then the
-    // edge before that with an explicit one, 5 further than none.
+    // A new triangle by the table's entry 0 (all new), then its last edge with a new vertex, then
+    // the edge before that with an explicit one, 5 further than the last.
     let mut bytes = vec![0xe1, 0xf0, 0x00, 0x1f, 10];
     bytes.extend([0; 16]);
     assert_eq!(triangles(&bytes, 3).unwrap(), [0, 1, 2, 0, 2, 3, 3, 2, 5]);
@@ -45,7 +45,7 @@ fn triangles_share_edges_and_vertices() {
 
 #[test]
 fn indices_follow_one_of_two() {
-    // +1 of the first, +100 of the second (two bytes), -1 of the first.
+    // +1 on the first, +100 on the second (two bytes), -1 on the first.
     let bytes = [0xd1, 4, 0x91, 0x03, 2, 0, 0, 0, 0];
     assert_eq!(indices(&bytes, 3).unwrap(), [1, 100, 0]);
     assert!(indices(&bytes, 9).is_none());
@@ -72,7 +72,7 @@ fn filters_give_unit_vectors_and_numbers() {
     let mut number = (0xff00_0003_u32).to_le_bytes();
     filter(&mut number, &how(Filter::Exponential, 4)).unwrap();
     assert_eq!(f32::from_le_bytes(number), 1.5);
-    // No turn: w is left out.
+    // The identity rotation, whose w is omitted.
     assert_eq!(quaternion([0, 0, 0, 0x7fff]), [0, 0, 0, 32767]);
     assert!(filter(&mut [0; 12], &how(Filter::Quaternion, 12)).is_none());
 }
