@@ -50,7 +50,7 @@ impl Work<'static> {
 }
 
 impl<'a> Work<'a> {
-    /// The same resources minus `bytes` of memory held by the caller.
+    /// Resources with `bytes` less memory, which the caller holds.
     #[must_use]
     pub fn holding(self, bytes: usize) -> Work<'a> {
         Work {

@@ -41,9 +41,9 @@ impl Room {
     }
 }
 
-/// Interleaved sRGB bytes (`width` x `height`, rows from the top) as lines of half blocks. A
-/// character is two pixels, one above the other. Missing bytes count as black; no pixels or no room
-/// make an empty text.
+/// Draws interleaved sRGB bytes (`width` x `height`, rows from the top) as lines of half blocks. A
+/// character is two pixels, one above the other. Missing bytes count as black; without pixels or
+/// room the text is empty.
 pub fn half_blocks(width: usize, height: usize, rgb: &[u8], room: Room) -> String {
     if !room.holds(width, height) {
         return String::new();

@@ -134,8 +134,8 @@ impl Claim {
 }
 
 impl Drop for Claim {
-    /// Removes the claim, and then the claims from which it was stolen: in the reverse order, a
-    /// third process could take one of those for the newest.
+    /// Removes the claim first, then the stolen ones: otherwise a third process could take a stolen
+    /// one for the newest.
     fn drop(&mut self) {
         let own = self.folder.join(file_name(&self.name, self.number));
         process::forget_file(&own);
@@ -343,7 +343,7 @@ mod tests {
         assert!(names(dir.path()).is_empty());
     }
 
-    /// Of many threads that find one claim stale, exactly one gets the next.
+    /// When many threads find one claim stale, exactly one gets the next.
     #[test]
     fn of_many_thieves_one_gets_it() {
         let dir = tempfile::tempdir().unwrap();

@@ -105,7 +105,7 @@ impl<'b> Document<'b> {
         })
     }
 
-    /// The bytes of a buffer view and its stride, if it has one.
+    /// Bytes of a buffer view, and its stride if it has one.
     pub fn view(
         &self,
         index: usize,
