@@ -8,21 +8,20 @@
 //! - [`usitt`] reads and writes USITT ASCII 3.0, the exchange format of desks. [`qlc`] writes
 //!   workspaces of QLC+.
 //! - [`mvr`] reads the rig of a plan (MVR with GDTF).
-//! - [`performance`] runs a [`Show`] as an operator does: cues start when they are called.
-//! - [`patch`] gives banks and heads their addresses. [`wire`] makes packets of E1.31 and Art-Net; [`osc`] reads
-//!   and writes messages of Open Sound Control.
-//! - [`Loss`] is one thing that does not go across, or only nearly.
+//! - [`performance`] runs a [`Show`] like an operator: cues start on GO.
+//! - [`patch`] gives banks and heads their addresses. [`wire`] makes packets of E1.31 and Art-Net;
+//!   [`osc`] reads and writes messages of Open Sound Control.
+//! - [`Loss`] describes something that the other format cannot hold, or only approximately.
 //!
 //! Invariants:
 //!
-//! - Nothing is dropped without a [`Loss`] in the list that goes with the result.
+//! - Nothing is dropped without a [`Loss`] in the list returned with the result.
 //! - No count in a file is trusted for memory. Bad input becomes a [`Diagnostic`] with its line.
 //! - Nothing here opens a file or a socket: readers take bytes, writers return bytes.
 //!
 //! This crate does not know images, light transport or the engine. It imports downwards only.
 //!
-//! [`Show`]: footlight_show::model::Show
-//! [`Diagnostic`]: footlight_show::diagnostic::Diagnostic
+//! [`Show`]: footlight_show::model::Show [`Diagnostic`]: footlight_show::diagnostic::Diagnostic
 
 pub mod mvr;
 mod names;
@@ -44,25 +43,25 @@ use footlight_host::work::Cancelled;
 use footlight_show::diagnostic::Diagnostic;
 use footlight_show::timeline::TimelineError;
 
-/// Something that does not go across, or only nearly.
+/// Something that the other format cannot hold, or only approximately.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Loss {
-    /// The line of the file that was read, from 1.
+    /// Line in the file read, from 1.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub line: Option<usize>,
     /// The cue's number.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cue: Option<String>,
-    /// What it is.
+    /// A description.
     pub what: String,
-    /// By how much the light of a bank may be off, at most, as a fraction of its full; `None` where
-    /// it changes no light that the show has.
+    /// Largest error of a bank's light, as a fraction of full; `None` when no light of the show
+    /// changes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub light: Option<f64>,
 }
 
 impl Loss {
-    /// One that stands at no place and changes no light.
+    /// A loss without a place that changes no light.
     pub fn new(what: impl Into<String>) -> Loss {
         Loss {
             line: None,
@@ -72,21 +71,21 @@ impl Loss {
         }
     }
 
-    /// With its line.
+    /// Sets the line.
     #[must_use]
     pub fn line(mut self, line: usize) -> Loss {
         self.line = Some(line);
         self
     }
 
-    /// With its cue.
+    /// Sets the cue.
     #[must_use]
     pub fn cue(mut self, cue: impl fmt::Display) -> Loss {
         self.cue = Some(cue.to_string());
         self
     }
 
-    /// With the light that it is, as a fraction of full.
+    /// Sets the error of light, as a fraction of full.
     #[must_use]
     pub fn light(mut self, light: f64) -> Loss {
         self.light = Some(light);
@@ -110,18 +109,18 @@ impl fmt::Display for Loss {
     }
 }
 
-/// To two decimals, so that a rounding is not said to be nothing.
+/// Rounds to two decimals, but never a rounding error to zero.
 fn round(percent: f64) -> f64 {
     (percent * 100.0 - 1e-6).ceil() / 100.0
 }
 
-/// Why a file of another program is not imported.
+/// Reason why a foreign file is not imported.
 #[derive(Debug, thiserror::Error)]
 pub enum ImportError {
     /// It cannot be read.
     #[error("the file cannot be read")]
     Refused(Box<Diagnostic>),
-    /// It was stopped.
+    /// The user cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
@@ -132,13 +131,13 @@ impl From<Box<Diagnostic>> for ImportError {
     }
 }
 
-/// Why a show is not written for another program.
+/// Reason why a show is not exported.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {
     /// The cues make no timeline.
     #[error("the cues make no timeline")]
     Timeline(Vec<TimelineError>),
-    /// It was stopped.
+    /// The user cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
 }
@@ -149,11 +148,11 @@ impl From<Vec<TimelineError>> for ExportError {
     }
 }
 
-/// The text of a foreign file, with what it does not hold of the show.
+/// Text of a foreign file, with the parts of the show that it does not hold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Carried {
     /// The text.
     pub text: String,
-    /// What does not go across.
+    /// The losses.
     pub losses: Vec<Loss>,
 }

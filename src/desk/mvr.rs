@@ -1,5 +1,5 @@
-//! Rigs of a plan (MVR 1.5 and 1.6, DIN SPEC 15801): lights with their places, channels and addresses,
-//! and the set where it is glTF. What a file leaves out is assumed, and listed.
+//! Rigs from plans (MVR 1.5 and 1.6, DIN SPEC 15801): lights with their positions, channels and
+//! addresses, and glTF geometry. Missing values are assumed, and listed.
 
 mod frame;
 mod gdtf;
@@ -20,13 +20,13 @@ use super::{ImportError, Loss};
 use footlight_host::work::{Cancelled, Work};
 use footlight_show::diagnostic::Diagnostic;
 
-/// Bytes of an archive that is read.
+/// Most bytes of an archive.
 pub const LIMIT: usize = 256 << 20;
-/// The description of a plan in its archive.
+/// File name of the plan's description.
 const SCENE: &str = "GeneralSceneDescription.xml";
-/// Fixtures of a rig, and files of its set.
+/// Most fixtures of a rig, and most geometry files.
 const MOST: usize = 10_000;
-/// Objects inside objects.
+/// Most nested objects.
 const DEPTH: usize = 64;
 
 /// A rig as the text of a show, with the files that it names.
@@ -38,9 +38,9 @@ pub struct Carried {
     pub patch: String,
     /// Geometry, by the path in the show's folder.
     pub files: Vec<(String, Vec<u8>)>,
-    /// What does not go across.
+    /// The losses.
     pub losses: Vec<Loss>,
-    /// What the file does not say.
+    /// Assumptions for missing values.
     pub assumed: Vec<String>,
 }
 
@@ -49,25 +49,25 @@ pub struct Carried {
 struct Hung {
     line: usize,
     name: String,
-    /// Number of the desk's channel.
+    /// Channel number of the desk.
     id: String,
     kind: String,
     mode: String,
     frame: Frame,
-    /// The focus point that it looks at.
+    /// Id of its focus point.
     focus: Option<String>,
-    /// As the file has it.
+    /// The address as written.
     address: Option<String>,
     /// CIE x, y, Y of the gel.
     colour: Option<[f64; 3]>,
-    /// The angles that it is set to, degrees.
+    /// Preset zoom angle, degrees.
     zoom: Option<f64>,
     pan: Option<f64>,
     tilt: Option<f64>,
 }
 
 impl Hung {
-    /// Where its head points, in its own frame.
+    /// Direction of its head, in its own frame.
     fn direction(&self) -> [f64; 3] {
         let [pan, tilt] = [self.pan, self.tilt].map(|angle| angle.unwrap_or(0.0).to_radians());
         let across = tilt.sin();
@@ -75,7 +75,7 @@ impl Hung {
     }
 }
 
-/// A file of geometry and where it stands.
+/// A geometry file and its placement.
 #[derive(Debug)]
 struct Set {
     line: usize,
@@ -83,7 +83,7 @@ struct Set {
     frame: Frame,
 }
 
-/// What stands in the scene's description.
+/// Content of the description.
 #[derive(Debug, Default)]
 struct Plan {
     hung: Vec<Hung>,
@@ -91,17 +91,17 @@ struct Plan {
     focus: BTreeMap<String, [f64; 3]>,
     symbols: BTreeMap<String, Vec<(String, Frame)>>,
     skipped: BTreeMap<String, (usize, usize)>,
-    /// The line of the first matrix that is none, and how many there are.
+    /// The line of the first malformed matrix, and the number of such matrices.
     odd_matrices: Option<(usize, usize)>,
 }
 
-/// Why a plan, or a file in it, is not read.
+/// Reason why a plan, or a file in it, is not read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 enum Fault {
-    /// It is damaged, or more than is read.
+    /// It is damaged, or exceeds a limit.
     #[error("{0}")]
     Said(String),
-    /// It does not fit into the memory allowed.
+    /// It exceeds the memory limit.
     #[error("{0}")]
     Memory(String),
     #[error("nothing of its plan is a light or a set here: {0}")]
@@ -111,7 +111,7 @@ enum Fault {
 }
 
 impl Fault {
-    /// The fault with the name of the file that has it.
+    /// Adds the name of the faulty file.
     fn of(self, file: &str) -> Fault {
         match self {
             Fault::Said(why) => Fault::Said(format!("{file}: {why}")),
@@ -120,7 +120,7 @@ impl Fault {
         }
     }
 
-    /// The error with the plan's name and the way out.
+    /// The error with the plan's name and advice.
     fn of_plan(self, name: &str, work: Work<'_>) -> ImportError {
         let help = match &self {
             Fault::Cancelled(cancelled) => return (*cancelled).into(),
@@ -145,11 +145,11 @@ fn too_many<T>() -> Result<T, Fault> {
     said(format!("its plan has more than {MOST} objects of a kind"))
 }
 
-/// The rig of the archive `name`; geometry is to be written into `folder` beside the show. It takes
-/// the memory of `work` at most, with the archive and the files that are unpacked.
+/// Imports the rig of the archive `name`; the caller writes geometry into `folder` next to the
+/// show. Uses at most the memory of `work`, including the archive and unpacked files.
 ///
 /// # Errors
-/// A diagnostic with what is wrong, and where in the description; and a cancel.
+/// A diagnostic with the fault and its place in the description, or a cancel.
 pub fn import(
     name: &str,
     bytes: &[u8],
@@ -196,13 +196,13 @@ fn read(name: &str, bytes: &[u8], folder: &str, work: Work<'_>) -> Result<Carrie
 struct Reader<'t> {
     plan: Plan,
     text: &'t str,
-    /// A place in the text and its line, from which the next place's is counted.
+    /// A position in the text and its line, the start for counting to the next position.
     line: (usize, usize),
     work: Work<'t>,
 }
 
 impl Reader<'_> {
-    /// Goes down the tree of objects, each in the frame of what it is part of.
+    /// Walks the tree of objects, each in the frame of its parent.
     fn collect(&mut self, node: Node<'_, '_>, around: Frame, depth: usize) -> Result<(), Fault> {
         self.work.check()?;
         let matrix = node.children().find(|n| n.has_tag_name("Matrix"));
@@ -240,7 +240,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The geometry of an object, and that of the symbols in it.
+    /// Adds the geometry of an object, and that of its symbols.
     fn object(&mut self, node: Node<'_, '_>, frame: Frame) -> Result<(), Fault> {
         let line = self.line(node);
         for (file, inner) in geometry(node) {
@@ -279,7 +279,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The line of a node; those of later nodes are counted from it.
+    /// Line of a node, counted from the previous one.
     fn line(&mut self, node: Node<'_, '_>) -> usize {
         let start = node.range().start;
         let (from, line) = match self.line {
@@ -293,7 +293,7 @@ impl Reader<'_> {
     }
 }
 
-/// The geometry files of an object, not of those inside it.
+/// The geometry files of an object, without nested objects.
 fn geometry(node: Node<'_, '_>) -> Vec<(String, Frame)> {
     let lists = node
         .children()
@@ -339,7 +339,8 @@ fn fixture(node: Node<'_, '_>, line: usize, frame: Frame) -> Hung {
     }
 }
 
-/// An address as universe and number, both from 1: `2.101`, or counted over all universes.
+/// An address as universe and number, both from 1: `2.101`, or an absolute number over all
+/// universes.
 fn addressed(text: &str) -> Option<(u32, u32)> {
     let text = text.trim();
     if let Some((universe, number)) = text.split_once('.') {

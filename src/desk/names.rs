@@ -1,21 +1,21 @@
-//! Names of the language for labels of other programs.
+//! Names in the language from labels of other programs.
 
 use std::collections::BTreeMap;
 
 use footlight_show::lang;
 
-/// Letters of a name that is made of a label.
+/// Longest name made from a label.
 const LONGEST: usize = 32;
 
-/// Names that are given, each once.
+/// Names given so far.
 #[derive(Debug, Default)]
 pub struct Names {
-    /// With the number that the next one of the same label has.
+    /// Next number for each repeated label.
     given: BTreeMap<String, usize>,
 }
 
 impl Names {
-    /// A name like `label`, or like `fallback` where the label has no letters.
+    /// A unique name for `label`, or for `fallback` when the label has no letters.
     pub fn give(&mut self, label: &str, fallback: &str) -> String {
         let mut name = word(label);
         if name.is_empty() || lang::is_reserved(&name) {
@@ -33,7 +33,8 @@ impl Names {
     }
 }
 
-/// The label in small letters, with `_` for what no name has; empty where it begins with no letter.
+/// The label in small letters, with `_` for characters not allowed in names; empty when it begins
+/// with no letter.
 fn word(label: &str) -> String {
     let mut out = String::new();
     for c in label.chars().flat_map(char::to_lowercase) {

@@ -1,21 +1,21 @@
-//! Messages of Open Sound Control 1.0: what starts cues from elsewhere, and what says where the show is.
+//! Messages of Open Sound Control 1.0, to start cues remotely and to report the state of the show.
 
-/// Bundles inside bundles that are read.
+/// Most nested bundles.
 const DEPTH: usize = 8;
 
 /// An argument.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Argument {
-    /// A whole number.
+    /// An integer.
     Int(i32),
-    /// A number.
+    /// A float.
     Float(f32),
     /// A text.
     Text(String),
 }
 
 impl Argument {
-    /// Its number, if it is one.
+    /// Its value, if it is a number.
     pub fn number(&self) -> Option<f64> {
         match self {
             Argument::Int(value) => Some(f64::from(*value)),
@@ -30,12 +30,12 @@ impl Argument {
 pub struct Message {
     /// Such as `/footlight/go`.
     pub address: String,
-    /// What stands behind it.
+    /// Its arguments.
     pub arguments: Vec<Argument>,
 }
 
-/// The messages of a packet, those of a bundle in their order; time tags are not waited for. What is
-/// no OSC has none.
+/// The messages of a packet, those of a bundle in order; time tags are ignored. A packet that is
+/// not OSC has none.
 pub fn read(packet: &[u8]) -> Vec<Message> {
     let mut out = Vec::new();
     element(packet, DEPTH, &mut out);
@@ -67,7 +67,7 @@ fn message(bytes: &[u8]) -> Option<Message> {
     if !address.starts_with('/') {
         return None;
     }
-    // Old senders leave the types out where there are no arguments.
+    // Old senders omit the types when there are no arguments.
     let types = if rest.is_empty() {
         ",".to_owned()
     } else {
@@ -93,7 +93,7 @@ fn four(rest: &mut &[u8]) -> Option<[u8; 4]> {
     Some(*four)
 }
 
-/// A text that ends in zeros, to a multiple of four bytes.
+/// Reads a text padded with zeros to a multiple of four bytes.
 fn text(rest: &mut &[u8]) -> Option<String> {
     let end = rest.iter().position(|byte| *byte == 0)?;
     let text = std::str::from_utf8(rest.get(..end)?).ok()?.to_owned();
@@ -101,7 +101,7 @@ fn text(rest: &mut &[u8]) -> Option<String> {
     Some(text)
 }
 
-/// The packet of a message.
+/// Encodes a message.
 pub fn write(address: &str, arguments: &[Argument]) -> Vec<u8> {
     let mut out = Vec::new();
     put(address, &mut out);

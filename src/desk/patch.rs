@@ -1,4 +1,4 @@
-//! Which bank, and which axis of a head, is on which address of the lighting network.
+//! The patch: addresses of banks and of heads' axes on the lighting network.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -8,31 +8,31 @@ use footlight_show::model::{Axis, Show};
 use footlight_show::timeline::Timeline;
 use footlight_show::units::Time;
 
-/// Values of a universe (DMX512).
+/// Number of values in a universe (DMX512).
 pub const UNIVERSE: usize = 512;
-/// The most universes that E1.31 has.
+/// Number of universes of E1.31.
 pub const MOST_UNIVERSES: u16 = 63_999;
 
-/// Bytes of a universe, by its number from 1.
+/// Values of universes, by number from 1.
 pub type Frames = BTreeMap<u16, Vec<u8>>;
 
-/// One value of the show on an address.
+/// A value of the show at an address.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slot {
     /// Index into [`values`].
     pub coordinate: usize,
-    /// From 1.
+    /// Universe, from 1.
     pub universe: u16,
-    /// From 0.
+    /// Offset, from 0.
     pub offset: usize,
-    /// Two bytes, the higher first.
+    /// True for two bytes, the higher first.
     pub fine: bool,
-    /// The parts of full that are sent where the value is 0 and where it is 1.
+    /// Values sent for 0 and for 1, as fractions of full.
     pub ends: [f64; 2],
 }
 
-/// The values that are sent at a time, each 0 to 1: the light of each of [`Show::coordinates`], then
-/// pan, tilt, beam and field of each of [`Show::heads`] over their ranges.
+/// The values sent at a time, each 0 to 1: the light of each of [`Show::coordinates`], then pan,
+/// tilt, beam and field of each of [`Show::heads`] over their ranges.
 pub fn values(show: &Show, timeline: &Timeline, time: Time) -> Vec<f64> {
     let mut out = timeline.evaluate(time);
     out.truncate(show.coordinates().len());
@@ -42,7 +42,7 @@ pub fn values(show: &Show, timeline: &Timeline, time: Time) -> Vec<f64> {
     out
 }
 
-/// Values that a line of a patch puts on addresses in a row.
+/// A value that a line of a patch places at consecutive addresses.
 struct Placed<'t> {
     values: Range<usize>,
     address: &'t str,
@@ -50,19 +50,19 @@ struct Placed<'t> {
     ends: [f64; 2],
 }
 
-/// The ends of a value that is sent as it is.
+/// The ends of an unscaled value.
 const AS_IT_IS: [f64; 2] = [0.0, 1.0];
 
-/// Every coordinate's addresses.
+/// Addresses of all values.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Patch {
     slots: Vec<Slot>,
 }
 
 impl Patch {
-    /// Each bank at the address of its channel, an rgb bank at that and the next two: channel 513 is
-    /// the first address of universe 2. A bank without a channel, or one whose addresses others
-    /// have, comes behind the last; what was moved so is listed.
+    /// Patches each bank at the address of its channel, an rgb bank there and at the next two:
+    /// channel 513 is the first address of universe 2. A bank without a channel, or whose addresses
+    /// are in use, comes after the last; such banks are listed.
     pub fn of_channels(show: &Show) -> (Patch, Vec<Loss>) {
         let (mut taken, mut losses) = (BTreeMap::new(), Vec::new());
         let mut starts = Vec::new();
@@ -101,12 +101,12 @@ impl Patch {
         (patch, losses)
     }
 
-    /// A patch from text. A line has a bank's name, an address as universe and number (`2/101`), and
-    /// `16bit` where a value has two bytes; or the name of a head and the addresses of its axes, each
-    /// of two bytes unless it is `8bit`. A bank or an axis may be at several addresses.
+    /// Parses a patch. A line has a bank's name, an address as universe and number (`2/101`), and
+    /// `16bit` for a value of two bytes; or a head's name and the addresses of its axes, each of
+    /// two bytes unless it is `8bit`. A bank or an axis may have several addresses.
     ///
     /// # Errors
-    /// The first line that cannot be used, with what to write.
+    /// A message about the first unusable line, with a correction.
     pub fn parse(show: &Show, text: &str) -> Result<Patch, String> {
         let mut patch = Patch::default();
         let mut taken: BTreeMap<usize, usize> = BTreeMap::new();
@@ -156,7 +156,8 @@ impl Patch {
         });
     }
 
-    /// The heads that do not move for a receiver as they do in the show, with a line for the patch.
+    /// Heads whose axes are not all patched, so that they do not move as in the show, with a line
+    /// for the patch.
     pub fn heads_without_address(&self, show: &Show) -> Vec<Loss> {
         let parts = show.cues.iter().flat_map(|cue| &cue.parts);
         let moves = parts.flat_map(|part| &part.moves);
@@ -164,7 +165,7 @@ impl Patch {
         let (first, first_pose) = (show.coordinates().len(), show.first_pose());
         let is_sent = |pose: usize| self.slots.iter().any(|s| s.coordinate == first + pose);
         let is_moved = |pose: usize| moved.contains(&(first_pose + pose));
-        // Beam and field are one channel of most heads.
+        // On most heads beam and field share one channel.
         let turns = |pan: usize| !is_sent(pan) || !is_sent(pan + 1);
         let zooms = |pan: usize| {
             let mut both = pan + 2..pan + 4;
@@ -198,7 +199,7 @@ impl Patch {
         &self.slots
     }
 
-    /// Dark universes, one for each that has an address.
+    /// A zeroed universe for each that has an address.
     pub fn dark(&self) -> Frames {
         let universes = self.slots.iter().map(|slot| slot.universe);
         universes
@@ -206,7 +207,7 @@ impl Patch {
             .collect()
     }
 
-    /// Writes [`values`] into the universes: to the nearest of 256 steps, or of 65,536.
+    /// Writes [`values`] into the universes, rounded to 256 steps, or to 65,536.
     pub fn fill(&self, values: &[f64], frames: &mut Frames) {
         for slot in &self.slots {
             let value = values.get(slot.coordinate).copied().unwrap_or(0.0);
@@ -227,10 +228,10 @@ impl Patch {
     }
 }
 
-/// The values that a line about `name` places, and where.
+/// Places the values of a line about `name`.
 ///
 /// # Errors
-/// A message that says what is wrong with the line, and what to write.
+/// A message about the line, with a correction.
 fn placed<'t>(show: &Show, name: &str, rest: &[&'t str]) -> Result<Vec<Placed<'t>>, String> {
     let axis = |word: &str| Axis::ALL.into_iter().find(|axis| axis.word() == word);
     let heads = show.heads();

@@ -1,8 +1,7 @@
-//! A show as an operator runs it: cues start when somebody says so, not at the preview's times.
+//! Runs a show like an operator: cues start on GO, not at the preview's times.
 //!
-//! What was started is a show of its own, whose cues stand in the order and at the times in which they
-//! were started. Its curves follow the same rules as every show's, so that a live fade is the fade of
-//! the preview.
+//! The started cues form a second show, in the order and at the times of their starts. Its curves
+//! follow the rules of every show, so that a live fade equals that of the preview.
 
 use std::collections::BTreeMap;
 
@@ -11,19 +10,19 @@ use footlight_show::model::{Cue, Fade, Motion, Move, NodeId, Part, Show, Trigger
 use footlight_show::timeline::{Timeline, TimelineError, lights, tracked};
 use footlight_show::units::{CueNumber, Time};
 
-/// Started cues that are kept; beyond them what runs is cut off.
+/// Most started cues kept; when there are more, running fades are cut off.
 const MOST: usize = 1000;
 
-/// A show and what of it has been started.
+/// A show and its started cues.
 #[derive(Debug)]
 pub struct Performance<'s> {
     show: &'s Show,
-    /// The cues that were started.
+    /// The started cues as a show.
     run: Show,
     timeline: Timeline,
-    /// By started cue, which of the show's it is; none for what the run began from.
+    /// By started cue, its index in the show; `None` for the state at the start of the run.
     order: Vec<Option<usize>>,
-    /// Levels that a hand holds, by bank.
+    /// Held levels, by bank.
     held: BTreeMap<usize, f64>,
 }
 
@@ -31,7 +30,7 @@ impl<'s> Performance<'s> {
     /// The show before its first cue: everything is out.
     ///
     /// # Errors
-    /// None for a show that has a timeline.
+    /// Only for a show without a timeline.
     pub fn new(show: &'s Show) -> Result<Performance<'s>, Vec<TimelineError>> {
         let mut run = show.clone();
         run.cues = vec![stand(show, &show.dark_levels(), Time::ZERO)];
@@ -44,10 +43,10 @@ impl<'s> Performance<'s> {
         })
     }
 
-    /// Starts the next cue at `now`, with those that it starts in turn; false behind the last.
+    /// Starts the next cue at `now`, with the cues that it triggers; false after the last.
     ///
     /// # Errors
-    /// As [`Timeline::of_desk`]; nothing has changed then.
+    /// As [`Timeline::of_desk`]; the state is then unchanged.
     pub fn go(&mut self, now: Time) -> Result<bool, Vec<TimelineError>> {
         let next = self.cue(now).map_or(0, |cue| cue + 1);
         if next >= self.show.cues.len() {
@@ -56,8 +55,8 @@ impl<'s> Performance<'s> {
         self.follow(next, now)
     }
 
-    /// Starts a cue that comes next. From where the show stands its curves may leave their ranges, or
-    /// a head's beam become as wide as its field; it is then a straight fade to where the cue ends.
+    /// Starts the next cue. If, from the current state, its curves leave their ranges or a head's
+    /// beam becomes as wide as its field, it becomes a straight fade to the cue's end.
     fn follow(&mut self, cue: usize, now: Time) -> Result<bool, Vec<TimelineError>> {
         match self.start(cue, None, now) {
             Ok(()) => Ok(true),
@@ -65,7 +64,7 @@ impl<'s> Performance<'s> {
         }
     }
 
-    /// Goes back to what stood when the cue before was complete, in that cue's time.
+    /// Goes back to the completed state of the previous cue, in that cue's time.
     ///
     /// # Errors
     /// As [`Performance::go`].
@@ -76,7 +75,7 @@ impl<'s> Performance<'s> {
         }
     }
 
-    /// Goes to what stands when a cue is complete, in its time; false where there is no such cue.
+    /// Goes to the completed state of a cue, in its time; false when there is no such cue.
     ///
     /// # Errors
     /// As [`Performance::go`].
@@ -137,7 +136,7 @@ impl<'s> Performance<'s> {
         }
     }
 
-    /// A cue with those that follow it by themselves; the first of them waits for nothing.
+    /// A cue with those that follow it automatically; the first starts at once.
     fn chain(&self, first: usize) -> Vec<(usize, Cue)> {
         let mut out = Vec::new();
         for (index, cue) in self.show.cues.iter().enumerate().skip(first) {
@@ -152,7 +151,7 @@ impl<'s> Performance<'s> {
         out
     }
 
-    /// Drops what has not started yet, and what has ended once nothing runs any more.
+    /// Drops cues that have not started, and ended ones once nothing is running.
     fn forget(&mut self, now: Time) {
         let begun = self
             .timeline
@@ -174,14 +173,14 @@ impl<'s> Performance<'s> {
         }
     }
 
-    /// The cue that was started last, by its place in the show.
+    /// Index of the last started cue in the show.
     pub fn cue(&self, now: Time) -> Option<usize> {
         let started = self.timeline.cues().iter().zip(&self.order);
         let mut begun = started.filter(|(times, _)| times.go <= now);
         begun.next_back().and_then(|(_, cue)| *cue)
     }
 
-    /// Holds a bank at a level, 0 to 1, until it is released; false where there is no such bank.
+    /// Holds a bank at a level, 0 to 1, until released; false when there is no such bank.
     pub fn hold(&mut self, bank: &str, level: f64) -> bool {
         let found = self.show.banks.iter().position(|b| b.name == bank);
         found
@@ -189,12 +188,12 @@ impl<'s> Performance<'s> {
             .is_some()
     }
 
-    /// Lets go of all levels that are held.
+    /// Releases all held levels.
     pub fn release(&mut self) {
         self.held.clear();
     }
 
-    /// The values of a time, as [`values`] has them.
+    /// The values at a time, in the order of [`values`].
     pub fn values(&self, now: Time) -> Vec<f64> {
         let mut settings = values(self.show, &self.timeline, now);
         if self.held.is_empty() {
@@ -220,7 +219,7 @@ impl<'s> Performance<'s> {
     }
 }
 
-/// A cue that goes to all of `levels` at once.
+/// A cue that sets all of `levels` at once.
 fn stand(show: &Show, levels: &[f64], now: Time) -> Cue {
     let part = Part {
         id: NodeId(0),
@@ -249,7 +248,7 @@ fn stand(show: &Show, levels: &[f64], now: Time) -> Cue {
     }
 }
 
-/// A cue that goes to all of `levels` in the time of another.
+/// A cue that fades to all of `levels` in the time of another.
 fn fade(show: &Show, cue: usize, levels: &[f64]) -> Cue {
     let mut out = stand(show, levels, Time::ZERO);
     let own = show.cues.get(cue).and_then(|cue| cue.parts.first());

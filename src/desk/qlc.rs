@@ -1,5 +1,5 @@
-//! Workspaces of QLC+ 4 (`.qxw`): a generic fixture for each bank, a scene for each cue, and a chaser
-//! that runs them, with a cue list to press GO on.
+//! Workspaces for QLC+ 4 (`.qxw`): a generic fixture for each bank, a scene for each cue, and a
+//! chaser that runs them, with a cue list for GO.
 
 use std::fmt::Write as _;
 
@@ -10,17 +10,17 @@ use footlight_show::model::{Link, Show};
 use footlight_show::timeline::{Timeline, TimelineError, lights, tracked};
 use footlight_show::units::Time;
 
-/// The function that runs the cues; scenes follow.
+/// Number of the chaser; scenes follow.
 const CHASER: usize = 0;
-/// A hold without end.
+/// An endless hold.
 const UNTIL_GO: u32 = u32::MAX - 1;
-/// Moments at which a cue is held against its crossfade.
+/// Moments at which a cue is compared with its crossfade.
 const SAMPLES: i32 = 32;
 
-/// The workspace for a show, with what of the show is not in it.
+/// The workspace for a show, with the losses.
 ///
 /// # Errors
-/// Where the cues make no timeline, or on cancel.
+/// When the cues make no timeline, or on cancel.
 pub fn write(show: &Show, timeline: &Timeline, work: Work<'_>) -> Result<Carried, ExportError> {
     let (patch, mut losses) = Patch::of_channels(show);
     if !show.heads().is_empty() {
@@ -90,7 +90,7 @@ fn fixtures(show: &Show, patch: &Patch, text: &mut String) {
     }
 }
 
-/// The values of every cue when it is complete, as a scene has them.
+/// The values of every completed cue, in the form of a scene.
 fn scenes(show: &Show, patch: &Patch) -> Result<Vec<String>, Vec<TimelineError>> {
     let coordinates = show.coordinates();
     let mut frames: Frames = patch.dark();
@@ -121,7 +121,7 @@ fn scenes(show: &Show, patch: &Patch) -> Result<Vec<String>, Vec<TimelineError>>
     Ok(out)
 }
 
-/// A cue's place in the chaser, milliseconds.
+/// A step of the chaser, times in milliseconds.
 struct Step {
     fade: u32,
     hold: u32,
@@ -176,7 +176,7 @@ fn chaser(show: &Show, steps: &[Step], text: &mut String) {
     text.push_str("  </Function>\n");
 }
 
-/// A cue list in the virtual console; its number is 0.
+/// Adds a cue list with the number 0 to the virtual console.
 fn console(title: &str, text: &mut String) {
     let _ = write!(
         text,
@@ -190,7 +190,7 @@ fn console(title: &str, text: &mut String) {
     );
 }
 
-/// How far a cue is, at most, from a straight crossfade of all banks in its whole time.
+/// Largest deviation of a cue from a straight crossfade of all banks in its whole time.
 fn bend(show: &Show, timeline: &Timeline, index: usize, fade: u32) -> f64 {
     let Some(times) = timeline.cues().get(index) else {
         return 0.0;
@@ -223,7 +223,7 @@ fn bend(show: &Show, timeline: &Timeline, index: usize, fade: u32) -> f64 {
     far
 }
 
-/// Text between tags or quotes; what XML has no place for is left out.
+/// Escapes text for XML; characters that XML cannot hold are dropped.
 fn escaped(text: &str) -> String {
     let mut out = String::new();
     for c in text.chars() {

@@ -111,7 +111,7 @@ const SHOW: &str = "show \"S\"\nbank a channel 1\nbank b channel 2  dimmer squar
 fn banks_are_at_their_channels() {
     let show = parsed(SHOW);
     let (patch, losses) = Patch::of_channels(&show);
-    // The three of `c` would end behind the universe.
+    // The three addresses of `c` would exceed the universe.
     assert_eq!(losses[0].to_string(), "bank `c` is at address 1/3");
     let mut frames = patch.dark();
     patch.fill(&[1.0, 0.25, 0.0, 0.5, 2.0], &mut frames);
@@ -190,7 +190,7 @@ fn heads_are_sent_over_their_ranges() {
         at(last - 1.0).1,
         (65535.0 * 225.0 / 540.0_f64).round() as u16
     );
-    // The head reaches further than the fixture.
+    // The head's range exceeds the fixture's.
     let wide = Patch::parse(&show, "mh pan 1/1 0 to 80 tilt 1/3 -45 to 135").unwrap();
     let mut frames = wide.dark();
     wide.fill(
@@ -242,7 +242,7 @@ fn heads_are_sent_over_their_ranges() {
 fn a_head_goes_where_the_operator_is() {
     let show = parsed(HEADS);
     let mut run = Performance::new(&show).unwrap();
-    // Pan is the first value behind that of the bank.
+    // Pan is the first value after that of the bank.
     assert!(
         (run.values(seconds(1.0))[1] - 1.0 / 3.0).abs() < 1e-12,
         "at home"
@@ -250,7 +250,7 @@ fn a_head_goes_where_the_operator_is() {
     for time in [10.0, 20.0, 20.5] {
         assert!(run.go(seconds(time)).unwrap());
     }
-    // Cue 3 comes while the field is still narrow: beam and field go straight to where it ends.
+    // Cue 3 comes while the field is still narrow: beam and field go straight to its end.
     let zoom = |time: f64| [3, 4].map(|i| 4.0 + 56.0 * run.values(seconds(time))[i]);
     let [beam, field] = zoom(21.5);
     assert!(
@@ -288,12 +288,12 @@ fn cues_start_when_somebody_says_so() {
         (Some(1), Some(2))
     );
     assert!((at(&run, 23.5)[2] - 0.5).abs() < 1e-9);
-    // A GO before that takes it at once.
+    // An earlier GO starts it at once.
     run.back(seconds(30.0)).unwrap();
     assert_eq!(run.cue(seconds(30.0)), Some(1));
     run.go(seconds(40.0)).unwrap();
     assert_eq!((run.cue(seconds(40.0)), at(&run, 41.0)[2]), (Some(2), 0.0));
-    // A cue elsewhere brings all that stands there.
+    // Going to another cue restores its whole state.
     assert!(
         run.goto(CueNumber::parse("1").unwrap(), seconds(50.0))
             .unwrap()
@@ -347,12 +347,13 @@ fn a_workspace_has_every_cue() {
     let carried = qlc::write(&heads, &Timeline::new(&heads).unwrap(), Work::silent()).unwrap();
     let plain = "pan, tilt and zoom of moving heads";
     assert_eq!(carried.losses, [Loss::new(plain)]);
-    // The square of a straight fade, and the straight fade of its square, differ by a quarter of it.
+    // The square of a straight fade, and the straight fade of its square, differ by at most a
+    // quarter of it.
     assert!(losses[1].starts_with("cue 2:") && losses[1].ends_with("(6.25 % of the light)"));
 }
 
 proptest! {
-    /// No packet is a fault, or more messages than it has bytes for.
+    /// Any packet is read without a panic, into at most as many messages as it has bytes for.
     #[test]
     fn any_packet_is_read(packet in prop::collection::vec(prop::sample::select(&b"#bundle\0/,ifs\x04\x10"[..]), 0..80)) {
         prop_assert!(osc::read(&packet).len() <= packet.len());

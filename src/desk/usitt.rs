@@ -1,8 +1,8 @@
 //! USITT ASCII 3.0, "ASCII Text Representation for Lighting Console Data" (USITT, 1992), with the
 //! `$` and `$$` records of ETC's Eos family.
 //!
-//! `record` cuts the text into records, `read` collects them, `settle` finds out what each cue moves
-//! and in which time, `sheet` writes the text of a show. `write` goes the other way.
+//! `record` cuts the text into records, `read` collects them, `settle` finds the moves and times of
+//! each cue, `sheet` writes the text of a show. `write` goes the other way.
 
 mod model;
 mod read;
@@ -21,22 +21,22 @@ use super::{Carried, ImportError};
 use footlight_host::work::Work;
 use footlight_show::printable::of_bytes;
 
-/// Bytes of a file that is read. Reading takes up to 80 bytes of memory for each.
+/// Most bytes of a file. Reading takes up to 80 bytes of memory for each.
 pub const LIMIT: usize = 8 << 20;
-/// Cues of a file: the numbers of the desks that write such files go no further.
+/// Most cues of a file: desks that write such files have no more.
 const MOST_CUES: usize = 10_000;
-/// Channels of a file.
+/// Most channels of a file.
 const MOST_CHANNELS: usize = 10_000;
-/// Groups of a file, and submasters and presets.
+/// Most groups of a file, and most submasters and presets.
 const MOST_GROUPS: usize = 2_000;
-/// Channels in all groups.
+/// Most channels in all groups together.
 const MOST_MEMBERS: usize = 1_000_000;
 
-/// The text of a show for the desk's file `name`, and the file's own text, into which a diagnostic
-/// points: its cue list `list`, or else the first one.
+/// Imports cue list `list`, or the first one, of the desk's file `name`. Returns the text of a
+/// show, and the file's decoded text, to which diagnostics refer.
 ///
 /// # Errors
-/// A diagnostic with the line that cannot be read, and a cancel.
+/// A diagnostic with the faulty line, or a cancel.
 pub fn import(
     name: &str,
     bytes: &[u8],
@@ -61,8 +61,8 @@ fn carried(
     Ok(Carried { text, losses })
 }
 
-/// UTF-16 with its byte order mark, UTF-8, or else Windows-1252, which older desks write; a carriage
-/// return alone ends a line, as the standard has it.
+/// Decodes UTF-16 with its byte order mark, UTF-8, or else Windows-1252, which older desks write;
+/// by the standard, a carriage return alone ends a line.
 fn decoded(bytes: &[u8]) -> String {
     let (units, _) = bytes.as_chunks::<2>();
     let utf_16 = |unit: fn([u8; 2]) -> u16| {

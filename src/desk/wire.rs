@@ -6,22 +6,22 @@ use super::patch::UNIVERSE;
 pub const SACN_PORT: u16 = 5568;
 /// The port of Art-Net.
 pub const ARTNET_PORT: u16 = 6454;
-/// The most universes that Art-Net has.
+/// Number of universes of Art-Net.
 pub const MOST_PORTS: u16 = 32_768;
 
-/// Who sends, as E1.31 says it.
+/// The source of E1.31 packets.
 #[derive(Clone, Debug)]
 pub struct Sender {
-    /// The sender's own number.
+    /// Unique id of the sender.
     pub cid: [u8; 16],
     /// Its name, cut to 63 bytes.
     pub name: String,
-    /// 0 to 200; receivers take the highest.
+    /// 0 to 200; receivers use the highest.
     pub priority: u8,
 }
 
-/// An E1.31 data packet of 638 bytes: 512 `values` for a universe. The last packets of a stream say
-/// that it is terminated.
+/// An E1.31 data packet of 638 bytes: 512 `values` for a universe. The last packets of a stream are
+/// marked as terminated.
 pub fn sacn(
     source: &Sender,
     universe: u16,

@@ -1,5 +1,5 @@
-//! Fixes from the help of messages: what stands there is replaced by what the help names, where the
-//! show then has fewer errors.
+//! Quick fixes from the help of diagnostics: a replacement is offered when the show then has fewer
+//! errors.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,10 +13,10 @@ use super::text::{Encoding, Lines};
 use footlight_show::diagnostic::Severity;
 use footlight_show::lang;
 
-/// Fixes that are tried for one message.
+/// Most fixes tried for one diagnostic.
 const TRIED: usize = 6;
 
-/// The fixes for what is wrong within a range of a file of the show.
+/// The fixes for diagnostics within a range of a file of the show.
 pub fn actions(
     show: &OpenShow,
     (text, uri): (&str, &Uri),
@@ -83,25 +83,25 @@ pub fn actions(
     out
 }
 
-/// The place and the text of the brace that closes the one at `open`: before the next statement, or at
+/// Position and text of the brace that closes the one at `open`: before the next statement, or at
 /// the end.
 fn closing(text: &str, open: usize, next: Option<usize>) -> (Range<usize>, String) {
     let before = text.get(..next.unwrap_or(text.len())).unwrap_or(text);
     let end = before.trim_end().len();
-    // Behind a comment it would be one too.
+    // A brace after a line comment would be part of it.
     let is_long = text.get(open..end).unwrap_or("").contains(['\n', '/']);
     let brace = if is_long { "\n}" } else { " }" };
     (end..end, brace.to_owned())
 }
 
-/// What a line of help has between backquotes and is no example: a name that is meant, or words that
-/// name and number nothing but what stands `here`.
+/// Text between backquotes in a line of help, except examples: a suggested name, or words that
+/// share names and numbers with the text `here`.
 fn typed<'h>(help: &'h str, here: &'h str) -> impl Iterator<Item = &'h str> {
     let is_meant = help.starts_with("did you mean");
     let odd = help.split('`').skip(1).step_by(2);
     let is_own = |word: &str| {
         let word = word.trim_matches(|c: char| "{},()%".contains(c));
-        // A level is the writer's to say.
+        // The writer has to choose a level.
         let known = !["full", "out"].contains(&word)
             && (lang::words().contains(&word) || lang::keywords().contains(&word));
         word.is_empty() || known || here.contains(word)
@@ -109,10 +109,10 @@ fn typed<'h>(help: &'h str, here: &'h str) -> impl Iterator<Item = &'h str> {
     odd.filter(move |text| !text.is_empty() && (is_meant || text.split_whitespace().all(is_own)))
 }
 
-/// Words of desks' command lines, and what stands for them here.
+/// Words of desks' command lines, and their replacements.
 const HABITS: [(&str, &str); 3] = [("at", ""), ("@", ""), ("in", "time")];
 
-/// What stands `here`, where it begins with a word out of habit, with the word that is meant.
+/// The text `here` with its first word replaced, if that is such a word.
 fn habit(here: &str) -> Option<String> {
     HABITS.iter().find_map(|(habit, meant)| {
         let rest = here.strip_prefix(habit)?;

@@ -1,6 +1,6 @@
-//! Answers that take long, worked out on a thread of their own, one after the other, of the text as it
-//! was when they were asked for, so that no keystroke waits for them. One that the client takes back, or
-//! whose text is typed on in the meantime, is given up and refused as the protocol says.
+//! Slow answers, computed on another thread, one after the other, for the text at the time of the
+//! request, so that no keystroke waits for them. Requests that are cancelled, or made stale by an
+//! edit, are answered with an error at once.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,23 +12,23 @@ use serde_json::Value;
 
 use super::picture::Outgoing;
 
-/// What a client is sent where a request fails.
+/// Error response of a failed request.
 pub type Failure = (ErrorCode, String);
 
-/// What works an answer out.
+/// Computes an answer.
 pub type Work = Box<dyn FnOnce(&Stop) -> Result<Value, Failure> + Send>;
 
-/// Whether an answer is wanted no more.
+/// Cancellation flag of a request.
 #[derive(Debug, Default)]
 pub struct Stop(AtomicBool);
 
 impl Stop {
-    /// The answer is wanted no more.
+    /// True once the answer is no longer wanted.
     pub fn is_set(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 
-    /// Sets it; false where it was set before. The thread that sets it answers, so that one answer is sent.
+    /// Sets the flag; false if it was set. The thread that sets it sends the one answer.
     fn set(&self) -> bool {
         !self.0.swap(true, Ordering::Relaxed)
     }
@@ -40,16 +40,16 @@ struct Job {
     work: Work,
 }
 
-/// Where what takes long is worked out.
+/// The thread for slow answers.
 pub struct Background {
     jobs: Sender<Job>,
     client: Outgoing,
-    /// What is asked for and not answered, with its show.
+    /// Unanswered requests, with their show.
     running: Vec<(RequestId, PathBuf, Arc<Stop>)>,
 }
 
 impl Background {
-    /// A thread that answers; it ends with this.
+    /// Starts the thread, which ends with this value.
     pub fn new(client: Outgoing) -> Background {
         let (jobs, taken) = channel();
         let to_client = client.clone();
@@ -61,40 +61,40 @@ impl Background {
         }
     }
 
-    /// Has a request about a show answered.
+    /// Queues a request about a show.
     pub fn begin(&mut self, id: RequestId, show: PathBuf, work: Work) {
         self.running
             .retain(|(.., stop)| Arc::strong_count(stop) > 1);
         let stop = Arc::new(Stop::default());
         self.running.push((id.clone(), show, Arc::clone(&stop)));
-        // The thread ends only with this.
+        // The thread ends only with this value.
         let _ = self.jobs.send(Job { id, stop, work });
     }
 
-    /// Gives a request up that the client takes back.
+    /// Cancels a request of the client.
     pub fn cancel(&self, id: &RequestId) {
         let why = (ErrorCode::RequestCanceled, "cancelled");
         self.refuse(why, |own, _| own == id);
     }
 
-    /// Gives up what was asked of a show before its text was changed.
+    /// Cancels the requests about a show made before its text was changed.
     pub fn outdate(&self, show: &Path) {
         let why = (ErrorCode::ContentModified, "the text was changed");
         self.refuse(why, |_, own| own == show);
     }
 
-    /// Gives all up.
+    /// Cancels all requests.
     pub fn cancel_all(&self) {
         self.refuse((ErrorCode::RequestCanceled, "cancelled"), |_, _| true);
     }
 
-    /// Refuses at once what is not answered yet.
+    /// Answers unanswered requests with an error.
     fn refuse(&self, (code, why): (ErrorCode, &str), is_it: impl Fn(&RequestId, &Path) -> bool) {
         let running = self.running.iter();
         for (id, _, stop) in running.filter(|(id, show, _)| is_it(id, show)) {
             if stop.set() {
                 let refusal = Response::new_err(id.clone(), code as i32, why.to_owned());
-                // A client that is gone is noticed when it is listened to.
+                // A lost client is noticed when reading.
                 let _ = self.client.send(refusal.into());
             }
         }

@@ -1,4 +1,4 @@
-//! The texts that the client has open, which are the truth where the disk differs.
+//! The open texts of the client, which take precedence over the disk.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -16,13 +16,13 @@ use footlight_show::lang;
 #[derive(Clone, Debug)]
 pub struct Buffer {
     pub text: Arc<String>,
-    /// As the client counts.
+    /// Version number of the client.
     pub version: i32,
-    /// As the client calls it.
+    /// URI of the client.
     pub uri: Uri,
 }
 
-/// All of them, by their paths.
+/// All open texts, by path.
 #[derive(Clone, Debug, Default)]
 pub struct Buffers {
     open: Arc<Mutex<BTreeMap<PathBuf, Buffer>>>,
@@ -30,32 +30,32 @@ pub struct Buffers {
 
 impl Buffers {
     fn locked(&self) -> MutexGuard<'_, BTreeMap<PathBuf, Buffer>> {
-        // Each change is one call: a panic elsewhere leaves nothing half done.
+        // Each change is one call, so a panic elsewhere leaves the map consistent.
         self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The text of a path, where it is open.
+    /// The open text of a path.
     pub fn get(&self, path: &Path) -> Option<Buffer> {
         self.locked().get(path).cloned()
     }
 
-    /// The paths of all.
+    /// Paths of all open texts.
     pub fn paths(&self) -> Vec<PathBuf> {
         self.locked().keys().cloned().collect()
     }
 
-    /// Takes a text that was opened.
+    /// Adds an opened text.
     pub fn open(&self, path: PathBuf, buffer: Buffer) {
         self.locked().insert(path, buffer);
     }
 
-    /// Forgets a text that was closed.
+    /// Removes a closed text.
     pub fn close(&self, path: &Path) {
         self.locked().remove(path);
     }
 
-    /// Changes a text as it was typed. What is beyond the largest show is not taken, so that no
-    /// client can make the server hold any amount.
+    /// Applies a change. Text beyond the largest show is refused, so that a client cannot make the
+    /// server hold any amount.
     pub fn change(
         &self,
         path: &Path,
@@ -83,7 +83,7 @@ impl Buffers {
         buffer.version = version;
     }
 
-    /// The text of a path: open, or else on disk.
+    /// The text of a path, open or on disk.
     pub fn text(&self, path: &Path) -> Option<Arc<String>> {
         if let Some(buffer) = self.get(path) {
             return Some(buffer.text);
@@ -94,7 +94,7 @@ impl Buffers {
     }
 }
 
-/// The files of a show's folder, with open texts in place of those on disk.
+/// The files of a show's folder, with open texts replacing those on disk.
 #[derive(Clone, Debug)]
 pub struct Overlay {
     buffers: Buffers,
@@ -103,7 +103,7 @@ pub struct Overlay {
 }
 
 impl Overlay {
-    /// The files below a folder, of at most `limit` bytes.
+    /// Files below a folder, of at most `limit` bytes.
     pub fn new(buffers: &Buffers, folder: &Path, limit: u64) -> Overlay {
         Overlay {
             buffers: buffers.clone(),
@@ -135,7 +135,7 @@ impl Files for Overlay {
     }
 }
 
-/// A path without `.` and `..`.
+/// Resolves `.` and `..` in a path.
 pub fn normal(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();
     for part in path.components() {
@@ -150,19 +150,19 @@ pub fn normal(path: &Path) -> PathBuf {
     out
 }
 
-/// The path of a `file:` address.
+/// The path of a `file:` URI.
 pub fn path_of(uri: &Uri) -> Option<PathBuf> {
     if !uri.scheme()?.as_str().eq_ignore_ascii_case("file") {
         return None;
     }
     let path = uri.path().as_estr().decode().into_string().ok()?;
-    // A drive stands behind a slash: `/C:/shows`.
+    // A drive follows a slash: `/C:/shows`.
     let drive = path.as_bytes().get(2) == Some(&b':') && cfg!(windows);
     let path = if drive { path.get(1..)? } else { &path };
     Some(normal(Path::new(path)))
 }
 
-/// The `file:` address of a path.
+/// The `file:` URI of a path.
 pub fn uri_of(path: &Path) -> Option<Uri> {
     let mut out = String::from("file://");
     let text = path.to_str()?.replace('\\', "/");

@@ -1,4 +1,4 @@
-//! What the server offers to a client.
+//! Capabilities of the server.
 
 use lsp_types::TextDocumentSyncKind;
 use serde_json::{Value, json};
@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::outline::{PICTURE, legend};
 use super::text::Encoding;
 
-/// The server's capabilities as the protocol writes them, for a client that counts columns so.
+/// The server's capabilities for a client with this encoding of columns.
 pub fn of_server(encoding: Encoding) -> Value {
     json!({
         "positionEncoding": encoding.kind(),

@@ -1,4 +1,4 @@
-//! What may be typed next.
+//! Completion.
 
 use std::ops::Range;
 use std::path::Path;
@@ -16,12 +16,12 @@ use super::text::{Encoding, Lines};
 use footlight_prompt::{help_of, help_of_word};
 use footlight_show::lang::{self, Token};
 
-/// Files of a folder that are offered.
+/// Most files offered from a folder.
 const FILES: usize = 200;
-/// Names that are offered with their statements, which are looked up in the text, at most.
+/// Most names offered with their statements, which are looked up in the text.
 const EXPLAINED: usize = 40;
 
-/// What the text may go on with at a place.
+/// Completions at a place of the text.
 pub fn complete(show: &OpenShow, text: &str, at: usize, encoding: Encoding) -> Vec<CompletionItem> {
     let typed = text.get(lang::statement_start(text, at)..at).unwrap_or("");
     let tokens = lang::tokens(typed);
@@ -73,8 +73,8 @@ pub fn complete(show: &OpenShow, text: &str, at: usize, encoding: Encoding) -> V
     words.into_iter().map(item).collect()
 }
 
-/// What a word is in a few words, and more about it: of a name its statement, where that is asked for,
-/// of a word of the language its row of the manual.
+/// A word's kind in a few words, and documentation: the statement of a name, if requested, or the
+/// manual's row for a word of the language.
 fn about(
     show: &OpenShow,
     (statement, before): (&str, Option<&str>),
@@ -110,7 +110,7 @@ fn about(
     (usage.or_else(other), meaning)
 }
 
-/// What the cue of a number is called.
+/// Label of the cue with this number.
 fn label_of(show: &OpenShow, number: &str) -> String {
     let mut cues = show.document().into_iter().flat_map(|d| &d.show().cues);
     let cue = cues.find(|cue| cue.number.to_string() == number);
@@ -119,13 +119,13 @@ fn label_of(show: &OpenShow, number: &str) -> String {
     })
 }
 
-/// Is a text without its closing quote?
+/// True for a text without its closing quote.
 fn is_open(typed: &str, range: &Range<usize>) -> bool {
     let text = typed.get(range.clone()).unwrap_or("");
     range.end == typed.len() && (text.len() == 1 || !text.ends_with('"'))
 }
 
-/// The files whose paths begin as typed, in the show's folder.
+/// Files in the show's folder whose paths begin as typed.
 fn files(show: &OpenShow, typed: &str) -> Vec<String> {
     let folder = show.path().parent().unwrap_or(Path::new(""));
     let (below, begun) = typed.rsplit_once('/').map_or(("", typed), |(b, n)| (b, n));

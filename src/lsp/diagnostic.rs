@@ -1,4 +1,4 @@
-//! Diagnostics as the protocol writes them.
+//! Diagnostics in the protocol's form.
 
 use lsp_types::{DiagnosticRelatedInformation, DiagnosticSeverity, Location, NumberOrString};
 
@@ -7,7 +7,7 @@ use super::open_show::OpenShow;
 use super::text::Lines;
 use footlight_show::diagnostic::{Diagnostic, Label, Severity};
 
-/// A diagnostic as the protocol writes it; `lines` are those of each file.
+/// Converts a diagnostic; `lines` are the lines of each file.
 pub fn diagnostic_of(
     show: &OpenShow,
     lines: &[Lines<'_>],

@@ -1,5 +1,5 @@
-//! What stands at a place, in words: banks with their level over the show, cues with what they move,
-//! numbers with what they are.
+//! Hover text: banks with their level over the show, cues with their moves, numbers with their
+//! meaning.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -12,13 +12,13 @@ use footlight_show::model::{Haze, Motion, Role, Show};
 use footlight_show::timeline::{CueTime, tracked};
 use footlight_show::units::{CueNumber, Time, percent};
 
-/// Columns of a level over the show.
+/// Columns of the chart of a level over the show.
 const COLUMNS: i64 = 48;
 
-/// Names that one line lists.
+/// Most names listed in one line.
 const LISTED: usize = 12;
 
-/// Words in Markdown about what stands at a place, and its bytes.
+/// Markdown about the word at a place, and the word's bytes.
 pub fn hover(show: &OpenShow, text: &str, at: usize) -> Option<(String, Range<usize>)> {
     if let Some(range) = name_at(text, at) {
         let name = text.get(range.clone())?;
@@ -70,7 +70,7 @@ fn code(text: &str) -> String {
     format!("```text\n{}\n```", text.trim_end())
 }
 
-/// What a name stands for: its statement, and of a bank its level over the show.
+/// Text about a name: its statement, and for a bank its level over the show.
 fn of_name(show: &OpenShow, name: &str) -> Option<String> {
     let (text, place) = show.declaration_of(name)?;
     let own = text.get(statement_at(text, place.range.start)?)?;
@@ -89,7 +89,7 @@ fn of_name(show: &OpenShow, name: &str) -> Option<String> {
     Some(out)
 }
 
-/// What a material of the stage reflects.
+/// Reflectance of a material of the stage.
 fn of_material(show: &OpenShow, name: &str) -> Option<String> {
     let materials = &show.document()?.setup()?.scene.materials;
     let material = materials.iter().find(|material| material.name == name)?;
@@ -104,7 +104,7 @@ fn of_material(show: &OpenShow, name: &str) -> Option<String> {
     ))
 }
 
-/// The level of a bank from the start to the end, as a row of bars.
+/// The level of a bank from start to end, as a row of bars.
 fn level_over_the_show(document: &Document, bank: usize) -> Option<String> {
     const BARS: [char; 9] = [' ', '▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
     let parameters = document.show().parameters();
@@ -127,7 +127,7 @@ fn level_over_the_show(document: &Document, bank: usize) -> Option<String> {
     ))
 }
 
-/// When a cue runs, what it moves, and what stays as it was.
+/// Times of a cue, its moves, and the parameters that track through it.
 fn of_cue(document: &Document, number: &str) -> Option<String> {
     let number = CueNumber::parse(number)?;
     let show = document.show();
@@ -172,7 +172,7 @@ fn assumed(time: &CueTime) -> &'static str {
     if time.assumed { " (assumed)" } else { "" }
 }
 
-/// The parameters that a cue moves, and those that are lit and stay. Fixed lights are neither.
+/// The parameters that a cue moves, and the lit ones that track. Fixed lights are neither.
 fn moved_and_tracked(show: &Show, cue: usize) -> (Vec<String>, Vec<String>) {
     let levels = tracked(show).ok().and_then(|mut levels| levels.nth(cue));
     let levels = levels.unwrap_or_default();
@@ -201,7 +201,7 @@ fn moved_and_tracked(show: &Show, cue: usize) -> (Vec<String>, Vec<String>) {
     (moved, tracked)
 }
 
-/// A label as Markdown shows it as it is.
+/// Escapes a label for Markdown.
 fn escaped(text: &str) -> String {
     let mut out = String::new();
     for c in text.chars() {
@@ -213,7 +213,7 @@ fn escaped(text: &str) -> String {
     out
 }
 
-/// What a number is by its unit, or by the word before it and the statement.
+/// Meaning of a number by its unit, or by the word before it and the statement.
 pub fn of_quantity(word: &str, before: Option<&str>, statement: &str) -> Option<&'static str> {
     let unit = word.trim_start_matches(|c: char| c.is_ascii_digit() || ".-+:".contains(c));
     let is_level = |before: &str| {
@@ -253,10 +253,10 @@ pub fn of_quantity(word: &str, before: Option<&str>, statement: &str) -> Option<
     })
 }
 
-/// Visibilities, metres, from which on haze is a touch, and as on a concert.
+/// Least visibilities, metres, that count as a touch of haze, and as haze of a concert.
 const HAZES: [(f64, &str); 2] = [(140.0, "a touch of haze"), (35.0, "haze as on a concert")];
 
-/// Visibility and extinction of haze, and how much haze that is.
+/// Visibility, extinction and density of haze.
 fn of_haze(haze: &Haze) -> String {
     let visibility = haze.visibility();
     let mut hazes = HAZES.into_iter();

@@ -1,9 +1,10 @@
-//! The language server: a client's texts in, what the engine knows of them out.
+//! The language server: receives a client's texts and answers with what the engine knows about
+//! them.
 //!
-//! It does not know the language: text is read by [`footlight_show::lang`], shows by the engine,
-//! completion and help are the prompt's. Open texts are the truth, not the disk; broken text keeps
-//! the last good show. One thread reads what is typed and answers, another works out what takes long, a
-//! third makes pictures. Changes that came in together are read once.
+//! It does not know the language: [`footlight_show::lang`] reads text, the engine shows, and the
+//! prompt provides completion and help. Open texts take precedence over the disk; a broken text
+//! keeps the last good show. One thread reads messages and answers, another computes slow answers,
+//! a third makes images. Changes that arrive together are read once.
 
 mod action;
 mod background;
@@ -39,14 +40,14 @@ use footlight_host::files::Files;
 
 pub use self::open_show::Limits;
 
-/// The means to read and render the show at a path, whose files these are.
+/// Creates the host of the show at a path, with these files.
 pub type MeansOf = dyn Fn(&Path, Box<dyn Files>) -> Host;
 
-/// What the embedding program gives: limits, and the means to render the show at a path.
+/// Limits, and the host of each show, from the embedding program.
 pub struct Means {
-    /// How large a show may be.
+    /// Limits of shows.
     pub limits: Limits,
-    /// Makes the means of a show.
+    /// Creates the host of a show.
     pub host: Box<MeansOf>,
 }
 
@@ -60,7 +61,7 @@ pub fn serve_standard(means: Means) -> Result<End, String> {
     drop(connection);
     let end = served?;
     match threads.join() {
-        // The client broke off, if need be in the middle of a message.
+        // The client disconnected, perhaps in the middle of a message.
         Err(error) if matches!(error.kind(), BrokenPipe | UnexpectedEof) => Ok(End::Abrupt),
         Err(error) => Err(error.to_string()),
         Ok(()) => Ok(end),
@@ -70,16 +71,16 @@ pub fn serve_standard(means: Means) -> Result<End, String> {
 /// How a client left.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum End {
-    /// It asked the server to shut down before.
+    /// The client requested a shutdown first.
     Orderly,
-    /// It did not, or is gone.
+    /// The client did not, or was lost.
     Abrupt,
 }
 
 /// Serves a client until it leaves.
 ///
 /// # Errors
-/// What is wrong with the messages, where these are not the protocol's.
+/// A description of messages that break the protocol.
 pub fn serve(connection: &Connection, means: Means) -> Result<End, String> {
     let Some((id, params)) = begun(connection) else {
         return Ok(End::Abrupt);
@@ -107,8 +108,8 @@ pub fn serve(connection: &Connection, means: Means) -> Result<End, String> {
     Ok(server.run())
 }
 
-/// The request to begin, as soon as it comes; `None` where the client leaves before. What it asks for
-/// earlier is refused. (`Connection::initialize_start` panics where a client does that and is gone.)
+/// The initialize request; `None` when the client leaves first. Earlier requests are refused.
+/// (`Connection::initialize_start` panics when a client sends one and disconnects.)
 fn begun(connection: &Connection) -> Option<(RequestId, Value)> {
     for message in &connection.receiver {
         match message {

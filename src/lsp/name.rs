@@ -1,4 +1,4 @@
-//! Names and where they stand: definition, references, highlights, rename.
+//! Names and their occurrences: definition, references, highlights, rename.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -10,7 +10,7 @@ use super::open_show::{OpenShow, name_at, places_of};
 use super::text::{Encoding, Lines};
 use footlight_show::lang::{self, NamePlace};
 
-/// Where the name at a place stands: all places, or those that declare it.
+/// Occurrences of the name at a place: all, or its declarations.
 pub fn locations(
     show: &OpenShow,
     (text, at): (&str, usize),
@@ -34,7 +34,7 @@ pub fn locations(
     out
 }
 
-/// The places of the name in its own file.
+/// Occurrences of the name in its own file.
 pub fn highlights((text, at): (&str, usize), encoding: Encoding) -> Vec<DocumentHighlight> {
     let Some(name) = name_at(text, at).and_then(|range| text.get(range)) else {
         return Vec::new();
@@ -51,10 +51,10 @@ pub fn highlights((text, at): (&str, usize), encoding: Encoding) -> Vec<Document
     .collect()
 }
 
-/// Another name for what stands at a place, in all files of the show.
+/// Renames the name at a place in all files of the show.
 ///
 /// # Errors
-/// A sentence for the user: why it cannot be called so.
+/// A message for the user: why the new name is refused.
 pub fn rename(
     show: &OpenShow,
     (text, at): (&str, usize),

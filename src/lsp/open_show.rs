@@ -1,5 +1,4 @@
-//! A show as a client has it open: its text with all that it includes, what is wrong with it, and
-//! the last good show.
+//! A show open in a client: its text with all includes, its diagnostics, and the last good version.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -12,16 +11,16 @@ use footlight_prompt::Vocabulary;
 use footlight_show::diagnostic::{Diagnostic, Diagnostics};
 use footlight_show::lang::{self, NamePlace, Token};
 
-/// Bytes that a show may take, and the largest file that it may name.
+/// Memory for a show, and the largest file it may name.
 #[derive(Clone, Copy, Debug)]
 pub struct Limits {
-    /// Bytes that a show may take.
+    /// Most bytes of a show in memory.
     pub memory: usize,
-    /// Bytes of the largest file that it may name.
+    /// Most bytes of a file that it names.
     pub file: u64,
 }
 
-/// A show by the file that includes all others.
+/// A show, identified by its root file, which includes the others.
 #[derive(Debug)]
 pub struct OpenShow {
     path: PathBuf,
@@ -33,7 +32,7 @@ pub struct OpenShow {
 }
 
 impl OpenShow {
-    /// Nothing is read yet.
+    /// A show not yet read.
     pub fn new(path: &Path, buffers: &Buffers, limits: Limits) -> OpenShow {
         let folder = path.parent().unwrap_or(Path::new(""));
         OpenShow {
@@ -46,10 +45,10 @@ impl OpenShow {
         }
     }
 
-    /// Takes the text as it stands. Where it has errors the last good show stays.
+    /// Reads the current text. When it has errors, the last good show stays.
     pub fn update(&mut self, text: &str) {
         let name = self.path.display().to_string();
-        // What no file may hold, no client may send.
+        // Limits of files apply to a client's text too.
         let decoded = engine::decode(&name, text.as_bytes());
         let taken = match (decoded, &mut self.document) {
             (Err(error), _) => Err(error),
@@ -64,7 +63,7 @@ impl OpenShow {
                 document.diagnostics().clone()
             }
             (Ok(()), None) => Diagnostics::default(),
-            // What is no text has been read into no source.
+            // Text that cannot be decoded has no source.
             (Err(Error::Show(diagnostics)), _) if diagnostics.sources.get(0).is_none() => {
                 Diagnostics::of(diagnostics.list, &name, text)
             }
@@ -76,7 +75,7 @@ impl OpenShow {
         };
     }
 
-    /// Its texts and what is said of them, without the show itself: for another thread.
+    /// A copy with texts and diagnostics but without the show, for another thread.
     pub fn texts(&self) -> OpenShow {
         OpenShow {
             path: self.path.clone(),
@@ -88,7 +87,7 @@ impl OpenShow {
         }
     }
 
-    /// The diagnostics of a text in place of the show's own.
+    /// Diagnostics of a text that replaces the show's own.
     pub fn diagnostics_of(&self, text: &str) -> Diagnostics {
         let name = self.path.display().to_string();
         match Document::within(&name, text.as_bytes(), &self.files, self.memory) {
@@ -98,12 +97,12 @@ impl OpenShow {
         }
     }
 
-    /// The file that includes all others.
+    /// The root file.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The files of the show, to be read with open texts in place of those on disk.
+    /// The files of the show, with open texts replacing those on disk.
     pub fn files(&self) -> &Overlay {
         &self.files
     }
@@ -113,24 +112,24 @@ impl OpenShow {
         self.document.as_ref()
     }
 
-    /// What is to be said of the text as it stands.
+    /// Diagnostics of the current text.
     pub fn diagnostics(&self) -> &Diagnostics {
         &self.diagnostics
     }
 
-    /// The names of the last good show.
+    /// Names of the last good show.
     pub fn vocabulary(&self) -> &Vocabulary {
         &self.vocabulary
     }
 
-    /// The files that the show is made of, in order, with their texts.
+    /// The files of the show, in order, with their texts.
     pub fn sources(&self) -> impl Iterator<Item = (PathBuf, &str)> {
         let sources = &self.diagnostics.sources;
         let each = (0..).map_while(|file| sources.get(file));
         each.map(|(name, text)| (normal(Path::new(name)), text))
     }
 
-    /// The lines of each of them.
+    /// The lines of each file.
     pub fn lines(&self, encoding: Encoding) -> Vec<Lines<'_>> {
         let texts = self.sources().map(|(_, text)| text);
         texts.map(|text| Lines::new(text, encoding)).collect()
@@ -142,7 +141,7 @@ impl OpenShow {
         Some((normal(Path::new(name)), text))
     }
 
-    /// Where a name is declared, with the text of that file.
+    /// Declaration of a name, with the text of its file.
     pub fn declaration_of(&self, name: &str) -> Option<(&str, NamePlace)> {
         let declared = |(_, text, places): (PathBuf, _, Vec<NamePlace>)| {
             let mut places = places.into_iter();
@@ -151,14 +150,14 @@ impl OpenShow {
         self.places_of(name).into_iter().find_map(declared)
     }
 
-    /// The places that name something so, of each file.
+    /// Occurrences of a name in each file.
     pub fn places_of(&self, name: &str) -> Vec<(PathBuf, &str, Vec<NamePlace>)> {
         let places = |(path, text)| (path, text, places_of(text, name));
         self.sources().map(places).collect()
     }
 }
 
-/// The places of a text that name something so. Only statements in which it stands are parsed.
+/// Occurrences of a name in a text. Only statements that contain it are parsed.
 pub fn places_of(text: &str, name: &str) -> Vec<NamePlace> {
     let mut out = Vec::new();
     for statement in lang::outline(text) {
@@ -171,7 +170,7 @@ pub fn places_of(text: &str, name: &str) -> Vec<NamePlace> {
     out
 }
 
-/// The places that name something in the statement of these bytes.
+/// Names in the statement at these bytes.
 fn names_of(text: &str, statement: Range<usize>) -> impl Iterator<Item = NamePlace> {
     let own = text.get(statement.clone()).unwrap_or("");
     let places = lang::edit::names(own).into_iter();
@@ -181,7 +180,7 @@ fn names_of(text: &str, statement: Range<usize>) -> impl Iterator<Item = NamePla
     })
 }
 
-/// The bytes of the statement at a place, or that ends there.
+/// The bytes of the statement that contains a place, or ends there.
 pub fn statement_at(text: &str, at: usize) -> Option<Range<usize>> {
     let mut ranges = lang::outline(text).into_iter().map(|s| s.range);
     ranges.find(|range| (range.start..=range.end).contains(&at))
@@ -193,7 +192,7 @@ pub fn name_at(text: &str, at: usize) -> Option<Range<usize>> {
     ranges.find(|range| (range.start..=range.end).contains(&at))
 }
 
-/// What a text includes, as it is written.
+/// Paths of a text's includes, as written.
 pub fn includes(text: &str) -> Vec<String> {
     let statements = lang::outline(text).into_iter();
     let includes = statements.filter(|statement| statement.word == "include");
@@ -207,16 +206,16 @@ pub fn includes(text: &str) -> Vec<String> {
     includes.filter_map(path).collect()
 }
 
-/// Folders above a file's own in which a show that includes it is looked for.
+/// Parent folders searched for a show that includes a file.
 const FOLDERS: usize = 2;
 
-/// Shows of a folder that are read for it.
+/// Shows of a folder read in that search.
 const SHOWS: usize = 200;
 
-/// The show that a file belongs to: one beside it, or above it, that includes it, or itself.
+/// The root file for a file: a show next to it or above it that includes it, or the file itself.
 pub fn root_of(path: &Path, buffers: &Buffers) -> PathBuf {
     let mut root = path.to_owned();
-    // Each step goes to another file; where they include each other it ends all the same.
+    // Each step goes to another file; the bound ends cycles.
     for _ in 0..FOLDERS + 2 {
         match includer(&root, buffers) {
             Some(found) if found != path => root = found,

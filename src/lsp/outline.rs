@@ -1,4 +1,4 @@
-//! The text as a structure: symbols, folds, coloured pieces, hints, links, lenses.
+//! The structure of a text: symbols, folds, semantic tokens, hints, links, lenses.
 
 use std::path::Path;
 
@@ -15,14 +15,14 @@ use footlight_show::lang::{self, Outlined, Token};
 use footlight_show::timeline::CueTime;
 use footlight_show::units::CueNumber;
 
-/// Statements, folds, hints and so on of a text that are told at most: each takes kilobytes on its way
-/// to the client.
+/// Most statements, folds, hints and so on sent for a text: each takes kilobytes on its way to the
+/// client.
 const MOST: usize = 10_000;
 
-/// The command that makes a picture of a cue.
+/// The command that renders a cue.
 pub const PICTURE: &str = "footlight.picture";
 
-/// The statements of a text, the parts of a cue below it.
+/// The statements of a text, with the parts of cues below them.
 pub fn symbols(text: &str, encoding: Encoding, stop: &Stop) -> Vec<DocumentSymbol> {
     let lines = Lines::new(text, encoding);
     let statements = lang::outline(text).into_iter();
@@ -101,14 +101,14 @@ fn kind(word: &str) -> SymbolKind {
     }
 }
 
-/// Up to the brace, or the end of the line.
+/// Bytes up to the brace, or the end of the line.
 fn header_length(statement: &str) -> usize {
     let line = statement.lines().next().unwrap_or("");
     let brace = line.find('{').unwrap_or(line.len());
     line.get(..brace).unwrap_or(line).trim_end().len()
 }
 
-/// The title between quotes, of a cue.
+/// The quoted label of a cue.
 fn label(statement: &str) -> Option<String> {
     let header = statement.get(..header_length(statement))?;
     let mut texts = lang::tokens(header).into_iter();
@@ -139,7 +139,7 @@ pub fn folds(text: &str, encoding: Encoding, stop: &Stop) -> Vec<FoldingRange> {
         .collect()
 }
 
-/// The kinds of coloured pieces, in the order of their numbers.
+/// Kinds of semantic tokens, in the order of their numbers.
 pub fn legend() -> Vec<SemanticTokenType> {
     vec![
         SemanticTokenType::KEYWORD,
@@ -152,7 +152,7 @@ pub fn legend() -> Vec<SemanticTokenType> {
     ]
 }
 
-/// The coloured pieces of a text, each by its distance from the one before.
+/// The semantic tokens of a text, each with its distance from the previous one.
 pub fn pieces(text: &str, encoding: Encoding, stop: &Stop) -> Vec<SemanticToken> {
     let (mut out, mut line, mut column) = (Vec::new(), 0, 0);
     let lines = Lines::new(text, encoding);
@@ -169,7 +169,7 @@ pub fn pieces(text: &str, encoding: Encoding, stop: &Stop) -> Vec<SemanticToken>
             Token::Mark => continue,
         };
         let mut at = range.start;
-        // The protocol has tokens of one line only.
+        // Tokens of the protocol do not span lines.
         for part in text.get(range).unwrap_or("").split('\n') {
             let length = encoding.width(part.trim_end_matches('\r'));
             let start = lines.position(at);
@@ -210,7 +210,7 @@ fn cues<'s>(
     })
 }
 
-/// When each cue starts and is complete.
+/// Start and completion of each cue.
 pub fn hints(show: &OpenShow, text: &str, encoding: Encoding) -> Vec<InlayHint> {
     let lines = Lines::new(text, encoding);
     let hint = |(statement, time): (Outlined<'_>, &CueTime)| {
@@ -234,7 +234,7 @@ pub fn hints(show: &OpenShow, text: &str, encoding: Encoding) -> Vec<InlayHint> 
     cues(show, text).filter_map(hint).take(MOST).collect()
 }
 
-/// A picture of each cue, to be asked for.
+/// A command above each cue that renders it.
 pub fn lenses(show: &OpenShow, (text, uri): (&str, &Uri), encoding: Encoding) -> Vec<CodeLens> {
     let setup = show.document().and_then(|document| document.setup());
     if setup.is_none() {
@@ -253,7 +253,7 @@ pub fn lenses(show: &OpenShow, (text, uri): (&str, &Uri), encoding: Encoding) ->
     cues(show, text).map(lens).take(MOST).collect()
 }
 
-/// The files that a text names.
+/// The files named in a text.
 pub fn links(show: &OpenShow, text: &str, encoding: Encoding, stop: &Stop) -> Vec<DocumentLink> {
     let lines = Lines::new(text, encoding);
     let folder = show.path().parent().unwrap_or(Path::new(""));
@@ -276,7 +276,7 @@ pub fn links(show: &OpenShow, text: &str, encoding: Encoding, stop: &Stop) -> Ve
     tokens.windows(2).filter_map(link).take(MOST).collect()
 }
 
-/// Words behind which the name of a file stands, with the endings that are meant.
+/// Words before file names, with the extensions that fit.
 const FILE_WORDS: [(&str, &[&str]); 6] = [
     ("include", &["lxq"]),
     ("stage", &["obj", "gltf", "glb"]),
@@ -286,7 +286,7 @@ const FILE_WORDS: [(&str, &[&str]); 6] = [
     ("project", &["png", "jpg", "jpeg", "webp", "exr"]),
 ];
 
-/// Endings of the files that are meant behind a word; `None` where no file stands behind it.
+/// Extensions of files that may follow a word; `None` for a word without a file.
 pub fn endings(word: &str) -> Option<&'static [&'static str]> {
     let mut words = FILE_WORDS.into_iter();
     words

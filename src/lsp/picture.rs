@@ -1,5 +1,5 @@
-//! Pictures of cues, made on a thread of their own: one after the other, each in the file that the client
-//! shows, and again when the show is saved.
+//! Images of cues, rendered on another thread one after the other into files that the client shows,
+//! and again when the show is saved.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -21,40 +21,40 @@ use footlight_show::units::CueNumber;
 /// Messages to the client.
 pub type Outgoing = crossbeam_channel::Sender<Message>;
 
-/// A picture to make.
+/// An image to render.
 pub struct Job {
-    /// The request that asked for it; none when it is made again.
+    /// The request; `None` for a new rendering after a save.
     pub id: Option<RequestId>,
     /// The show.
     pub root: PathBuf,
     pub text: Arc<String>,
     pub cue: CueNumber,
-    /// The means to read and render the show.
+    /// Host of the show.
     pub host: Host,
-    /// Set to stop it.
+    /// Set to cancel it.
     pub stop: Arc<AtomicBool>,
-    /// Whether the client takes progress, and whether it shows documents.
+    /// Capabilities of the client.
     pub client: Client,
 }
 
-/// What a client can do.
+/// Capabilities of a client: progress, and showing documents.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Client {
     pub takes_progress: bool,
     pub shows_documents: bool,
 }
 
-/// Where jobs go.
+/// The rendering thread.
 pub struct Pictures {
     jobs: Sender<Job>,
-    /// The cue that was asked for last, of each show.
+    /// The cue last requested, for each show.
     shown: BTreeMap<PathBuf, CueNumber>,
-    /// What is asked for and not answered.
+    /// Unanswered requests.
     running: BTreeMap<String, Arc<AtomicBool>>,
 }
 
 impl Pictures {
-    /// A thread that makes pictures; it ends with this.
+    /// Starts the thread, which ends with this value.
     pub fn new(client: Outgoing) -> Pictures {
         let (jobs, taken) = channel();
         std::thread::spawn(move || work(&taken, &client));
@@ -65,23 +65,23 @@ impl Pictures {
         }
     }
 
-    /// Asks for a picture.
+    /// Queues an image.
     pub fn make(&mut self, job: Job) {
         self.running.retain(|_, stop| Arc::strong_count(stop) > 1);
         if let Some(id) = &job.id {
             self.running.insert(id.to_string(), Arc::clone(&job.stop));
         }
         self.shown.insert(job.root.clone(), job.cue);
-        // The thread ends only with this.
+        // The thread ends only with this value.
         let _ = self.jobs.send(job);
     }
 
-    /// The cue whose picture of a show is seen.
+    /// The cue of a show whose image is visible.
     pub fn shown(&self, root: &Path) -> Option<CueNumber> {
         self.shown.get(root).copied()
     }
 
-    /// Stops a request; false where it is none of a picture.
+    /// Cancels a request; false when it is not for an image.
     pub fn cancel(&self, id: &RequestId) -> bool {
         let found = self.running.get(&id.to_string());
         if let Some(stop) = found {
@@ -90,7 +90,7 @@ impl Pictures {
         found.is_some()
     }
 
-    /// Stops all.
+    /// Cancels all images.
     pub fn cancel_all(&self) {
         for stop in self.running.values() {
             stop.store(true, Ordering::Relaxed);
@@ -99,9 +99,9 @@ impl Pictures {
 }
 
 fn work(jobs: &Receiver<Job>, client: &Outgoing) {
-    // For the pictures; it goes with the server.
+    // The folder of the images is removed with the server.
     let folder = Private::new().map_err(|error| error.to_string());
-    // Of the show that was seen last, whose stage and images need not be read again.
+    // The engine of the last show, so that its stage and images need not be read again.
     let mut kept: Option<(PathBuf, Engine)> = None;
     let mut number = 0;
     let progress = Arc::new(PictureProgress {
@@ -132,7 +132,7 @@ fn work(jobs: &Receiver<Job>, client: &Outgoing) {
             notify(client, "footlight/picture", json!({ "uri": uri }));
             if shows {
                 let id = RequestId::from(format!("{token}-show"));
-                // An editor of texts would show its bytes.
+                // `external`: a text editor would show the bytes.
                 let params = json!({ "uri": uri, "external": true, "takeFocus": false });
                 let _ = client.send(Request::new(id, "window/showDocument".into(), params).into());
             }
@@ -153,25 +153,25 @@ fn work(jobs: &Receiver<Job>, client: &Outgoing) {
     }
 }
 
-/// Notifications to the client about the picture that is being made.
+/// Progress notifications about the current image.
 struct PictureProgress {
     client: Outgoing,
     now: Mutex<Now>,
 }
 
-/// The picture that is being made.
+/// The current image.
 #[derive(Default)]
 struct Now {
-    /// As the client calls its progress, where it wants any.
+    /// The client's progress token, if it wants progress.
     token: Option<String>,
-    /// The task and the percentage that were sent last.
+    /// The task and the percentage last sent.
     sent: (String, usize),
     stop: Arc<AtomicBool>,
 }
 
 impl PictureProgress {
     fn now(&self) -> MutexGuard<'_, Now> {
-        // Each change is whole: a panic elsewhere leaves nothing half done.
+        // Each change is complete, so a panic elsewhere leaves the state consistent.
         self.now.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -208,7 +208,7 @@ impl PictureProgress {
     }
 }
 
-/// The same, as the engine reports.
+/// Adapts [`PictureProgress`] to the engine.
 struct ClientProgress(Arc<PictureProgress>);
 
 impl Progress for ClientProgress {
@@ -236,14 +236,14 @@ impl Progress for ClientProgress {
     }
 }
 
-/// Percent between two reports.
+/// Least percentage between two reports.
 const STEP: usize = 5;
 
 fn notify(client: &Outgoing, method: &str, params: serde_json::Value) {
     let _ = client.send(Notification::new(method.to_owned(), params).into());
 }
 
-/// Renders the moment at which a cue is complete into a file of the folder.
+/// Renders the completion of a cue into a file of the folder.
 fn picture(
     kept: &mut Option<(PathBuf, Engine)>,
     job: Job,

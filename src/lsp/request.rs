@@ -1,4 +1,4 @@
-//! Answers to requests about one text, where it stands as the client has it.
+//! Answers to requests about the client's current text.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -29,15 +29,15 @@ use footlight_engine as engine;
 use footlight_show::diagnostic::Diagnostic;
 use footlight_show::lang::edit::difference;
 
-/// What is to be sent.
+/// The answer to a request.
 pub enum Answer {
-    /// This.
+    /// An immediate answer.
     Now(Value),
-    /// What this works out, about a show, as it takes longer in a large text than a keystroke may wait.
+    /// A slow answer about a show: in a large text it takes longer than a keystroke may wait.
     Later(PathBuf, Work),
 }
 
-/// True for methods that are answered from the text alone, even where the show was not read again.
+/// True for methods that need only the text, so that the show need not be read again.
 pub fn needs_only_text(method: &str) -> bool {
     [
         SemanticTokensFullRequest::METHOD,
@@ -49,10 +49,10 @@ pub fn needs_only_text(method: &str) -> bool {
     .contains(&method)
 }
 
-/// The answer to a request as the protocol writes it.
+/// Answers a request.
 ///
 /// # Errors
-/// Of an unknown method, of parameters that are not the method's, and of what cannot be done.
+/// For an unknown method, invalid parameters, and requests that cannot be done.
 pub fn answer(workspace: &Workspace, method: &str, params: Value) -> Result<Answer, Failure> {
     let encoding = workspace.encoding;
     match method {
@@ -145,7 +145,7 @@ pub fn answer(workspace: &Workspace, method: &str, params: Value) -> Result<Answ
     }
 }
 
-/// Answers a request of a type.
+/// Answers a typed request.
 fn now<R: Request>(
     params: Value,
     answered: impl FnOnce(R::Params) -> R::Result,
@@ -154,7 +154,7 @@ fn now<R: Request>(
     written::<R>(&answered(asked)).map(Answer::Now)
 }
 
-/// The text that a request is about, and the place in it where the request has one.
+/// The text and, if any, the position of a request.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
 struct About {
@@ -163,7 +163,7 @@ struct About {
     position: Position,
 }
 
-/// Has a request of a type about an open text answered; nothing where it is not open.
+/// Answers a typed request about an open text later; null when the text is not open.
 fn later<R: Request>(
     workspace: &Workspace,
     params: Value,
@@ -203,11 +203,11 @@ fn written<R: Request>(result: &R::Result) -> Result<Value, Failure> {
     serde_json::to_value(result).map_err(|error| (ErrorCode::InternalError, error.to_string()))
 }
 
-/// A text, and those of its show, as they stood when something was asked.
+/// A text and those of its show at the time of a request.
 struct Texts {
     show: OpenShow,
     text: Arc<String>,
-    /// The place that was asked about; the start in a request about the whole text.
+    /// The position of the request; the start for a whole text.
     position: Position,
     uri: Uri,
     encoding: Encoding,
@@ -223,7 +223,7 @@ impl Texts {
 /// A show, one of its texts, and a byte of that.
 type Place<'s> = (&'s OpenShow, Arc<String>, usize);
 
-/// What stands at a position.
+/// The place at a position.
 fn place<'s>(workspace: &'s Workspace, position: &TextDocumentPositionParams) -> Option<Place<'s>> {
     let (show, text) = workspace.at(&position.text_document.uri)?;
     let at = Lines::new(&text, workspace.encoding).byte(position.position);
@@ -257,8 +257,8 @@ fn actions(asked: &CodeActionParams, texts: &Texts, stop: &Stop) -> CodeActionRe
     action::actions(show, (text, uri), asked.range, *encoding, own, shown)
 }
 
-/// What makes a text as `fmt` would write it; nothing where it does not parse, as its errors are
-/// diagnostics already.
+/// Edits that format a text; none when it does not parse, because its errors are diagnostics
+/// already.
 fn formatted(texts: &Texts) -> Vec<TextEdit> {
     let text = texts.text.as_str();
     let new = engine::format("", text.as_bytes()).ok();

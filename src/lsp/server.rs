@@ -34,24 +34,24 @@ use footlight_show::units::CueNumber;
 /// Pause after the last keystroke before the show is read again.
 const AFTER_KEYSTROKE: Duration = Duration::from_millis(100);
 
-/// A server and its client.
+/// A server with its client.
 pub struct Server<'c> {
     connection: &'c Connection,
     means: Means,
     client: Client,
     workspace: Workspace,
-    /// Shows whose text was changed since it was read.
+    /// Shows to be read again.
     changed: BTreeSet<PathBuf>,
-    /// Messages that came in and are not worked off.
+    /// Received messages not yet handled.
     queue: VecDeque<Message>,
     background: Background,
     pictures: Pictures,
-    /// The client asked to shut down.
+    /// True after the client's shutdown request.
     left: bool,
 }
 
 impl<'c> Server<'c> {
-    /// Nothing is open yet.
+    /// A server without open texts.
     pub fn new(
         connection: &'c Connection,
         means: Means,
@@ -99,13 +99,13 @@ impl<'c> Server<'c> {
                 Message::Request(request) => self.answer(request),
                 Message::Notification(n) if n.method == Exit::METHOD => return,
                 Message::Notification(notification) => self.take_notification(notification),
-                // To what the server asked nothing has to be done.
+                // Responses to the server's own requests need no action.
                 Message::Response(_) => {}
             }
         }
     }
 
-    /// Waits for a message, only for a while where a text was changed.
+    /// Waits for a message; only briefly when a text was changed.
     fn next(&self) -> Result<Message, RecvTimeoutError> {
         if self.changed.is_empty() {
             return Ok(self.connection.receiver.recv()?);
@@ -113,7 +113,7 @@ impl<'c> Server<'c> {
         self.connection.receiver.recv_timeout(AFTER_KEYSTROKE)
     }
 
-    /// Queues a message, or takes one back that is cancelled.
+    /// Queues a message, or cancels a queued one.
     fn take(&mut self, message: Message) {
         let cancelled = match &message {
             Message::Notification(n) if n.method == Cancel::METHOD => {
@@ -136,7 +136,7 @@ impl<'c> Server<'c> {
     }
 
     fn send(&self, message: impl Into<Message>) {
-        // A client that is gone is noticed when it is listened to.
+        // A lost client is noticed when reading.
         let _ = self.connection.sender.send(message.into());
     }
 
@@ -207,7 +207,7 @@ impl<'c> Server<'c> {
         else {
             return;
         };
-        // Files that the show names may have changed as well.
+        // Other files that the show names may have changed too.
         self.changed.insert(root.clone());
         self.read_changed();
         if let Some(cue) = self.pictures.shown(&root) {
@@ -226,7 +226,7 @@ impl<'c> Server<'c> {
         self.changed.extend(root);
     }
 
-    /// Finds the show that each open text belongs to, and forgets shows without one.
+    /// Finds the show of each open text, and drops shows without open texts.
     fn find_roots(&mut self) {
         for path in self.workspace.buffers.paths() {
             let root = root_of(&path, &self.workspace.buffers);
@@ -240,7 +240,7 @@ impl<'c> Server<'c> {
         self.changed.retain(|path| roots.contains(path));
     }
 
-    /// Reads the shows again whose texts were changed, and says what is wrong with them.
+    /// Reads changed shows again, and publishes their diagnostics.
     fn read_changed(&mut self) {
         for path in std::mem::take(&mut self.changed) {
             let Some(text) = self.workspace.buffers.text(&path) else {
@@ -323,7 +323,7 @@ impl<'c> Server<'c> {
         }
     }
 
-    /// Begins a command; its answer comes when it is done.
+    /// Begins a command, which answers when it is done.
     fn execute(&mut self, id: &RequestId, params: Value) -> Result<(), String> {
         let asked: ExecuteCommandParams =
             serde_json::from_value(params).map_err(|error| error.to_string())?;
@@ -372,7 +372,7 @@ fn request_id(id: &Value) -> Option<RequestId> {
     }
 }
 
-/// The parameters of a notification; a malformed one is dropped, as it has no answer.
+/// Parameters of a notification; a malformed one is dropped because it has no answer.
 fn read<N: lsp_types::notification::Notification>(params: Value) -> Option<N::Params> {
     serde_json::from_value(params).ok()
 }

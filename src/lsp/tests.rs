@@ -97,7 +97,7 @@ impl Editor {
         }
     }
 
-    /// Takes the next message.
+    /// Receives the next message.
     fn hear(&mut self) {
         let wait = Duration::from_secs(60);
         match self.connection.receiver.recv_timeout(wait).unwrap() {
@@ -126,9 +126,9 @@ impl Editor {
         self.tell("textDocument/didChange", params);
     }
 
-    /// What was last said to be wrong with a file.
+    /// The latest diagnostics of a file.
     fn diagnostics(&mut self, file: &str) -> Vec<lsp_types::Diagnostic> {
-        // An answer about the show needs it to be read.
+        // An answer about the show ensures that it was read.
         self.at("textDocument/codeLens", file, json!({}));
         let uri = self.uri(file);
         let all = self.heard.iter().rev();
@@ -149,7 +149,7 @@ impl Editor {
         self.ask(method, params)
     }
 
-    /// A request about the place of a word in a file's text.
+    /// A request about the first occurrence of a word in a file's text.
     fn on(&mut self, method: &str, (file, text): (&str, &str), word: &str, more: Value) -> Value {
         let at = text.find(word).unwrap();
         let position = Lines::new(text, Encoding::Utf16).position(at);
@@ -289,7 +289,7 @@ fn names_are_found_and_renamed_across_files() {
 #[test]
 fn an_open_rig_counts_before_it_is_saved_and_belongs_to_its_show() {
     let mut editor = Editor::new(json!({}));
-    // Alone the rig is a part of the show beside it, which has no error.
+    // The rig alone belongs to the show next to it, which has no error.
     editor.open("rig.lxq", RIG);
     assert_eq!(editor.diagnostics("rig.lxq"), []);
     editor.open("show.lxq", SHOW);
@@ -411,7 +411,7 @@ fn a_request_that_waits_is_taken_back() {
     let mut editor = Editor::new(json!({}));
     editor.open("show.lxq", SHOW);
     let folds = json!({ "textDocument": { "uri": editor.uri("show.lxq") } });
-    // The answers of both come, whichever the server was at.
+    // Both answers arrive, in either order.
     let first = editor.request("textDocument/foldingRange", folds.clone());
     let second = editor.request("textDocument/foldingRange", folds);
     editor.tell("$/cancelRequest", json!({ "id": editor.number }));
@@ -426,7 +426,7 @@ fn a_request_that_waits_is_taken_back() {
     assert!(editor.response(&unknown).error.is_some());
 }
 
-/// However long colours take, what is typed is read first; they are then those of an old text.
+/// Typed text is read first, however long tokens take; the tokens are then stale.
 #[test]
 fn no_keystroke_waits_for_colours() {
     let mut editor = Editor::new(json!({}));
@@ -442,7 +442,7 @@ fn no_keystroke_waits_for_colours() {
     let asked: Vec<RequestId> = (0..40)
         .map(|_| editor.request("textDocument/semanticTokens/full", colours.clone()))
         .collect();
-    // Of another text, then of the same.
+    // An edit of another text, then of the same text.
     for (file, text) in [
         ("show.lxq", SHOW.replace("sky 80", "skyy 80")),
         ("large.lxq", large),
@@ -454,7 +454,7 @@ fn no_keystroke_waits_for_colours() {
             editor.hear();
         }
         assert!(editor.answered.len() < asked.len() || file == "large.lxq");
-        // One of those that wait can be taken back.
+        // A waiting request can be cancelled.
         if file == "show.lxq" {
             editor.tell("$/cancelRequest", json!({ "id": editor.number }));
             let answer = editor.response(asked.last().unwrap());
@@ -502,7 +502,7 @@ fn a_client_that_is_gone_or_forgets_to_shut_down_is_told_apart() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// After any edits what is said is what a fresh look at the final text says.
+    /// After any edits, the diagnostics equal those of a fresh check of the final text.
     #[test]
     fn edits_come_to_the_same_as_a_fresh_check(
         edits in prop::collection::vec((0_u32..9, 0_u32..30, 0_u32..3, 0_u32..12, prop::sample::select(vec![

@@ -1,21 +1,21 @@
-//! Places in a text as a language client counts them: lines, and columns in UTF-8 bytes or UTF-16
+//! Positions in a text as the protocol counts them: lines, and columns in UTF-8 bytes or UTF-16
 //! units as negotiated.
 
 use std::ops::Range;
 
 use lsp_types::{Position, PositionEncodingKind};
 
-/// What columns count.
+/// Unit of columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Encoding {
     /// Bytes.
     Utf8,
-    /// Units of 16 bits, which every client knows.
+    /// UTF-16 units, which every client supports.
     Utf16,
 }
 
 impl Encoding {
-    /// Bytes where the client offers them, else what it must know.
+    /// Bytes if the client offers them, else UTF-16 units.
     pub fn negotiated(offered: Option<&[PositionEncodingKind]>) -> Encoding {
         if offered.is_some_and(|kinds| kinds.contains(&PositionEncodingKind::UTF8)) {
             Encoding::Utf8
@@ -24,7 +24,7 @@ impl Encoding {
         }
     }
 
-    /// As the protocol names it.
+    /// The protocol's name.
     pub fn kind(self) -> PositionEncodingKind {
         match self {
             Encoding::Utf8 => PositionEncodingKind::UTF8,
@@ -32,7 +32,7 @@ impl Encoding {
         }
     }
 
-    /// Columns that a piece of a line takes.
+    /// Columns of a piece of a line.
     pub fn width(self, text: &str) -> u32 {
         match self {
             Encoding::Utf8 => text.len() as u32,
@@ -40,8 +40,8 @@ impl Encoding {
         }
     }
 
-    /// Bytes of a line that take so many columns, at most all; a column within a character counts as
-    /// its beginning.
+    /// Bytes of the first `columns` columns of a line, at most the whole line; a column within a
+    /// character counts as its beginning.
     fn bytes(self, line: &str, columns: u32) -> usize {
         let mut left = columns;
         for (at, c) in line.char_indices() {
@@ -58,7 +58,7 @@ impl Encoding {
     }
 }
 
-/// Where the lines of a text begin.
+/// Line starts of a text.
 #[derive(Clone, Debug)]
 pub struct Lines<'t> {
     text: &'t str,
@@ -91,7 +91,7 @@ impl<'t> Lines<'t> {
         line.unwrap_or("").trim_end_matches(['\r', '\n'])
     }
 
-    /// The byte at a position; the nearest one before it where there is none.
+    /// The byte at a position; for an invalid one, the nearest before.
     pub fn byte(&self, position: Position) -> usize {
         let line = position.line as usize;
         match self.starts.get(line) {
@@ -147,7 +147,7 @@ mod tests {
         assert_eq!(utf16.position(equals), Position::new(0, 9));
         assert_eq!(utf8.position(equals), Position::new(0, 10));
         assert_eq!(utf16.byte(Position::new(2, 0)), text.len() - 3);
-        // Within the mask, behind the line's end, behind the text.
+        // Within the mask, after the line's end, after the text.
         assert_eq!(utf16.byte(Position::new(1, 1)), mask - 4);
         assert_eq!(utf16.byte(Position::new(0, 99)), text.find('\r').unwrap());
         assert_eq!(utf16.byte(Position::new(9, 9)), text.len());

@@ -1,8 +1,7 @@
-//! Messages at standard input and output, as the protocol's base has them.
+//! Messages at standard input and output, in the protocol's framing.
 //!
-//! The crate's own transport panics on a length that memory cannot hold and ends at the first message
-//! that is no JSON. Here such a message is answered with the protocol's error, and the next one is
-//! read.
+//! The crate's own transport panics on a length beyond memory and ends at the first message that is
+//! not JSON. This one answers such a message with an error and reads the next one.
 
 use std::io::{self, BufRead, Read, Write};
 use std::thread::{self, JoinHandle};
@@ -13,22 +12,22 @@ use serde_json::{Value, json};
 
 use footlight_engine::TEXT_LIMIT;
 
-/// Bytes of a message: the largest text, in which every character may be escaped.
+/// Most bytes of a message: the largest text with every character escaped.
 pub const MESSAGE_LIMIT: u64 = 2 * TEXT_LIMIT;
-/// Bytes of a line of the header.
+/// Most bytes of a header line.
 const HEADER_LIMIT: u64 = 4096;
 
-/// The threads that read and write.
+/// The reading and writing threads.
 pub struct Threads {
     reader: JoinHandle<io::Result<()>>,
     writer: JoinHandle<io::Result<()>>,
 }
 
 impl Threads {
-    /// Waits for both, and says how reading ended.
+    /// Waits for both threads, and returns the result of reading.
     ///
     /// # Errors
-    /// What is wrong with the input where it is none of the protocol's, or with a pipe.
+    /// For input outside the protocol, or a broken pipe.
     pub fn join(self) -> io::Result<()> {
         let panicked = |_| io::Error::other("a thread broke off");
         let read = self.reader.join().map_err(panicked)?;
@@ -40,7 +39,7 @@ impl Threads {
 /// A connection at standard input and output.
 ///
 /// # Errors
-/// Where no threads can be started.
+/// When no threads can be started.
 pub fn standard() -> io::Result<(Connection, Threads)> {
     let (sender, outgoing) = bounded::<Message>(0);
     let writer = thread::Builder::new().spawn(move || {
@@ -87,8 +86,9 @@ fn write(answer: &Value) -> io::Result<()> {
     out.flush()
 }
 
-/// The next message, or the answer to what is none; `None` at the end of the input. Before it are
-/// `skipped` bytes of a message that was too large: it is answered before it has come.
+/// The next message, or the error response to a malformed one; `None` at the end of the input.
+/// First skips `skipped` bytes of a message that was too large, which was answered before it had
+/// arrived.
 fn read(input: &mut impl BufRead, skipped: &mut u64) -> io::Result<Option<Result<Message, Value>>> {
     io::copy(&mut input.by_ref().take(*skipped), &mut io::sink())?;
     *skipped = 0;
@@ -100,7 +100,7 @@ fn read(input: &mut impl BufRead, skipped: &mut u64) -> io::Result<Option<Result
         let why = format!("a message of {length} bytes; at most {MESSAGE_LIMIT} are read");
         return Ok(Some(Err(refusal(None, ErrorCode::InvalidRequest, &why))));
     }
-    // Memory grows with what comes, not with what is announced.
+    // Memory grows with the bytes received, not with the length announced.
     let mut bytes = Vec::new();
     let found = input.by_ref().take(length).read_to_end(&mut bytes)?;
     if (found as u64) < length {
@@ -117,14 +117,14 @@ fn message(bytes: &[u8]) -> Result<Message, Value> {
         .map_err(|error| refusal(id, ErrorCode::InvalidRequest, &error.to_string()))
 }
 
-/// An error that answers a message of which perhaps not even the number is known.
+/// Error response to a message, perhaps without an id.
 fn refusal(id: Option<Value>, code: ErrorCode, why: &str) -> Value {
     let id = id.filter(|id| serde_json::from_value::<RequestId>(id.clone()).is_ok());
     let response = Response::new_err(RequestId::from(0), code as i32, why.to_owned());
     json!({ "jsonrpc": "2.0", "id": id, "error": response.error })
 }
 
-/// Reads a header: the length of what follows it; `None` at the end of the input.
+/// Reads a header and returns the length of the content; `None` at the end of the input.
 fn length(input: &mut impl BufRead) -> io::Result<Option<u64>> {
     let malformed = |line: &[u8]| {
         let line = String::from_utf8_lossy(line.get(..80).unwrap_or(line)).into_owned();

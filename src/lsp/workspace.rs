@@ -1,4 +1,4 @@
-//! The texts that the client has open, and the shows that they belong to.
+//! The client's open texts and the shows to which they belong.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -15,14 +15,14 @@ pub struct Workspace {
     /// The encoding in which the client counts characters.
     pub encoding: Encoding,
     pub buffers: Buffers,
-    /// By the file that includes all others.
+    /// Shows by root file.
     pub shows: BTreeMap<PathBuf, OpenShow>,
-    /// The show that each open text belongs to.
+    /// The root file of each open text.
     pub roots: BTreeMap<PathBuf, PathBuf>,
 }
 
 impl Workspace {
-    /// Nothing is open yet.
+    /// A workspace without open texts.
     pub fn new(encoding: Encoding) -> Workspace {
         Workspace {
             encoding,
@@ -32,7 +32,7 @@ impl Workspace {
         }
     }
 
-    /// The show and the text of an address.
+    /// The show and the text at a URI.
     pub fn at(&self, uri: &Uri) -> Option<(&OpenShow, Arc<String>)> {
         let path = key(uri);
         let show = self.shows.get(self.roots.get(&path)?)?;
@@ -40,7 +40,7 @@ impl Workspace {
     }
 }
 
-/// The key of a text: its path, or its address where it has none.
+/// The key of a text: its path, or its URI if it has no path.
 pub fn key(uri: &Uri) -> PathBuf {
     path_of(uri).unwrap_or_else(|| PathBuf::from(uri.as_str()))
 }

@@ -1,4 +1,5 @@
-//! The verbs' functions: each reads its words, calls the engine, and has the report word it.
+//! The verbs' functions: each reads its words, calls the engine, and formats the result by the
+//! report.
 
 pub(super) mod edit;
 pub(super) mod export;
@@ -30,7 +31,7 @@ impl Repl {
         Ok(reply)
     }
 
-    /// A drawing with words, or into a file.
+    /// Shows a drawing with words, or writes it to a file.
     fn drawing(
         &self,
         drawing: &Drawing,
@@ -43,8 +44,8 @@ impl Repl {
         }
     }
 
-    /// A measurement with its words: with its drawing, or into a file, whose ending says whether
-    /// the drawing (in `theme`) or the figures are wanted.
+    /// Shows a measurement in words with its drawing, or writes it to a file, whose extension
+    /// selects the drawing (in `theme`) or the figures.
     fn deliver(
         &self,
         text: String,

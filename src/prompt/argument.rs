@@ -1,4 +1,4 @@
-//! Values of options and words: how they are read, and what they mean in a show.
+//! Parsing of option values and words, and their meaning in a show.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -12,8 +12,8 @@ use footlight_show::lang;
 use footlight_show::units::{CueNumber, Time, Tolerance};
 use footlight_transport::Quality;
 
-/// A file or folder to write. Only [`crate::Repl`] gives its path, so that no verb writes over
-/// the show's own files.
+/// A file or folder to write. Only [`crate::Repl`] gives its path, so that no verb overwrites the
+/// show's own files.
 #[derive(Clone, Debug)]
 pub struct Output(pub(super) PathBuf);
 
@@ -41,13 +41,13 @@ pub struct ByWay {
 }
 
 impl ByWay {
-    /// A goal by this way.
+    /// Combines a goal with the chosen method.
     pub fn refinement(&self, goal: Goal) -> Refinement {
         Refinement::from(goal).by(self.way.unwrap_or_default())
     }
 }
 
-/// A parser of words that stand for values.
+/// A parser of fixed words with values.
 pub fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
     words: [(&'static str, T); N],
 ) -> impl TypedValueParser<Value = T> {
@@ -58,7 +58,7 @@ pub fn one_of<T: Copy + Send + Sync + 'static, const N: usize>(
     })
 }
 
-/// `2%` or `0.02`; between 0 and 1.
+/// Parses `2%` or `0.02`; between 0 and 1.
 fn fraction(text: &str) -> Result<f64, String> {
     let meant = match text.parse::<f64>() {
         Ok(percent) if percent > 1.0 && percent <= 100.0 => format!("`{percent}%`"),
@@ -72,7 +72,7 @@ fn fraction(text: &str) -> Result<f64, String> {
     value.ok_or_else(|| format!("`{text}` is not an error; write {meant}"))
 }
 
-/// `2%` or `0.02` of the light, or `1.5 steps` as displayed.
+/// Parses `2%` or `0.02` of the light, or `1.5 steps` as displayed.
 pub fn error(text: &str) -> Result<Tolerance, String> {
     match Tolerance::parse_steps(text) {
         Some(steps) => Ok(steps),
@@ -83,13 +83,13 @@ pub fn error(text: &str) -> Result<Tolerance, String> {
     }
 }
 
-/// `5`, `1.5s`, `1:30`, `250ms`.
+/// Parses `5`, `1.5s`, `1:30`, `250ms`.
 pub fn duration(text: &str) -> Result<Time, String> {
     let time = lang::time(text);
     time.ok_or_else(|| format!("`{text}` is not a time; write it as 5, 1.5s or 1:30"))
 }
 
-/// `3`, or `4/6`: the times of what goes up and of what goes down.
+/// Parses `3`, or `4/6`: the up and down times.
 pub fn fade_times(text: &str) -> Result<(Time, Time), String> {
     match text.split_once('/') {
         Some((up, down)) => Ok((duration(up)?, duration(down)?)),
@@ -97,13 +97,13 @@ pub fn fade_times(text: &str) -> Result<(Time, Time), String> {
     }
 }
 
-/// A whole number of images.
+/// Parses a whole number of images.
 pub fn whole(text: &str) -> Result<usize, String> {
     let number = text.parse().ok();
     number.ok_or_else(|| format!("`{text}` is not a whole number"))
 }
 
-/// `50%`, as a share of 1.
+/// Parses `50%` as a fraction.
 pub fn share(text: &str) -> Result<f64, String> {
     let percent = text.strip_suffix('%').and_then(|t| t.parse::<f64>().ok());
     let percent = percent.filter(|p| (0.0..=100.0).contains(p));
@@ -112,20 +112,20 @@ pub fn share(text: &str) -> Result<f64, String> {
         .ok_or_else(|| format!("`{text}` is no part of a cue; write it as 50%"))
 }
 
-/// `-1.5`, in stops.
+/// Parses `-1.5`, in stops.
 pub fn exposure(text: &str) -> Result<f64, String> {
     let stops = text.parse::<f64>().ok();
     let stops = stops.filter(|stops| (-30.0..=30.0).contains(stops));
     stops.ok_or_else(|| format!("`{text}` is no exposure: it is -30 to 30 stops"))
 }
 
-/// `12` or `2.5`.
+/// Parses `12` or `2.5`.
 pub fn number(text: &str) -> Result<CueNumber, String> {
     let number = CueNumber::parse(text);
     number.ok_or_else(|| format!("`{text}` is not a cue number; write it as 12 or 2.5"))
 }
 
-/// A step of quality, of however many.
+/// Parses a quality step, without an upper limit.
 pub fn step(text: &str) -> Result<Quality, String> {
     let step = text.parse().ok().filter(|step| *step > 0);
     step.map(Quality)
@@ -137,12 +137,12 @@ pub fn step(text: &str) -> Result<Quality, String> {
 pub enum Moment {
     /// A time.
     Time(Time),
-    /// A cue: complete, or so long after its GO.
+    /// A cue: its completion, or a time after its GO.
     Cue(CueNumber, Option<Time>),
 }
 
 impl Moment {
-    /// `1:30`, `cue 5` or `cue 5 + 2s`.
+    /// Parses `1:30`, `cue 5` or `cue 5 + 2s`.
     pub fn parse(text: &str) -> Result<Moment, String> {
         let Some(rest) = text.strip_prefix("cue ") else {
             if text.contains(' ') {
@@ -157,13 +157,13 @@ impl Moment {
         Ok(Moment::Cue(number(cue)?, after))
     }
 
-    /// The moment that words name; `None` without words.
+    /// Parses the words of a moment; `None` without words.
     pub fn of(words: &[String]) -> Result<Option<Moment>, Error> {
         let parse = || Moment::parse(&words.join(" ")).map_err(Error::Usage);
         (!words.is_empty()).then(parse).transpose()
     }
 
-    /// Its time, within the show.
+    /// The time of the moment, within the show.
     pub fn time(self, engine: &Engine) -> Result<Time, Error> {
         match self {
             Moment::Time(time) => {
@@ -178,7 +178,7 @@ impl Moment {
     }
 }
 
-/// Refuses a cue that the show does not have.
+/// Refuses a cue not in the show.
 pub fn check_cue(engine: &Engine, number: CueNumber) -> Result<(), Error> {
     let cues = &engine.show().cues;
     if cues.iter().any(|cue| cue.number == number) {
@@ -192,7 +192,7 @@ pub fn check_cue(engine: &Engine, number: CueNumber) -> Result<(), Error> {
     )))
 }
 
-/// Refuses a step of quality that the renderer does not have.
+/// Refuses a quality step that the renderer does not have.
 pub fn check_quality(engine: &Engine, quality: Quality) -> Result<(), Error> {
     let (Quality(step), Quality(finest)) = (quality, engine.estimate().finest());
     if step <= finest {
@@ -203,7 +203,7 @@ pub fn check_quality(engine: &Engine, quality: Quality) -> Result<(), Error> {
     )))
 }
 
-/// The error that is allowed; the show's own tolerance where nothing is said.
+/// The given tolerance, else the show's.
 pub fn tolerance(engine: &Engine, said: Option<Tolerance>) -> Tolerance {
     said.unwrap_or(engine.show().preview.tolerance)
 }

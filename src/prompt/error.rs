@@ -1,4 +1,4 @@
-//! What can go wrong at a prompt, its message, and the exit code that belongs to it.
+//! Errors of a prompt, their messages and exit codes.
 
 use footlight_engine as engine;
 use footlight_host::files::FileError;
@@ -7,13 +7,13 @@ use footlight_show::diagnostic::{Diagnostic, Diagnostics, Style};
 use footlight_show::printable::Printable;
 use footlight_transport::TransportError;
 
-/// Why a line could not be done. Nothing has changed then.
+/// Error of a line. The state is then unchanged.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The request itself is wrong, or does not fit the show.
+    /// The request is wrong, or does not fit the show.
     #[error("{0}")]
     Usage(String),
-    /// The engine or the report could not do it.
+    /// The engine or the report failed.
     #[error(transparent)]
     Report(#[from] report::Error),
     /// A device failed: standard input, the terminal.
@@ -21,7 +21,7 @@ pub enum Error {
     Device(String),
 }
 
-/// A request that is wrong, and what to type.
+/// A wrong request, with advice.
 pub(super) fn usage<T>(message: impl Into<String>) -> Result<T, Error> {
     Err(Error::Usage(message.into()))
 }
@@ -47,7 +47,7 @@ impl Error {
         }
     }
 
-    /// The errors of the show, if that is what is wrong.
+    /// The errors of the show, if these are the reason.
     pub fn diagnostics(&self) -> Option<&Diagnostics> {
         match self.engine()? {
             engine::Error::Show(diagnostics) => Some(diagnostics),
@@ -55,7 +55,7 @@ impl Error {
         }
     }
 
-    /// What a cancel that the limit of time asked for is to the user.
+    /// The error for a cancel by the time limit.
     pub(super) fn late(self, seconds: f64) -> Error {
         if self.engine().is_some_and(engine::Error::is_cancel) {
             engine::Error::OutOfTime { seconds }.into()
@@ -64,7 +64,7 @@ impl Error {
         }
     }
 
-    /// What to say while a refinement runs in the background, which was asked for by these words.
+    /// Adds that a refinement runs in the background, requested by these words.
     pub(super) fn busy(self, words: &str) -> Error {
         match self.engine() {
             Some(engine::Error::Busy) => {
@@ -74,8 +74,8 @@ impl Error {
         }
     }
 
-    /// 1 the show has errors, 2 usage, 3 files or devices, 65 tasks of another version, 70 our own fault,
-    /// 75 try again, 130 stopped.
+    /// Exit codes: 1 the show has errors, 2 usage, 3 files or devices, 65 tasks of another version,
+    /// 70 our own fault, 75 try again, 130 stopped.
     pub fn exit_code(&self) -> u8 {
         match self {
             Error::Usage(_) => 2,
@@ -88,12 +88,12 @@ impl Error {
         }
     }
 
-    /// True where the text, the usage or a file is at fault, so that another save may cure it.
+    /// True when the text, the usage or a file is at fault, so that another save may fix it.
     pub fn is_of_input(&self) -> bool {
         matches!(self.exit_code(), 1..=3)
     }
 
-    /// The whole message, ready to print. As JSON it is one array whatever went wrong.
+    /// The whole message, ready to print. In JSON it is always one array.
     pub fn report(&self, style: Style) -> Printable {
         if let Some(diagnostics) = self.diagnostics() {
             return diagnostics.render(style);
@@ -105,7 +105,7 @@ impl Error {
         }
     }
 
-    /// The error as diagnostics; one without code and place where the show's text has no part.
+    /// The error as diagnostics; without code and place when the show's text is not involved.
     fn diagnosed(&self) -> Diagnostics {
         self.diagnostics().cloned().unwrap_or_else(|| Diagnostics {
             list: vec![Diagnostic::error("", self.to_string())],

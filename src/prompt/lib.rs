@@ -1,8 +1,8 @@
-//! The prompt without a terminal: a line is parsed, done by the engine, and reported.
+//! The prompt without a terminal: parses a line, runs it on the engine, and reports the result.
 //!
-//! A [`Repl`] holds an engine and the live control of its show. Declarations typed at the prompt are
-//! edits of the show's text; the verbs are one enum ([`Verb`]), each with its function. Words for a
-//! person go into a [`Reply`]; nothing is printed here.
+//! A [`Repl`] holds an engine and the live control of its show. Declarations typed at the prompt
+//! are edits of the show's text; the verbs are one enum ([`Verb`]), each with its function.
+//! Messages go into a [`Reply`]; nothing is printed here.
 
 mod answer;
 mod argument;
@@ -29,7 +29,7 @@ pub use self::vocabulary::{Completion, Vocabulary};
 /// Explains a verb or a declaration in words.
 ///
 /// # Errors
-/// [`Error::Usage`] for a word that is neither.
+/// [`Error::Usage`] for an unknown word.
 pub fn help_of(word: &str) -> Result<String, Error> {
     answer::help::of(verbs(), word)
 }

@@ -13,16 +13,16 @@ use super::{Error, Reply};
 use footlight_show::lang;
 
 impl Verb {
-    /// Reads a typed line.
+    /// Parses a typed line.
     ///
     /// # Errors
-    /// [`Error::Usage`] for an unknown verb or option, a missing value or an open quote, with what
-    /// could have been meant.
+    /// [`Error::Usage`] for an unknown verb or option, a missing value or an open quote, with a
+    /// suggestion.
     pub fn parse(line: &str) -> Result<Verb, Error> {
         Verb::of(split(line)?)
     }
 
-    /// Reads a verb from its words; names of files need not be UTF-8.
+    /// Parses a verb from its words; file names need not be UTF-8.
     ///
     /// # Errors
     /// As [`Verb::parse`].
@@ -42,7 +42,7 @@ impl Repl {
     /// Runs a line as if typed at the prompt: a verb, or declarations that change the show.
     ///
     /// # Errors
-    /// [`Error`]; the show is then as it was.
+    /// [`Error`]; the show is then unchanged.
     pub fn execute(&mut self, line: &str) -> Result<Reply, Error> {
         let line = line.trim();
         if line.is_empty() || line.starts_with("//") {
@@ -55,7 +55,7 @@ impl Repl {
         self.call(&verb)
     }
 
-    /// The way out for somebody who types a level as at a desk: `lamps 50`.
+    /// Advice when a level is typed as at a desk: `lamps 50`.
     fn level_meant(&self, line: &str) -> Option<Error> {
         let name = line.split_whitespace().next()?;
         let show = self.engine().show();
@@ -73,12 +73,12 @@ impl Repl {
     /// Runs a verb.
     ///
     /// # Errors
-    /// [`Error`]; nothing has changed then, except refined images finished before it.
+    /// [`Error`]; the state is then unchanged, except that finished images are kept.
     pub fn call(&mut self, verb: &Verb) -> Result<Reply, Error> {
         self.serve(|repl| {
             let warned = repl.warned;
             let reply = verb.answer(repl);
-            // A warning counts only for the very next verb.
+            // A warning applies only to the next verb.
             repl.warned &= !warned;
             let mut reply = reply?;
             reply.notes = repl.warnings();
@@ -87,12 +87,12 @@ impl Repl {
     }
 }
 
-/// True when a typed line is finished: a declaration with open braces or quotes goes on.
+/// True when a typed line is complete: a declaration with open braces or quotes continues.
 pub fn finished(line: &str) -> bool {
     !lang::is_declaration(line) || lang::statement_complete(line)
 }
-/// Cuts a line into words; double quotes keep spaces together, and hold `\"` and `\\` as a show's
-/// texts do.
+/// Splits a line into words; double quotes keep spaces together, and hold `\"` and `\\` like a
+/// show's texts.
 fn split(line: &str) -> Result<Vec<String>, Error> {
     let mut words = Vec::new();
     let mut word: Option<String> = None;

@@ -1,4 +1,4 @@
-//! Why a typed line is no verb: one sentence that says what is wrong, and a way out.
+//! Messages for typed lines that are no verbs: one sentence with the reason, and a way out.
 
 use clap::Command;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
@@ -25,12 +25,12 @@ pub fn find<'c>(verbs: &'c Command, name: &str) -> Result<&'c Command, Error> {
     usage(format!("there is no verb or declaration `{name}`; {hint}"))
 }
 
-/// An argument as clap shows it, without its brackets.
+/// An argument in clap's notation, without its brackets.
 fn plain(argument: &str) -> String {
     argument.replace(['<', '>'], "").replace("...", "")
 }
 
-/// The refusal of what was typed behind a verb.
+/// The error for invalid arguments of a verb.
 pub fn refused(verb: &Command, error: &clap::Error) -> Error {
     let name = verb.get_name();
     let said = |kind| match error.get(kind) {

@@ -1,7 +1,6 @@
 //! Verbs and options of earlier versions, each with its replacement. The next version drops the table.
 
-/// Names as they were typed, an option that is still there elsewhere behind its verb, and what to type
-/// now.
+/// Old names (an option that still exists elsewhere follows its verb), and the replacement to type.
 const REMOVED: &[(&[&str], &str)] = &[
     (
         &["watch"],
@@ -52,7 +51,7 @@ const REMOVED: &[(&[&str], &str)] = &[
     ),
 ];
 
-/// What replaces a verb, or the option of a verb, that is no longer there.
+/// Replacement of a removed verb or option.
 pub fn removed(verb: &str, option: &str) -> Option<String> {
     let of_verb = format!("{verb} {option}");
     let names = [of_verb.trim(), option].map(|name| (name, REMOVED));

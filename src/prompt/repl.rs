@@ -1,4 +1,4 @@
-//! The state of a prompt: its engine, the moment that is looked at, and what was reported already.
+//! The state of a prompt: its engine, the current moment, and the warnings already reported.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -18,15 +18,15 @@ use footlight_show::diagnostic::Style;
 use footlight_show::lang::edit::Edit;
 use footlight_show::printable::{self, Printable};
 
-/// What an embedding program gives a prompt besides the engine's means.
+/// Services of the embedding program for a prompt.
 pub struct Console {
-    /// How diagnostics are written into replies.
+    /// Style of diagnostics in replies.
     pub style: Style,
-    /// What `-o -` writes to, such as standard output, and what encodes films.
+    /// Target of `-o -`, such as standard output, and the film encoder.
     pub outlets: Outlets,
-    /// Shows frames as `play` makes them; without it `play` only reports how fast it is.
+    /// Shows frames during `play`; without it `play` only reports its speed.
     pub canvas: Option<Box<dyn Canvas>>,
-    /// What `--farm` hands pictures to; without it that is refused.
+    /// Renders images for `--farm`; without it the option is refused.
     pub farm: Option<Box<dyn Farm>>,
 }
 
@@ -42,38 +42,38 @@ impl Default for Console {
     }
 }
 
-/// What a verb answers.
+/// The answer of a verb.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Reply {
-    /// Words, ending in a newline unless empty.
+    /// The message; ends in a newline unless empty.
     pub text: Printable,
-    /// A picture to show with them.
+    /// An image to show with it.
     pub picture: Option<Shown>,
-    /// Warnings for the user that were not given before: one line each.
+    /// Warnings not given before, one line each.
     pub notes: Vec<Printable>,
-    /// The user wants to leave.
+    /// True when the user wants to leave.
     pub quit: bool,
-    /// The pipe carries a file: the words go elsewhere.
+    /// True when standard output carries a file, so that the message goes elsewhere.
     pub beside: bool,
-    /// The user stopped it before its end; what is reported was done.
+    /// True when the user stopped the verb early; the reply reports what was done.
     pub stopped: bool,
 }
 
 impl Reply {
-    /// Data instead of words.
+    /// A reply of data.
     pub(super) fn json(data: &impl Serialize) -> Result<Reply, Error> {
         let text = serde_json::to_string_pretty(data).map_err(report::Error::from)?;
         Ok(Reply::text(printable::json(&text)))
     }
 
-    /// A drawing with words.
+    /// A drawing with a message.
     pub(super) fn drawn(drawing: &Drawing, text: String) -> Result<Reply, Error> {
         let (width, height, rgb) = drawing.rgb8().map_err(report::Error::from)?;
         let size = (width, height);
         Ok(Reply::pictured(Shown { size, rgb }, text))
     }
 
-    /// A picture with words.
+    /// An image with a message.
     pub(super) fn pictured(picture: Shown, text: String) -> Reply {
         Reply {
             picture: Some(picture),
@@ -93,16 +93,16 @@ impl Reply {
     }
 }
 
-/// What taking another text came to.
+/// Result of loading another text.
 #[derive(Debug)]
 pub struct Reloaded {
-    /// The changes in a designer's words.
+    /// The changes, described for a designer.
     pub reply: Reply,
-    /// What changed.
+    /// The changes as data.
     pub difference: ShowDifference,
 }
 
-/// A prompt: an engine, the moment that is looked at, and what was reported already.
+/// A prompt: an engine, the current moment, and the warnings already reported.
 ///
 /// ```
 /// use footlight_engine::{Engine, Host};
@@ -123,13 +123,13 @@ pub struct Repl {
     pub(super) engine: Engine,
     pub(super) live: LiveControl,
     pub(super) console: Console,
-    /// How the refinement in the background was asked for.
+    /// The words that requested the refinement in the background.
     pub(super) refining: String,
-    /// The user asked to leave with unsaved edits and was warned.
+    /// True after the user tried to leave with unsaved edits and was warned.
     pub(super) warned: bool,
-    /// Warnings that were given, each once.
+    /// Warnings already given.
     reported: BTreeSet<Printable>,
-    /// What the next reply reports.
+    /// Messages for the next reply.
     pub(super) unheard: Vec<Printable>,
 }
 
@@ -140,7 +140,7 @@ impl std::fmt::Debug for Repl {
 }
 
 impl From<Engine> for Repl {
-    /// A prompt in plain text, without pipe and canvas.
+    /// A prompt in plain text, without outlets and canvas.
     fn from(engine: Engine) -> Repl {
         Repl::new(engine, Console::default())
     }
@@ -165,19 +165,18 @@ impl Repl {
         &self.engine
     }
 
-    /// The engine, to be called directly; what its text is edited to is followed with the next
-    /// line.
+    /// The engine for direct calls; edits of its text take effect in the prompt with the next line.
     pub fn engine_mut(&mut self) -> &mut Engine {
         &mut self.engine
     }
 
-    /// The moment and the levels being tried.
+    /// The current moment and the trial levels.
     pub fn live(&self) -> &LiveControl {
         &self.live
     }
 
-    /// Does something for the user, who first reads what ended in the background: with the
-    /// next reply where there is none now.
+    /// Runs a request. Messages about ended background work come first, or with the next reply if
+    /// there is none now.
     pub(super) fn serve(
         &mut self,
         something: impl FnOnce(&mut Repl) -> Result<Reply, Error>,
@@ -198,7 +197,8 @@ impl Repl {
             None => error.busy(self.background()),
         })?;
         if let Some(seconds) = late {
-            // What no loop was told of is done to its end, and still no success.
+            // The deadline passed outside any cancellable loop: the work is complete, but report
+            // the timeout.
             reply.stopped = true;
             let limit = format!("the limit of time ({seconds} s) is reached");
             reply.notes.push(limit.into());
@@ -208,8 +208,8 @@ impl Repl {
         Ok(Reply { notes, ..reply })
     }
 
-    /// Takes in what was rendered in the background and starts what comes next; what there is to
-    /// report of it. Cheap while nothing is finished; every verb does it first.
+    /// Takes finished background images, starts the next ones, and returns messages to report.
+    /// Cheap while nothing is finished; every verb calls it first.
     pub fn poll(&mut self) -> Vec<Printable> {
         let events = self.engine.poll();
         let words = self.background();
@@ -220,7 +220,7 @@ impl Repl {
             .collect()
     }
 
-    /// How the refinement in the background was asked for.
+    /// The words that requested the refinement in the background.
     pub(super) fn background(&self) -> &str {
         match self.refining.as_str() {
             "" => "refine &",
@@ -228,16 +228,16 @@ impl Repl {
         }
     }
 
-    /// Waits until the refinement in the background has ended; what there is to report of it.
+    /// Waits until the refinement in the background has ended, and returns messages to report.
     ///
     /// # Errors
-    /// As [`Engine::wait`]; the refinement then goes on.
+    /// As [`Engine::wait`]; the refinement then continues.
     pub fn wait(&mut self) -> Result<Vec<Printable>, Error> {
         self.engine.wait()?;
         Ok(self.poll())
     }
 
-    /// Warnings of the renderer and the store that were not given before.
+    /// New warnings of the renderer and the store.
     pub(super) fn warnings(&mut self) -> Vec<Printable> {
         let (remarks, store) = self.engine.warnings();
         let mut all: Vec<Printable> = Vec::new();
@@ -248,7 +248,7 @@ impl Repl {
         all
     }
 
-    /// Does something as seen from a view, which holds for it alone.
+    /// Runs a request as seen from a view, which applies to it alone.
     pub(super) fn seen_from(
         &mut self,
         view: Option<&str>,
@@ -265,7 +265,7 @@ impl Repl {
         reply
     }
 
-    /// The path of a file to write, whose ending must be one of `formats`.
+    /// The path of a file to write, whose extension must be one of `formats`.
     pub(super) fn output<'o>(
         &self,
         output: &'o Output,
@@ -276,7 +276,7 @@ impl Repl {
         Ok(path)
     }
 
-    /// The same where none may be said.
+    /// Like [`Repl::output`], for an optional file.
     pub(super) fn optional_output<'o>(
         &self,
         output: Option<&'o Output>,
@@ -287,8 +287,8 @@ impl Repl {
             .transpose()
     }
 
-    /// The path of a file or folder to write. A file that the show is read from is refused; what an
-    /// earlier process left unfinished there is removed.
+    /// The path of a file or folder to write. A file of the show itself is refused; unfinished
+    /// files of earlier processes are removed.
     pub(super) fn spared<'o>(&self, Output(path): &'o Output) -> Result<&'o Path, Error> {
         let host = self.engine.host();
         if self.engine.document().reads(path, host.files.as_ref()) {
@@ -298,7 +298,7 @@ impl Repl {
         Ok(path)
     }
 
-    /// Changes the show by declarations as typed.
+    /// Changes the show by typed declarations.
     pub(super) fn declare(&mut self, declarations: &str) -> Result<Reply, Error> {
         let before = self.engine.estimate().refined();
         let edit = Edit::Declare(declarations.to_owned());
@@ -306,18 +306,18 @@ impl Repl {
         Ok(Reply::text(self.describe_edit(&edited, before)))
     }
 
-    /// What an edit came to, where there were so many refined images before it.
+    /// Describes the result of an edit, given the number of refined images before it.
     pub(super) fn describe_edit(&self, edited: &Edited, before: usize) -> Printable {
         let refined = [before, self.engine.estimate().refined()];
         let document = self.engine.document();
         document::edited(document, edited, refined, self.console.style)
     }
 
-    /// Takes a text as a whole, with everything rendered that still means the same; `undo` has the
+    /// Replaces the whole text, keeping rendered images that are still valid; `undo` restores the
     /// old one.
     ///
     /// # Errors
-    /// As [`Engine::replace`]; the show is then as it was.
+    /// As [`Engine::replace`]; the show is then unchanged.
     pub fn reload(&mut self, text: &str) -> Result<Reloaded, Error> {
         let before = self.engine.estimate().refined();
         let old = self.engine.document().compiled();
@@ -338,7 +338,7 @@ impl Repl {
         Ok(Reloaded { reply, difference })
     }
 
-    /// What a person sees first at the prompt.
+    /// The first message at the prompt.
     pub fn greeting(&self) -> Printable {
         let document = self.engine.document();
         let warnings = match document.diagnostics().warnings() {
@@ -356,7 +356,7 @@ impl Repl {
         .into()
     }
 
-    /// Where the show is, for a prompt: the cue's number and label; empty before the first.
+    /// Current cue for the prompt: number and label; empty before the first.
     pub fn place(&self) -> Printable {
         document::place(self.engine.document(), &self.live).into()
     }

@@ -1,4 +1,4 @@
-//! A show that is edited elsewhere: its files, looked at again and again.
+//! Watches the files of a show that is edited elsewhere.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -7,46 +7,46 @@ use super::{Error, Repl};
 use footlight_engine::TEXT_LIMIT;
 use footlight_host::files::{Disk, Stamp, Store};
 
-/// How often to look.
+/// Polling interval.
 pub const PAUSE: Duration = Duration::from_millis(40);
 
-/// Looks after which a file that is away is said to be.
+/// Number of polls after which a missing file is reported.
 const LONG: usize = 25;
 
-/// What a look finds.
+/// Result of a poll.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Look {
-    /// Nothing to do.
+    /// No change.
     Same,
-    /// The show's file is gone or empty, and has been for a while.
+    /// The show's file has been missing or empty for a while.
     Away,
-    /// The show's text, where something was saved.
+    /// A file was saved; the show's text.
     Saved {
         /// The text.
         text: Vec<u8>,
-        /// False where the same is only tried again, as a file that the show names may be there now.
+        /// False for a retry, because a missing file that the show names may exist now.
         is_new: bool,
     },
 }
 
-/// The files of a show as they were seen last.
+/// The files of a show, as last seen.
 #[derive(Debug)]
 pub struct Saves {
     path: PathBuf,
-    /// The show's file and those it includes.
+    /// Texts of the show's file and its includes.
     texts: Vec<Vec<u8>>,
-    /// The stage's files, images and all else that the show names.
+    /// Stamps of the other files that the show names.
     stamps: Vec<Stamp>,
-    /// Looks since the show's file was there.
+    /// Polls since the show's file was last present.
     away: usize,
     looks: usize,
 }
 
 impl Saves {
-    /// Begins with the show's file as it is.
+    /// Starts with the current file of the show.
     ///
     /// # Errors
-    /// Where it cannot be read.
+    /// When it cannot be read.
     pub fn new(path: &Path) -> Result<Saves, Error> {
         Ok(Saves {
             path: path.to_owned(),
@@ -57,10 +57,10 @@ impl Saves {
         })
     }
 
-    /// Looks at the files of the show as it was read last, if it was.
+    /// Polls the files of the show as last read, if it was.
     pub fn look(&mut self, show: Option<&Repl>) -> Look {
         let texts = texts(&self.path, show);
-        // An editor that writes in two steps leaves the file away, or empty, for a moment.
+        // An editor that writes in two steps leaves the file missing, or empty, for a moment.
         let Some(text) = texts.first().filter(|text| !text.is_empty()).cloned() else {
             self.away += 1;
             return if self.away == LONG {
@@ -73,7 +73,7 @@ impl Saves {
         self.looks += 1;
         let stamps = show.map_or_else(Vec::new, |repl| repl.engine().host().files.as_is());
         let same = texts == self.texts;
-        // Without a show it is not known which of its files was missing.
+        // Without a show, the missing file is not known.
         let again = show.is_none() && self.looks.is_multiple_of(LONG);
         if same && stamps == self.stamps && !again {
             return Look::Same;
@@ -83,12 +83,12 @@ impl Saves {
         Look::Saved { text, is_new }
     }
 
-    /// The sentence for [`Look::Away`], without its full stop.
+    /// The message for [`Look::Away`], without its full stop.
     pub fn away(&self) -> String {
         format!("{} is gone or empty", self.path.display())
     }
 
-    /// Takes note of the files that the show names once it was read: they may be others than before.
+    /// Watches the files that the show names, once it was read: they may have changed.
     pub fn follow(&mut self, show: &Repl) {
         let included = texts(&self.path, Some(show));
         self.texts.truncate(1);
@@ -100,7 +100,7 @@ impl Saves {
     }
 }
 
-/// The show's file and those it includes, as they are on disk.
+/// Current texts of the show's file and its includes.
 fn texts(path: &Path, show: Option<&Repl>) -> Vec<Vec<u8>> {
     let sources = show.map(|repl| &repl.engine().document().diagnostics().sources);
     let included = (1..).map_while(|i| sources?.get(i));

@@ -1,6 +1,5 @@
-//! The usage of a verb, `at [TIME | cue N [+ TIME]]`: as clap's command has it, and as what it says:
-//! which words may follow those that are typed. Words in capitals stand for others; one with `…` may
-//! stand several times.
+//! The usage of a verb, `at [TIME | cue N [+ TIME]]`, from clap's command, and the words that may
+//! follow those typed. Words in capitals are placeholders; a word with `…` may repeat.
 
 use std::collections::BTreeSet;
 
@@ -26,7 +25,7 @@ pub fn of(verb: &Command) -> String {
     out.join(" ")
 }
 
-/// The words that stand behind a verb without dashes: `[TIME | cue N [+ TIME]]`.
+/// Usage of a verb's positional words: `[TIME | cue N [+ TIME]]`.
 pub fn words(argument: &Arg) -> String {
     let known = argument.get_possible_values();
     let known: Vec<&str> = known.iter().map(|known| known.get_name()).collect();
@@ -58,14 +57,14 @@ fn optional(argument: &Arg, text: String) -> String {
     }
 }
 
-/// A line that can be typed at the prompt.
+/// An example line for the prompt.
 pub fn example(verb: &Command) -> String {
     verb.get_after_help()
         .map(ToString::to_string)
         .unwrap_or_default()
 }
 
-/// The words of `usage` that may stand behind `typed`.
+/// Words of `usage` that may follow `typed`.
 pub fn next<'u>(usage: &'u str, typed: &[&str]) -> BTreeSet<&'u str> {
     let mut out = BTreeSet::new();
     for sequence in sequences(&mut pieces(usage).into_iter()) {
@@ -76,7 +75,7 @@ pub fn next<'u>(usage: &'u str, typed: &[&str]) -> BTreeSet<&'u str> {
     out
 }
 
-/// Brackets, bars and words.
+/// Splits a usage into brackets, bars and words.
 fn pieces(usage: &str) -> Vec<&str> {
     let words = usage.split_whitespace();
     let apart = words.flat_map(|word| word.split_inclusive('['));
@@ -94,7 +93,7 @@ fn pieces(usage: &str) -> Vec<&str> {
     out
 }
 
-/// All that a usage allows, up to the bracket that closes it.
+/// All sequences that a usage allows, up to its closing bracket.
 fn sequences<'u>(pieces: &mut impl Iterator<Item = &'u str>) -> Vec<Vec<&'u str>> {
     let mut done = Vec::new();
     let mut current = vec![Vec::new()];
@@ -118,7 +117,7 @@ fn sequences<'u>(pieces: &mut impl Iterator<Item = &'u str>) -> Vec<Vec<&'u str>
     done
 }
 
-/// The word of a sequence behind `typed`, where these are its beginning.
+/// The word of a sequence after `typed`, if that is its beginning.
 fn behind<'u>(sequence: &[&'u str], typed: &[&str]) -> Option<&'u str> {
     let mut words = sequence.iter().copied();
     let mut word = words.next();

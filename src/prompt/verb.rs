@@ -1,6 +1,6 @@
 //! The verbs: one enum for the prompt, the command line and the manual.
 //!
-//! A new verb is a variant and its arm here, and its options and its function in a file of `answer`.
+//! A new verb needs a variant and an arm here, and its options and function in a file of `answer`.
 
 use std::sync::LazyLock;
 
@@ -24,8 +24,8 @@ pub use super::answer::solve::Solve;
 pub use super::answer::text::{Diff, Explain, Fmt, LookFrom, Save, Sheet, Show};
 pub use super::argument::{ByWay, FromView};
 
-/// A verb with its options, in the order of the manual. A comment is its help, `after_help` a line that
-/// can be typed at the prompt; a hidden verb is no command on the command line.
+/// A verb with its options, in the order of the manual. Its doc comment is its help, `after_help`
+/// an example line for the prompt; a hidden verb is not on the command line.
 #[derive(Clone, Debug, Subcommand)]
 pub enum Verb {
     /// Look for errors in the show, its stage and its curves
@@ -183,7 +183,7 @@ pub fn verbs() -> &'static Command {
 }
 
 impl Verb {
-    /// Does what the verb asks for.
+    /// Runs the verb.
     pub(super) fn answer(&self, repl: &mut Repl) -> Result<Reply, Error> {
         match self {
             Verb::Check => text::check(repl),

@@ -1,8 +1,8 @@
-//! What may be typed next: the words of the verbs, of the language and of the show, for the prompt
-//! and for editors.
+//! Completion: the words of the verbs, of the language and of the show, for the prompt and for
+//! editors.
 //!
 //! A [`Vocabulary`] is a copy of the show's names, so that a line editor can hold it while the
-//! interpreter goes on.
+//! interpreter works.
 
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
@@ -19,28 +19,28 @@ use footlight_show::model::{Axis, FADES, Show};
 /// The names of a show.
 #[derive(Clone, Debug, Default)]
 pub struct Vocabulary {
-    /// By the words that declare them; values by `let`.
+    /// Names by the word that declares them; values by `let`.
     declared: Vec<(&'static str, Vec<String>)>,
     cues: Vec<String>,
-    /// The number that a cue behind the last one would have.
+    /// The number for a cue after the last one.
     next_cue: Option<String>,
     materials: Vec<String>,
     gels: Vec<String>,
 }
 
-/// What a line may go on with.
+/// Completions of a line.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Completion {
-    /// Where the word begins that is being typed, in bytes.
+    /// Start of the current word, in bytes.
     pub start: usize,
-    /// Whole words, in order; each begins with what is there.
+    /// Whole words, in order, that begin with the current one.
     pub words: Vec<String>,
-    /// The name of a file is wanted.
+    /// True when a file name is expected.
     pub files: bool,
 }
 
 impl Repl {
-    /// The names of the show as it stands.
+    /// The names of the current show.
     pub fn vocabulary(&self) -> Vocabulary {
         Vocabulary::of(self.engine.document())
     }
@@ -109,13 +109,13 @@ impl Vocabulary {
     }
 }
 
-/// Bytes of a line, before the cursor, that are looked at.
+/// Bytes before the cursor that are considered.
 const LINE: usize = 4096;
 
-/// Bytes of a statement that goes on being offered something: it is parsed for each word.
+/// Longest statement that gets completions, bytes: it is parsed for each word.
 const STATEMENT: usize = 4 * LINE;
 
-/// What a line can go on with; `None` where the name of a file is wanted.
+/// Completions; `None` when a file name is expected.
 type Offer = Option<Vec<String>>;
 
 fn offer<'w>(words: impl IntoIterator<Item = &'w str>) -> Offer {
@@ -137,7 +137,7 @@ impl Completion {
     }
 }
 
-/// Where the word begins that a text ends with.
+/// Start of the last word of a text.
 fn word_start(typed: &str) -> usize {
     let ends_word = |c: char| c.is_whitespace() || "(){},=+".contains(c);
     let mut letters = typed.char_indices().rev();
@@ -146,7 +146,7 @@ fn word_start(typed: &str) -> usize {
 }
 
 impl Vocabulary {
-    /// The materials of a stage and nothing else.
+    /// A vocabulary of a stage's materials alone.
     pub fn of_materials(materials: Vec<String>) -> Vocabulary {
         Vocabulary {
             materials,
@@ -154,7 +154,7 @@ impl Vocabulary {
         }
     }
 
-    /// What a statement of a show's text may go on with at its end; names of files are not offered.
+    /// Completions at the end of a statement of a show's text; file names are not offered.
     pub fn complete_statement(&self, typed: &str) -> Completion {
         let start = word_start(typed);
         let (before, word) = typed.split_at(start);
@@ -166,7 +166,7 @@ impl Vocabulary {
         Completion::of(start, offer, word)
     }
 
-    /// What `line` may go on with at byte `at`.
+    /// Completions of `line` at byte `at`.
     pub fn complete(&self, line: &str, at: usize) -> Completion {
         let typed = line.get(..at).unwrap_or(line);
         let typed = typed
@@ -179,7 +179,7 @@ impl Vocabulary {
         Completion::of(offset + start, offer, word)
     }
 
-    /// The usage of the verb that a line begins with, for what is not typed yet.
+    /// The remaining usage of the verb that a line begins with.
     pub fn hint(&self, line: &str) -> Option<String> {
         let name = line.strip_suffix(' ')?;
         let usage = usage::of(verbs().find_subcommand(name)?);
@@ -238,11 +238,11 @@ impl Vocabulary {
         Some(offered)
     }
 
-    /// The levels that may be tried behind others.
+    /// Completions for trial levels after others.
     fn of_levels(&self, levels: &str, word: &str) -> Vec<String> {
         let before = format!("look tried {{{levels}");
         let mut offered = self.of_statement(&before, word);
-        // Looks may stand among levels that are tried.
+        // Looks may stand among trial levels.
         if let Some(beginning) = lang::Beginning::of(&before) {
             let looks = self.all(&["look"]).filter(|look| beginning.takes(look));
             offered.extend(looks.map(str::to_owned));
@@ -250,8 +250,8 @@ impl Vocabulary {
         offered
     }
 
-    /// What a word of the usage of an argument stands for behind `last`: itself, unless it is in
-    /// capitals.
+    /// Completions for a word of an argument's usage after `last`: the word itself, unless it is a
+    /// placeholder.
     fn of_argument(&self, argument: &Arg, word: &str, last: &str) -> Offer {
         if let ValueHint::FilePath | ValueHint::DirPath | ValueHint::AnyPath =
             argument.get_value_hint()
@@ -279,7 +279,7 @@ impl Vocabulary {
         }
     }
 
-    /// What sort of thing a name of the show is.
+    /// Kind of a name of the show.
     pub fn kind_of(&self, name: &str) -> Option<&'static str> {
         let more = [("material", &self.materials), ("gel", &self.gels)];
         let declared = self.declared.iter().map(|(word, names)| (*word, names));
@@ -288,8 +288,8 @@ impl Vocabulary {
         Some(if kind == "let" { "value" } else { kind })
     }
 
-    /// What the grammar takes behind the beginning of a statement: its words, names of the kind that
-    /// is meant there, and numbers with the unit that is.
+    /// Completions after the beginning of a statement: keywords, names of the expected kind, and
+    /// numbers with the expected unit.
     fn of_statement(&self, before: &str, word: &str) -> Vec<String> {
         let short = (before.len() <= STATEMENT).then_some(before);
         let Some(beginning) = short.and_then(lang::Beginning::of) else {
@@ -318,7 +318,7 @@ impl Vocabulary {
         out
     }
 
-    /// Names of the kind that is meant behind the beginning of a statement.
+    /// Names of the kind expected after the beginning of a statement.
     fn names_of(&self, before: &str) -> Vec<&str> {
         let mut words = before.split_whitespace();
         let first = words.next().unwrap_or_default();
@@ -361,8 +361,8 @@ impl Vocabulary {
         strings(own).chain(more.iter().copied()).collect()
     }
 
-    /// Whether a bank and its level stand last. The grammar takes a second value there, as that may be
-    /// a colour.
+    /// True when the text ends with a bank and its level. The grammar accepts a second value there,
+    /// because it may be a colour.
     fn ends_with_level(&self, before: &str) -> bool {
         let mut words = before.split_whitespace();
         let last = words.next_back().unwrap_or_default();
@@ -371,21 +371,21 @@ impl Vocabulary {
         (is_level || LEVEL_WORDS.contains(&last)) && self.movable().any(|name| name == named)
     }
 
-    /// The names that statements of a word have declared.
+    /// Names declared by statements of a word.
     fn declared_by(&self, word: &str) -> &[String] {
         let mut declared = self.declared.iter();
         let found = declared.find(|(own, _)| *own == word);
         found.map_or(&[], |(_, names)| names)
     }
 
-    /// The names that statements of these words have declared.
+    /// Names declared by statements of these words.
     fn all(&self, words: &'static [&'static str]) -> impl Iterator<Item = &str> {
         words
             .iter()
             .flat_map(|word| strings(self.declared_by(word)))
     }
 
-    /// What a cue can move.
+    /// Names that a cue can move.
     fn movable(&self) -> impl Iterator<Item = &str> {
         self.all(&["bank", "group", "look"])
     }
@@ -396,7 +396,7 @@ impl Vocabulary {
     }
 }
 
-/// Whether a token names an option.
+/// True when a token names an option.
 fn is_named(option: &Arg, token: &str) -> bool {
     let short = token.strip_prefix('-').and_then(|rest| rest.parse().ok());
     token
@@ -416,7 +416,7 @@ fn strings(names: &[String]) -> impl Iterator<Item = &str> {
     names.iter().map(String::as_str)
 }
 
-/// Whether a word that the grammar takes behind `before` has a meaning there.
+/// True when a word that the grammar accepts after `before` makes sense there.
 fn is_meant(before: &str, word: &str) -> bool {
     let last = before.split_whitespace().next_back();
     match word {
@@ -429,7 +429,7 @@ fn is_meant(before: &str, word: &str) -> bool {
     }
 }
 
-/// A number that goes on with a unit of the kind that is meant behind `before`.
+/// The number with each unit of the kind expected after `before`.
 fn units(before: &str, word: &str) -> impl Iterator<Item = String> {
     let end = word.find(|c: char| !(c.is_ascii_digit() || c == '.'));
     let digits = word.get(..end.unwrap_or(word.len())).unwrap_or_default();
@@ -560,8 +560,8 @@ mod tests {
         assert_eq!(vocabulary().complete("bank é = m", 11).start, 10);
     }
 
-    /// Whatever stands in these shows is offered where it stands, once its first letter is typed; and
-    /// the grammar goes on behind all that is offered.
+    /// Every word of these shows is offered in its place once its first letter is typed; and the
+    /// grammar accepts every word offered.
     #[test]
     fn every_word_of_a_show_is_offered_in_its_place_and_none_that_cannot_stand() {
         let tavern = include_str!("../../examples/tavern/tavern.lxq");

@@ -1,6 +1,6 @@
-//! Where things are: three axes and an origin.
+//! Coordinate frames: three axes and an origin.
 
-/// The axes and the origin of something in the coordinates of what it is part of.
+/// Axes and origin of an object in its parent's coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Frame {
     axes: [[f64; 3]; 3],
@@ -17,7 +17,7 @@ impl Default for Frame {
 }
 
 impl Frame {
-    /// MVR's `{u}{v}{w}{o}`: three axes and the origin in millimetres.
+    /// Parses MVR's `{u}{v}{w}{o}`: three axes and the origin in millimetres.
     pub fn of_axes(text: &str) -> Option<Frame> {
         let [u, v, w, o] = rows::<3>(text)?;
         let origin = o.map(|millimetres| millimetres / 1000.0);
@@ -27,7 +27,7 @@ impl Frame {
         })
     }
 
-    /// GDTF's four rows of a matrix, whose last column is the origin in metres.
+    /// Parses GDTF's four matrix rows, whose last column is the origin in metres.
     pub fn of_rows(text: &str) -> Option<Frame> {
         let [a, b, c, _] = rows::<4>(text)?;
         let ([ax, ay, az, ox], [bx, by, bz, oy], [cx, cy, cz, oz]) = (a, b, c);
@@ -37,7 +37,7 @@ impl Frame {
         })
     }
 
-    /// What is at `inner` in this frame, in the coordinates around it.
+    /// The frame `inner`, given in this frame, in the parent's coordinates.
     #[must_use]
     pub fn then(&self, inner: Frame) -> Frame {
         Frame {
@@ -46,7 +46,7 @@ impl Frame {
         }
     }
 
-    /// A direction of this frame in the coordinates around it.
+    /// A direction of this frame in the parent's coordinates.
     pub fn direction(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
         let [u, v, w] = self.axes;
         let along = |u: f64, v: f64, w: f64| x * u + y * v + z * w;
@@ -54,15 +54,15 @@ impl Frame {
         [along(ux, vx, wx), along(uy, vy, wy), along(uz, vz, wz)]
     }
 
-    /// A point of this frame in the coordinates around it.
+    /// A point of this frame in the parent's coordinates.
     pub fn point(&self, point: [f64; 3]) -> [f64; 3] {
         let [x, y, z] = self.direction(point);
         let [ox, oy, oz] = self.origin;
         [x + ox, y + oy, z + oz]
     }
 
-    /// True where what hangs in it stands on the floor, and the turn of its base about the vertical in
-    /// degrees, as a head of a show has them; `None` where its base is not level.
+    /// The mount of a head in this frame: true when it stands on the floor, and the turn of its
+    /// base about the vertical in degrees; `None` when the base is not level.
     pub fn mounted(&self) -> Option<(bool, f64)> {
         if let Some((_, turn)) = self.upright() {
             return Some((false, turn));
@@ -74,7 +74,7 @@ impl Frame {
         turned_over.upright().map(|(_, turn)| (true, turn))
     }
 
-    /// Its scale and its turn about the vertical in degrees, if that is all it does to directions.
+    /// Scale and turn about the vertical in degrees; `None` if it also tilts.
     pub fn upright(&self) -> Option<(f64, f64)> {
         let [[ux, uy, uz], [vx, vy, vz], [wx, wy, wz]] = self.axes;
         let near = |a: f64, b: f64| (a - b).abs() < 1e-4;
@@ -85,7 +85,7 @@ impl Frame {
     }
 }
 
-/// Four rows `{a,b,c}` of `N` numbers.
+/// Parses four rows `{a,b,c}` of `N` numbers.
 fn rows<const N: usize>(text: &str) -> Option<[[f64; N]; 4]> {
     let mut out = [[0.0; N]; 4];
     let mut rows = text.split('}');

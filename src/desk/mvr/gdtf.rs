@@ -1,5 +1,5 @@
-//! Types of fixtures (GDTF, DIN SPEC 15800): where the light leaves them, how it spreads, and what a mode
-//! controls.
+//! Fixture types (GDTF, DIN SPEC 15800): position and angles of their beams, and the channels of a
+//! mode.
 
 use roxmltree::{Document, Node};
 
@@ -7,31 +7,30 @@ use super::frame::Frame;
 use super::{Fault, said};
 use footlight_host::work::Work;
 
-/// Geometries inside geometries.
+/// Most nested geometries.
 const DEPTH: usize = 32;
-/// Geometries of a type, each as often as others refer to it.
+/// Most geometries of a type, counting references.
 const GEOMETRIES: usize = 100_000;
-/// Attributes of an element, each of which the parser compares with all others; a description's have
+/// Most attributes of an element: the parser compares each with all others. Real descriptions have
 /// ten.
 const ATTRIBUTES: usize = 250;
-/// Names of namespaces in a document: each element has those of all around it, and descriptions have
-/// none.
+/// Most namespaces of a document: each element inherits all. Real descriptions have none.
 const NAMESPACES: usize = 20;
-/// Types of beams that are light of a spot; one without a type is a wash.
+/// Types of beams that are spots; a beam without a type is a wash.
 const BEAMS: [&str; 6] = ["", "Wash", "Spot", "Rectangle", "PC", "Fresnel"];
-/// Degrees that a channel of angles can have.
+/// Largest angle of a channel, degrees.
 const MOST: f64 = 900.0;
-/// Bytes that an element takes, with the text behind it and with what is kept of it.
+/// Bytes of an element in memory, with its text.
 const ELEMENT_BYTES: usize = 400;
-/// Bytes that an attribute takes.
+/// Bytes of an attribute in memory.
 const ATTRIBUTE_BYTES: usize = 80;
 
-/// What is read of a fixture in one of its modes.
+/// Properties of a fixture in one of its modes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Fixture {
-    /// From the fixture's own origin to the beam's; metres.
+    /// From the fixture's origin to the beam's, metres.
     pub beam: Option<Frame>,
-    /// How many beams it has; they are one light.
+    /// Number of beams, which become one light.
     pub beams: usize,
     /// Full angles, degrees.
     pub beam_angle: Option<f64>,
@@ -40,33 +39,34 @@ pub struct Fixture {
     pub flux: Option<f64>,
     /// Kelvin.
     pub temperature: Option<f64>,
-    /// Offsets of the dimmer, and of red, green and blue, from 1; with those of their lower bytes.
+    /// Offsets of the dimmer, and of red, green and blue, from 1; with the offsets of their lower
+    /// bytes.
     pub dimmer: Option<(u16, Option<u16>)>,
     pub rgb: [Option<(u16, Option<u16>)>; 3],
-    /// It mixes colours in another way, or has more emitters.
+    /// True when it mixes colours differently, or has more emitters.
     pub mixes_otherwise: bool,
-    /// The channels that turn its head, and that of its field.
+    /// Channels of its head's axes and of its field.
     pub pan: Option<Turn>,
     pub tilt: Option<Turn>,
     pub zoom: Option<Turn>,
-    /// From the fixture's own origin to where its head is tilted.
+    /// From the fixture's origin to the tilt axis of its head.
     pub pivot: Option<Frame>,
-    /// A lamp of it makes no beam.
+    /// True when a lamp makes no beam.
     pub is_without_beam: bool,
-    /// The type of a beam that GDTF does not have.
+    /// An unknown beam type.
     pub unknown_type: Option<String>,
-    /// True where the mode was found; `None` of a type that is not read.
+    /// True when the mode was found; `None` for a type that is not read.
     pub mode: Option<bool>,
 }
 
-/// A channel of angles.
+/// A channel of an angle.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Turn {
-    /// Its offset, from 1, with that of its lower byte; `None` where nothing is sent.
+    /// Its offset, from 1, with that of its lower byte; `None` for a channel without address.
     pub offset: Option<(u16, Option<u16>)>,
     /// Degrees at 0 and at full.
     pub physical: Option<[f64; 2]>,
-    /// The geometry that is turned.
+    /// The geometry that turns.
     geometry: String,
 }
 
@@ -83,7 +83,7 @@ impl Turn {
         let ends = end("PhysicalFrom").zip(end("PhysicalTo"));
         Turn {
             offset,
-            // From 0 to 1 is what GDTF has where nothing is said.
+            // GDTF's default is from 0 to 1.
             physical: ends
                 .filter(|(a, b)| (a - b).abs() > 1.0)
                 .map(|(a, b)| [a, b]),
@@ -92,14 +92,14 @@ impl Turn {
     }
 }
 
-/// Reads XML without entities of its own, within the memory of `work`.
+/// Parses XML without entity declarations, within the memory of `work`.
 ///
 /// # Errors
-/// Where it is none, or more than is read; and a cancel.
+/// For malformed XML, an exceeded limit, or a cancel.
 pub fn parsed<'t>(text: &'t str, work: Work<'_>) -> Result<Document<'t>, Fault> {
     work.check()?;
     let mut needed = 0_usize;
-    // What follows a `<`: an element with its attributes, then text.
+    // After each `<`: an element with its attributes, then text.
     for element in text.split('<') {
         let equals = element.bytes().filter(|byte| *byte == b'=').count();
         if equals > ATTRIBUTES && !element.starts_with(['!', '?', '/']) {
@@ -120,7 +120,7 @@ pub fn parsed<'t>(text: &'t str, work: Work<'_>) -> Result<Document<'t>, Fault> 
 /// Reads a `description.xml`.
 ///
 /// # Errors
-/// As [`parsed`], and where its geometries have no end.
+/// As [`parsed`], and for endless geometries.
 pub fn read(text: &str, mode: &str, work: Work<'_>) -> Result<Fixture, Fault> {
     let document = parsed(text, work)?;
     let root = document.root_element();
@@ -197,17 +197,17 @@ fn channels(mode: Node<'_, '_>, fixture: &mut Fixture) {
     }
 }
 
-/// The geometries of a type, whose beams are collected.
+/// Collects the beams of a type's geometries.
 struct Geometries<'n, 'd, 'w> {
     all: Node<'n, 'd>,
-    /// How many more are visited.
+    /// Geometries left to visit.
     left: usize,
     fixture: &'w mut Fixture,
     work: Work<'w>,
 }
 
 impl Geometries<'_, '_, '_> {
-    /// Goes down from a geometry to its beams.
+    /// Descends from a geometry to its beams.
     fn beams(&mut self, node: Node<'_, '_>, frame: Frame, depth: usize) -> Result<(), Fault> {
         if depth == 0 {
             return Ok(());
@@ -221,7 +221,7 @@ impl Geometries<'_, '_, '_> {
         self.left = left;
         let own = node.attribute("Position").and_then(Frame::of_rows);
         let frame = own.map_or(frame, |own| frame.then(own));
-        // Of these types only the geometry itself shines.
+        // These types glow without a beam.
         let is_dark = matches!(node.attribute("BeamType"), Some("None" | "Glow"));
         self.fixture.is_without_beam |= is_dark;
         let tilted = self.fixture.tilt.as_ref().map(|tilt| &tilt.geometry);

@@ -1,8 +1,8 @@
-//! Fixtures that turn their heads, as lights that move.
+//! Fixtures with moving heads, as lights that move.
 //!
-//! GDTF turns a head about the axes of the fixture's geometries, and a plan hangs the fixture anywhere. A
-//! head of a show hangs level or stands: how its base is turned about the vertical goes into the range
-//! of its pan.
+//! GDTF turns a head about the axes of the fixture's geometries, and a plan hangs the fixture
+//! anywhere. A head of a show hangs level or stands: the turn of its base about the vertical shifts
+//! the range of its pan.
 
 use std::fmt::Write as _;
 
@@ -12,15 +12,15 @@ use super::{Hung, rig::rounded};
 use footlight_show::geometry::vec3;
 use footlight_show::model::{Head, Pose};
 
-/// Ranges of a head whose type says none, degrees.
+/// Ranges of a head whose type gives none, degrees.
 const PAN: [f64; 2] = [-270.0, 270.0];
 const TILT: [f64; 2] = [-135.0, 135.0];
-/// Angles that a zoom can have, degrees.
+/// Zoom angles, degrees.
 const ZOOM: [f64; 2] = [0.1, 179.0];
 
-/// A head as it hangs.
+/// A mounted head.
 pub struct Hanging<'f> {
-    /// Where pan and tilt meet.
+    /// Intersection of the pan and tilt axes.
     pub frame: Frame,
     head: Head,
     /// The turn of its base about the vertical.
@@ -28,10 +28,10 @@ pub struct Hanging<'f> {
     channels: [&'f Turn; 2],
 }
 
-/// The head of a fixture, if it has one.
+/// The moving head of a fixture, if it has one.
 ///
 /// # Errors
-/// Why the fixture cannot move in a show.
+/// The reason why the fixture cannot move in a show.
 pub fn hanging<'f>(hung: &Hung, fixture: &'f Fixture) -> Result<Option<Hanging<'f>>, &'static str> {
     let is_sent = |turn: &&Turn| turn.offset.is_some();
     let channels = [&fixture.pan, &fixture.tilt].map(|turn| turn.as_ref().filter(is_sent));
@@ -51,7 +51,7 @@ pub fn hanging<'f>(hung: &Hung, fixture: &'f Fixture) -> Result<Option<Hanging<'
     let Some((standing, turn)) = frame.mounted() else {
         return Err("its base is not level");
     };
-    // To what is written of it.
+    // Rounded to the precision of the text.
     let turn = (turn * 1e4).round() / 1e4;
     let sorted = |range: [f64; 2]| [range[0].min(range[1]), range[0].max(range[1])];
     let head = Head {
@@ -76,13 +76,13 @@ pub fn hanging<'f>(hung: &Hung, fixture: &'f Fixture) -> Result<Option<Hanging<'
 }
 
 impl Hanging<'_> {
-    /// True where the head can point from where it hangs to a place.
+    /// True when the head can point from its position to `place`.
     pub fn reaches(&self, place: [f64; 3]) -> bool {
         let [at, place] = [self.frame.origin, place].map(|[x, y, z]| vec3(x, y, z));
         self.head.aim(at, place, (0.0, 0.0)).is_ok()
     }
 
-    /// The ranges of the head, as a light has them; its beam and field are full angles.
+    /// Text of the head's ranges in a light's declaration; beam and field are full angles.
     pub fn words(&self, fixture: &Fixture, beam: f64, field: f64) -> String {
         let zoom = fixture.zoom.as_ref().and_then(|zoom| zoom.physical);
         let [low, high] = zoom.map_or([beam, field], |[from, to]| {
@@ -103,7 +103,7 @@ impl Hanging<'_> {
         out
     }
 
-    /// The line of a patch for the light of this head; `at` writes an address.
+    /// Line of a patch for the light of this head; `at` writes an address.
     pub fn patch(&self, fixture: &Fixture, light: &str, at: impl Fn(u16) -> String) -> String {
         let mut out = light.to_owned();
         let [pan, tilt] = self.channels;
@@ -121,7 +121,7 @@ impl Hanging<'_> {
                 out.push_str(" 8bit");
             }
             let by = if axis == "pan" { self.turn } else { 0.0 };
-            // The range of a light rises, and its zoom is that of the beam too.
+            // A light's range rises, and its zoom also applies to the beam.
             if let Some([from, to]) = turn.physical.filter(|[a, b]| a > b || axis == "field") {
                 let _ = write!(out, " {} to {}", rounded(from + by), rounded(to + by));
             }
@@ -129,7 +129,7 @@ impl Hanging<'_> {
         out
     }
 
-    /// True where the type says the ranges of pan and tilt.
+    /// True when the type gives the ranges of pan and tilt.
     pub fn has_ranges(&self) -> bool {
         self.channels.iter().all(|turn| turn.physical.is_some())
     }

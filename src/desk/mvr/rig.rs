@@ -1,5 +1,5 @@
-//! The text for a plan: a light for each fixture, a bank for each channel, a stage for each file of
-//! the set.
+//! The show text of a plan: a light for each fixture, a bank for each channel, a stage for each
+//! geometry file.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -19,20 +19,20 @@ use footlight_stage::gltf::named_files;
 use footlight_stage::import;
 use footlight_stage::stage_file::{Options, SceneError};
 
-/// Of a fixture whose type says nothing: angles of a profile, and the light of a 575 W lamp.
+/// Defaults of a fixture whose type is unknown: angles of a profile, and the light of a 575 W lamp.
 const BEAM: f64 = 20.0;
 const FIELD: f64 = 30.0;
 const LUMENS: f64 = 10_000.0;
-/// Losses that are named where nothing else is left.
+/// Most losses named in an error about an empty plan.
 const SAID: usize = 4;
-/// Numbers of channels.
+/// Valid channel numbers.
 const CHANNELS: std::ops::RangeInclusive<u32> = 1..=999_999;
 /// Full angles of a spot's light, degrees.
 const ANGLES: [f64; 2] = [0.2, 170.0];
-/// The beam's share of the field where a file has one angle for both.
+/// Ratio of beam to field angle when a file has one angle for both.
 const NARROWER: f64 = 2.0 / 3.0;
 
-/// Things that are said once with the fixtures that they are said of.
+/// Assumptions, each with the fixtures it applies to.
 #[derive(Default)]
 struct Assumed {
     said: BTreeMap<String, usize>,
@@ -44,7 +44,7 @@ impl Assumed {
     }
 }
 
-/// The text, the patch and the files of a plan.
+/// Text, patch and files of a plan.
 pub fn carried(
     name: &str,
     plan: &Plan,
@@ -94,7 +94,7 @@ pub fn carried(
     Ok(out)
 }
 
-/// The stages, with their files; returns what is left of the memory.
+/// Adds the stages with their files; returns the remaining memory.
 fn sets<'w>(
     plan: &Plan,
     (archive, folder): (&Archive<'_>, &str),
@@ -102,7 +102,7 @@ fn sets<'w>(
     mut work: Work<'w>,
 ) -> Result<Work<'w>, Fault> {
     let mut written = BTreeSet::new();
-    // By path, true where the file is a stage.
+    // By path, true for a stage.
     let mut tried: BTreeMap<String, bool> = BTreeMap::new();
     for set in &plan.sets {
         work.check()?;
@@ -155,7 +155,7 @@ fn sets<'w>(
     Ok(work)
 }
 
-/// The path of a file of the archive, with letters that any system takes.
+/// The path of a file of the archive, in letters that every system accepts.
 fn plain(name: &str) -> String {
     let kept = |c: char| {
         if c.is_alphanumeric() || ".-_".contains(c) {
@@ -172,7 +172,7 @@ fn plain(name: &str) -> String {
     parts.join("/")
 }
 
-/// Where `name` leads from the folder of `file`; `None` where that is outside.
+/// Resolves `name` from the folder of `file`; `None` when that is outside.
 fn resolved(file: &str, name: &str) -> Option<String> {
     let mut parts: Vec<&str> = file.split(['/', '\\']).collect();
     parts.pop();
@@ -189,7 +189,7 @@ fn resolved(file: &str, name: &str) -> Option<String> {
     Some(parts.join("/"))
 }
 
-/// A file of the set, and the files that it names, by their paths in the show's folder.
+/// A geometry file and the files that it names, by their paths in the show's folder.
 fn copied(
     set: &Set,
     archive: &Archive<'_>,
@@ -223,7 +223,7 @@ fn copied(
     Ok(files)
 }
 
-/// Why the file at `path` is no stage, if it is none.
+/// The reason why the file at `path` is no valid stage, if so.
 fn unread(path: &str, files: &[(String, Vec<u8>)], work: Work<'_>) -> Option<SceneError> {
     let beside = files
         .iter()
@@ -243,7 +243,7 @@ fn lights(
 ) -> Result<(), Fault> {
     let mut names = Names::default();
     let mut types: BTreeMap<(String, String), Fixture> = BTreeMap::new();
-    // The first light of each description, which the others are like.
+    // The first light of each description; the others refer to it.
     let mut alike: BTreeMap<String, String> = BTreeMap::new();
     let mut channels: BTreeMap<u32, Channel> = BTreeMap::new();
     // Lines of the patch.
@@ -344,11 +344,11 @@ fn lights(
 struct Channel {
     lights: Vec<String>,
     rgb: bool,
-    /// As a patch file has them.
+    /// Addresses as written in a patch file.
     addresses: Vec<String>,
 }
 
-/// The type of a fixture, from the file in the archive that its name says.
+/// The type of a fixture, from the file in the archive that it names.
 fn fixture(
     hung: &Hung,
     archive: &Archive<'_>,
@@ -387,7 +387,7 @@ fn fixture(
     }
 }
 
-/// Angles, light and colour, as a light has them.
+/// Angles, light and colour in a light's declaration.
 fn described(
     hung: &Hung,
     fixture: &Fixture,
@@ -459,8 +459,8 @@ fn described(
     out + &moves
 }
 
-/// The point that a fixture looks at: its focus point, else where its beam meets the floor, or five
-/// metres on. Its beam is as it hangs, and as its pan and tilt are set.
+/// Aim of a fixture: its focus point, else the point where its beam meets the floor, or five metres
+/// along it. The beam follows the mount and the preset pan and tilt.
 fn aim(
     plan: &Plan,
     hung: &Hung,
@@ -469,7 +469,7 @@ fn aim(
 ) -> [f64; 3] {
     let focus = hung.focus.as_ref().and_then(|focus| plan.focus.get(focus));
     let [x, y, z] = frame.origin;
-    // A focus point where the fixture hangs, as the text has it, gives no direction.
+    // A focus point at the fixture itself, in the precision of the text, gives no direction.
     if let Some(focus) = focus.filter(|focus| point(**focus) != point(frame.origin)) {
         if head.is_none_or(|head| head.reaches(*focus)) {
             return *focus;
@@ -491,7 +491,7 @@ fn aim(
     [x + far * dx, y + far * dy, z + far * dz]
 }
 
-/// The lines of a patch file for a fixture.
+/// Adds the lines of a patch file for a fixture.
 fn addresses(hung: &Hung, fixture: &Fixture, rgb: bool, channel: &mut Channel, out: &mut Carried) {
     let Some(written) = &hung.address else {
         return;
@@ -548,7 +548,7 @@ fn losses(hung: &Hung, fixture: &Fixture, out: &mut Carried) {
     }
 }
 
-/// A gel's colour of CIE x, y, Y: what it takes away, not how bright it is. `None` for white.
+/// A gel's colour from CIE x, y, Y, scaled to full brightness; `None` for white.
 fn gel([x, y, luminance]: [f64; 3]) -> Option<String> {
     if y <= 0.0 || luminance <= 0.0 {
         return None;
@@ -564,7 +564,7 @@ fn point(at: [f64; 3]) -> String {
     at.map(rounded).join(", ")
 }
 
-/// To a tenth of a millimetre.
+/// Rounds to a tenth of a millimetre.
 pub fn rounded(number: f64) -> String {
     let number = (number * 1e4).round() / 1e4;
     format!("{}", if number == 0.0 { 0.0 } else { number })

@@ -82,14 +82,14 @@ const SCENE: &str = r#"<?xml version="1.0"?>
 <Geometries><Geometry3D fileName="top.glb"/></Geometries></SceneObject>
 </ChildList></Layer></Layers></Scene></GeneralSceneDescription>"#;
 
-/// A triangle of a set.
+/// Geometry of a triangle.
 const TRIANGLE: &str = r#"{"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
 "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}],
 "bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":"BUFFER"}]IMAGES}"#;
 const CORNERS: &str =
     "data:application/octet-stream;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
 
-/// A set of one triangle, whose corners are in `buffer`, and which names `images`.
+/// A glTF of one triangle, with its corners in `buffer`, which names `images`.
 fn set(buffer: &str, images: &str) -> Vec<u8> {
     let text = TRIANGLE.replace("BUFFER", buffer);
     text.replace("IMAGES", images).into_bytes()
@@ -209,7 +209,7 @@ fn a_file_of_an_archive_is_checked() {
     );
 }
 
-/// What a plan is refused with in so many bytes; `None` where it is read.
+/// The error for a plan with this much memory; `None` when it is read.
 fn refused(plan: &[u8], memory: usize) -> Option<String> {
     let work = Work {
         memory,
@@ -242,7 +242,7 @@ fn a_plan_is_read_within_its_memory() {
         let said = refused(&plan, memory).unwrap();
         assert!(said.contains("allow more with `--memory MB`"), "{said}");
     }
-    // A type of fixture counts as well.
+    // A fixture type counts as well.
     let large = format!("{TYPE}<!--{}-->", " ".repeat(9 << 20));
     let kind = archive(&[("description.xml", large.as_bytes())]);
     let plan = archive(&[
@@ -256,7 +256,7 @@ fn a_plan_is_read_within_its_memory() {
     );
 }
 
-/// Few bytes that a reader could be at for hours, or fill all memory with.
+/// Small files that could occupy a reader for hours, or fill all memory.
 #[test]
 fn a_plan_that_grows_as_it_is_read_is_refused() {
     let scene = |text: &str| {
@@ -280,7 +280,7 @@ fn a_plan_that_grows_as_it_is_read_is_refused() {
     );
     let said = refused(&scene(&symbols), 1 << 30).unwrap();
     assert!(said.contains("more than 10000 objects"), "{said}");
-    // Each geometry has nine that refer to the next.
+    // Each geometry refers to the next nine times.
     let mut geometries = String::new();
     for i in 0..20 {
         let next = format!("<GeometryReference Geometry='g{}'/>", i + 1);
@@ -298,7 +298,7 @@ fn a_plan_that_grows_as_it_is_read_is_refused() {
     assert!(carried.losses.iter().any(told), "{:?}", carried.losses);
 }
 
-/// Cancels after so many looks.
+/// Cancels after a number of polls.
 struct Patience(AtomicUsize);
 
 impl Progress for Patience {
@@ -322,7 +322,7 @@ fn a_cancel_ends_it_wherever_it_is() {
             other => break assert!(other.is_ok(), "{other:?}"),
         }
     }
-    // Files unpacked, objects of the plan, fixtures, geometries of their types.
+    // Polls for files unpacked, objects of the plan, fixtures, geometries of their types.
     assert!(looks > 30, "{looks}");
 }
 
@@ -339,7 +339,7 @@ proptest! {
         let _ = import("plan.mvr", &bytes, "set", Work::silent());
     }
 
-    /// So are damaged descriptions.
+    /// Damaged descriptions are read or refused.
     #[test]
     fn damaged_xml_is_no_fault(at in 0..SCENE.len(), text in "[<>a-z0-9{},./\"=& -]{1,4}", kind in any::<bool>(), yoke in any::<bool>()) {
         let mut scene = SCENE.as_bytes().to_vec();
@@ -357,7 +357,7 @@ proptest! {
     }
 }
 
-/// A plan of some objects and its other files.
+/// A plan with these objects and other files.
 fn plan_of(objects: &str, files: &[(&str, &[u8])]) -> Vec<u8> {
     let scene = format!(
         "<GeneralSceneDescription><Scene><Layers><Layer><ChildList>{objects}</ChildList></Layer>\

@@ -1,7 +1,7 @@
-//! ZIP archives (PKWARE APPNOTE 6.3): stored and deflated files, by the directory at the end.
+//! ZIP archives (PKWARE APPNOTE 6.3): stored and deflated files, by the central directory.
 //!
-//! The crate for it pulls random numbers and cleaning of memory for encryption, which does not compile
-//! for the web; `flate2` is here for PNG anyway.
+//! The `zip` crate depends on crates for encryption that do not compile for the web; `flate2` is
+//! used for PNG anyway.
 
 use std::collections::BTreeMap;
 use std::io::Read;
@@ -12,9 +12,9 @@ use flate2::read::DeflateDecoder;
 use super::{Fault, said};
 use footlight_host::work::Work;
 
-/// Files of an archive.
+/// Most files of an archive.
 const MOST_FILES: usize = 10_000;
-/// Bytes that are unpacked between two looks at the cancel.
+/// Bytes unpacked between two checks for cancellation.
 const STEP: usize = 1 << 20;
 
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +25,7 @@ struct Entry {
     header: usize,
 }
 
-/// An archive, by the names of its files.
+/// An archive, indexed by file name.
 #[derive(Debug)]
 pub struct Archive<'a> {
     bytes: &'a [u8],
@@ -36,7 +36,7 @@ impl<'a> Archive<'a> {
     /// Reads the directory.
     ///
     /// # Errors
-    /// Where it is no archive, and of more than [`MOST_FILES`] files.
+    /// For an invalid archive, or one of more than [`MOST_FILES`] files.
     pub fn new(bytes: &'a [u8]) -> Result<Archive<'a>, Fault> {
         let end = bytes
             .windows(4)
@@ -77,8 +77,7 @@ impl<'a> Archive<'a> {
         self.files.contains_key(name)
     }
 
-    /// The name in the archive of a file that another one refers to: as it is, or in other letters of
-    /// the alphabet's two cases.
+    /// The archive's name for a file that another one refers to: equal, or equal except for case.
     pub fn inner_name(&self, name: &str) -> Option<&str> {
         let as_is = self
             .files
@@ -87,10 +86,10 @@ impl<'a> Archive<'a> {
         as_is.or_else(|| self.names().find(|other| other.eq_ignore_ascii_case(name)))
     }
 
-    /// A file's bytes, within the memory of `work`; `None` where there is no such file.
+    /// A file's bytes, within the memory of `work`; `None` when there is no such file.
     ///
     /// # Errors
-    /// Where it is damaged, too large or packed otherwise, and a cancel.
+    /// For a damaged or too large file, an unknown compression, or a cancel.
     pub fn read(&self, name: &str, work: Work<'_>) -> Result<Option<Vec<u8>>, Fault> {
         let Some(entry) = self.files.get(name) else {
             return Ok(None);

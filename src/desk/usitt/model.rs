@@ -1,4 +1,4 @@
-//! What a desk's file holds, as it stands there.
+//! Content of a desk's file.
 
 use std::collections::BTreeMap;
 
@@ -10,8 +10,8 @@ pub type Tenths = u16;
 /// Full.
 pub const FULL: Tenths = 1000;
 
-/// The level of a desk's 256 steps: the whole percent that gives this step, as desks round, else the
-/// tenth of a percent nearest to it.
+/// The level of one of 256 steps: the whole percentage that desks round to this step, else the
+/// nearest tenth of a percent.
 pub fn tenths(step: u8) -> Tenths {
     let exact = f64::from(step) * 100.0 / 255.0;
     let whole = exact.round();
@@ -22,7 +22,7 @@ pub fn tenths(step: u8) -> Tenths {
     }
 }
 
-/// The step of 256 nearest to a level.
+/// The nearest of 256 steps.
 pub fn step(tenths: Tenths) -> u8 {
     (f64::from(tenths.min(FULL)) * 255.0 / 1000.0).round() as u8
 }
@@ -31,31 +31,31 @@ pub fn step(tenths: Tenths) -> u8 {
 #[derive(Debug, Default)]
 pub struct Desk {
     pub title: String,
-    /// Who wrote the file.
+    /// Program that wrote the file.
     pub console: String,
-    /// Up and down time of a cue that says none.
+    /// Default up and down time of a cue.
     pub time: Option<(Time, Time)>,
     pub channels: BTreeMap<u32, Channel>,
     pub groups: Vec<Group>,
     /// Submasters and presets.
     pub looks: Vec<Look>,
-    /// Shapes of fades, by number: fractions of the time and of the way.
+    /// Shapes of fades, by number: pairs of time and completion fractions.
     pub curves: BTreeMap<u32, Curve>,
     pub cues: Vec<Cue>,
-    /// A cue says what moves (`$$ChanMove`), not only what is lit (`Chan`).
+    /// True when cues give moves (`$$ChanMove`).
     pub tracks: bool,
-    /// A cue says what is lit.
+    /// True when cues give the lit channels (`Chan`).
     pub states: bool,
 }
 
 #[derive(Debug, Default)]
 pub struct Channel {
     pub label: String,
-    /// Number of its fixture's type.
+    /// Number of its fixture type.
     pub personality: Option<u32>,
-    /// It mixes red, green and blue.
+    /// True when it mixes red, green and blue.
     pub rgb: bool,
-    /// Ranges of pan and tilt in degrees, where its type says them.
+    /// Ranges of pan and tilt in degrees, if its type gives them.
     pub head: Option<[[f64; 2]; 2]>,
 }
 
@@ -79,7 +79,7 @@ pub struct Look {
 pub struct Curve {
     pub label: String,
     pub points: Vec<(f64, f64)>,
-    /// The same to the nearest of 255 steps: all that Eos 2 writes.
+    /// The points rounded to 255 steps, which Eos 2 writes instead.
     pub steps: Vec<(f64, f64)>,
 }
 
@@ -92,11 +92,11 @@ pub struct Cue {
     pub block: bool,
     pub assert: bool,
     pub note: String,
-    /// The first is the cue itself.
+    /// The first part is the cue itself.
     pub parts: Vec<Part>,
 }
 
-/// A time and the wait before it.
+/// A fade time with its delay.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Fade {
     pub time: Time,
@@ -110,16 +110,16 @@ pub struct Part {
     pub up: Option<Fade>,
     pub down: Option<Fade>,
     pub colour: Option<Fade>,
-    /// Number of the curve that its fades follow.
+    /// Number of the curve of its fades.
     pub curve: Option<u32>,
     /// `$$ChanMove`.
     pub moves: BTreeMap<u32, Tenths>,
-    /// `Chan`: what is lit when the cue is complete.
+    /// `Chan`: channels lit when the cue is complete.
     pub lit: Option<BTreeMap<u32, Tenths>>,
     /// `$$Param`: red, green, blue, 0 to 1.
     pub colours: BTreeMap<u32, [Option<f64>; 3]>,
     /// `$$Param`: pan and tilt, degrees.
     pub poses: BTreeMap<u32, [Option<f64>; 2]>,
-    /// Channels whose level has a time of its own.
+    /// Times of channels that differ from the cue's.
     pub times: BTreeMap<u32, Fade>,
 }

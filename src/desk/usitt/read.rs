@@ -1,8 +1,8 @@
-//! A desk's file, record by record.
+//! Reads a desk's file, record by record.
 //!
-//! Palettes, curves and types of fixtures may stand behind the cues that use them, so the text is
-//! gone through twice: first for everything but cues, then for the cues of the first list. Every
-//! record is either used or counted among the losses.
+//! Palettes, curves and fixture types may follow the cues that use them, so there are two passes:
+//! first everything except cues, then the cues of one list. Every record is either used or counted
+//! among the losses.
 
 mod cues;
 mod rig;
@@ -19,20 +19,20 @@ use footlight_show::units::Time;
 
 type Refused = Box<Diagnostic>;
 
-/// A desk's show, with what of the file is not in it.
+/// A desk's show, with the losses.
 pub struct Read {
     pub show: Desk,
     pub losses: Vec<Loss>,
 }
 
-/// What a palette or preset sets of a channel.
+/// Values of a channel in a palette or preset.
 #[derive(Clone, Debug, Default)]
 struct Values {
     level: Option<Tenths>,
     colour: [Option<f64>; 3],
 }
 
-/// Where a record belongs.
+/// Section to which a record belongs.
 #[derive(Clone, Debug, Default, PartialEq)]
 enum Section {
     #[default]
@@ -48,11 +48,11 @@ enum Section {
     Cue,
     /// A cue of another list.
     OtherCue,
-    /// What is not read, by its keyword.
+    /// A section that is not read, by its keyword.
     Other(String),
 }
 
-/// Which text of a cue a record said last, in letters of ASCII.
+/// The owner of the last ASCII label.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Text {
     #[default]
@@ -61,7 +61,7 @@ enum Text {
     Other,
 }
 
-/// Records of a kind that are not read.
+/// Unread records of one kind.
 #[derive(Debug)]
 struct Unread {
     first: usize,
@@ -77,30 +77,30 @@ struct Reader {
     /// Bytes of a fixture type's parameters, by type and parameter.
     sizes: BTreeMap<(u32, u32), u32>,
     kinds: BTreeSet<u32>,
-    /// Where a fixture type says degrees for pan and tilt: its first and last value, and theirs.
+    /// Degrees of pan and tilt of a fixture type: first and last value, and their degrees.
     degrees: BTreeMap<(u32, u32), [f64; 4]>,
-    /// The parameter of the last `$$PersChan`.
+    /// Parameter of the last `$$PersChan`.
     parameter: u32,
     members: usize,
     palettes: BTreeMap<String, BTreeMap<u32, Values>>,
     unread: BTreeMap<String, Unread>,
-    /// What a `$$UText` is of.
+    /// Owner of the next `$$UText`.
     labelled: Text,
-    /// The list whose cues are read, and how many cues others have.
+    /// The cue list being read, and the number of cues in others.
     list: Option<String>,
     others: BTreeMap<String, (usize, usize)>,
     lines: BTreeMap<u32, usize>,
-    /// Times that the part which is being read has.
+    /// Time records seen in the current part.
     timed: BTreeSet<String>,
     known: usize,
 }
 
-/// Red, green and blue among a desk's parameters.
+/// Parameter numbers of red, green and blue.
 const EMITTERS: [u32; 3] = [12, 13, 14];
-/// Pan and tilt.
+/// Parameter numbers of pan and tilt.
 const AXES: [u32; 2] = [2, 3];
 
-/// Reads `text`, which the file `name` holds, with the cues of one list, or of its first.
+/// Reads `text`, the content of the file `name`, with the cues of one list, or of the first.
 pub fn read(
     name: &str,
     text: &str,
@@ -153,9 +153,9 @@ pub fn read(
 }
 
 impl Reader {
-    /// One record, in the pass through the cues or the one before it.
+    /// Handles a record, in the pass for cues or the one before.
     fn record(&mut self, record: &Record<'_>, cues: bool) -> Result<(), Refused> {
-        // Cues of other lists, and those with more than one digit behind the point.
+        // Cues of other lists, and those with more than one decimal.
         let is_cue = record.key == "cue" || (record.key == "$cue" && self.is_etc());
         let is_primary = matches!(record.key.as_str(), "cue" | "group" | "sub" | "patch")
             || (record.key.starts_with('$') && !record.key.starts_with("$$"));
@@ -188,7 +188,7 @@ impl Reader {
         }
     }
 
-    /// A record that begins something.
+    /// Handles a record that begins a section.
     fn begin(&mut self, record: &Record<'_>, is_cue: bool, cues: bool) -> Result<(), Refused> {
         self.labelled = Text::Label;
         if is_cue != cues {
@@ -241,7 +241,7 @@ impl Reader {
         Ok(())
     }
 
-    /// The file is of a desk of ETC's, whose own records are known.
+    /// True for a file of an ETC desk, whose own records are known.
     fn is_etc(&self) -> bool {
         let console = self.show.console.to_ascii_lowercase();
         console
@@ -249,7 +249,7 @@ impl Reader {
             .any(|word| word == "etc" || word == "eos")
     }
 
-    /// Counts a record that is not read.
+    /// Counts an unread record.
     fn skip(&mut self, record: &Record<'_>, key: &str, why: &'static str) -> Result<(), Refused> {
         let named = if key.starts_with("cue ") {
             key.to_owned()
@@ -258,7 +258,7 @@ impl Reader {
         };
         let named = match named.split_once(' ') {
             Some((a, b)) if a == b => a.to_owned(),
-            // Of sections that are not read as a whole one line says enough.
+            // One line is enough for a whole section.
             Some((a, _)) if !why.is_empty() && a != "cue" => a.to_owned(),
             _ => named,
         };
@@ -313,7 +313,7 @@ impl Reader {
         Ok(self.show.channels.entry(number).or_default())
     }
 
-    /// Channels whose fixtures mix colours, or turn by known degrees through straight down.
+    /// Finds channels whose fixtures mix colours, or turn by known degrees through straight down.
     fn mix(&mut self) {
         for channel in self.show.channels.values_mut() {
             let mixes = |kind: u32| {
@@ -366,7 +366,7 @@ fn cues(count: usize) -> String {
     }
 }
 
-/// The text of a `Text` or `$$UText`, if there is one.
+/// The text of a `Text` or `$$UText`, if not empty.
 fn label(record: &Record<'_>) -> Option<String> {
     match record.key.as_str() {
         "text" => Some(record.text()),
@@ -382,7 +382,7 @@ fn utf16(record: &Record<'_>) -> Option<String> {
     Some(text.chars().filter(|c| !c.is_control()).collect())
 }
 
-/// Why records are not read.
+/// The reason why a record is not read.
 fn why(key: &str) -> &'static str {
     match key {
         "cue $$timeposition" | "cue $$timegraphic" => "positions take the up time",

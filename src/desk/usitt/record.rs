@@ -1,4 +1,4 @@
-//! A file's lines as records: a keyword and its words.
+//! Splits a file's lines into records: a keyword and its words.
 
 use std::ops::Range;
 
@@ -7,16 +7,16 @@ use footlight_show::units::{CueNumber, Time};
 
 use super::model::{FULL, Tenths, tenths};
 
-/// A line that says something.
+/// A line with content.
 #[derive(Clone, Debug)]
 pub struct Record<'a> {
-    /// From 1.
+    /// Line number, from 1.
     pub line: usize,
-    /// Where the line stands in the text.
+    /// Position of the line in the text.
     pub span: Range<usize>,
     /// The keyword in small letters.
     pub key: String,
-    /// What follows it, without comments unless it is a text.
+    /// The rest, without comments unless it is a text.
     pub rest: &'a str,
 }
 
@@ -52,20 +52,20 @@ pub fn records(text: &str) -> impl Iterator<Item = Record<'_>> {
         })
 }
 
-/// Delimiters may stand for each other.
+/// True for a delimiter; all are equivalent.
 pub fn is_delimiter(c: char) -> bool {
     c.is_whitespace() || matches!(c, ',' | '<' | '>' | '=' | '@' | '/')
 }
 
 impl<'a> Record<'a> {
-    /// The words behind the keyword.
+    /// The words after the keyword.
     pub fn words(&self) -> impl Iterator<Item = &'a str> + use<'a> {
         self.rest
             .split(is_delimiter)
             .filter(|word| !word.is_empty())
     }
 
-    /// The words in pairs: channels and levels. A last one without its other half is an error.
+    /// The words in pairs: channels and levels. An incomplete pair is an error.
     pub fn pairs(&self) -> Result<Vec<(&'a str, &'a str)>, Box<Diagnostic>> {
         let words: Vec<&str> = self.words().collect();
         let pairs = words.chunks(2).map(|pair| match pair {
@@ -81,7 +81,7 @@ impl<'a> Record<'a> {
         pairs.collect()
     }
 
-    /// The text behind the keyword, without what no label can hold.
+    /// The text after the keyword, without characters that labels cannot hold.
     pub fn text(&self) -> String {
         self.rest.chars().filter(|c| !c.is_control()).collect()
     }
@@ -92,7 +92,7 @@ impl<'a> Record<'a> {
         Err(Box::new(error.help(help)))
     }
 
-    /// A channel's number.
+    /// Reads a channel's number.
     pub fn channel(&self, word: &str) -> Result<u32, Box<Diagnostic>> {
         match word.parse() {
             Ok(channel @ 1..=999_999) => Ok(channel),
@@ -103,7 +103,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// A level: percent, or 256 steps as `Hcc`.
+    /// Reads a level: percent, or 256 steps as `Hcc`.
     pub fn level(&self, word: &str) -> Result<Tenths, Box<Diagnostic>> {
         let step = word.strip_prefix(['H', 'h']);
         let level = match (step, word.to_ascii_lowercase().as_str()) {
@@ -120,7 +120,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// A time and the wait before it.
+    /// Reads a time and its delay.
     pub fn fade(&self) -> Result<super::model::Fade, Box<Diagnostic>> {
         let mut words = self.words();
         let time = self.time(words.next().unwrap_or("0"))?;
@@ -128,7 +128,7 @@ impl<'a> Record<'a> {
         Ok(super::model::Fade { time, delay })
     }
 
-    /// A time: seconds, or minutes and seconds with a colon.
+    /// Reads a time: seconds, or minutes and seconds with a colon.
     pub fn time(&self, word: &str) -> Result<Time, Box<Diagnostic>> {
         match seconds(word).and_then(Time::from_seconds) {
             Some(time) => Ok(time),
@@ -139,7 +139,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// The time from a cue's completion to the next cue's start, which may be negative.
+    /// Reads the time from a cue's completion to the next cue's start; may be negative.
     pub fn hang(&self, word: &str) -> Result<Time, Box<Diagnostic>> {
         match word.strip_prefix('-') {
             Some(before) => self.time(before).map(|time| Time::ZERO - time),
@@ -147,7 +147,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// A cue's number.
+    /// Reads a cue's number.
     pub fn cue(&self, word: &str) -> Result<CueNumber, Box<Diagnostic>> {
         match CueNumber::parse(word) {
             Some(number) => Ok(number),
@@ -158,7 +158,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// A whole number.
+    /// Reads a whole number.
     pub fn number(&self, word: Option<&str>) -> Result<u32, Box<Diagnostic>> {
         match word.and_then(|word| word.parse().ok()) {
             Some(number) => Ok(number),
@@ -176,7 +176,7 @@ fn of_percent(percent: f64) -> Option<Tenths> {
         .then(|| (percent * 10.0).round() as Tenths)
 }
 
-/// Seconds of `1:02:03.5`; `None` for what is no time.
+/// Seconds of `1:02:03.5`; `None` for a malformed time.
 fn seconds(word: &str) -> Option<f64> {
     let digits = |part: &str| part.bytes().all(|b| b.is_ascii_digit() || b == b'.');
     let parts: Vec<&str> = word.split(':').collect();

@@ -1,4 +1,4 @@
-//! What each cue moves, and in which time: levels are compared with those that track into the cue.
+//! Finds the moves and times of each cue by comparing its levels with those that track into it.
 
 use std::collections::BTreeMap;
 
@@ -7,15 +7,15 @@ use crate::Loss;
 use footlight_host::work::{Cancelled, Work};
 use footlight_show::units::{CueNumber, Rgb, Time};
 
-/// A cue with what it moves.
+/// A cue with its moves.
 #[derive(Debug)]
 pub struct Settled<'a> {
     pub cue: &'a Cue,
-    /// The first has the cue's own timing.
+    /// The moves by timing; the first has the cue's own.
     pub steps: Vec<Step<'a>>,
-    /// Everything is out when it is complete, and something was not.
+    /// True when the cue takes everything out, and something was lit.
     pub dark: bool,
-    /// Until its levels are there.
+    /// Time until its levels are reached.
     pub length: Time,
 }
 
@@ -25,7 +25,7 @@ pub struct Step<'a> {
     pub label: &'a str,
     pub timing: Timing,
     pub moves: BTreeMap<u32, Move>,
-    /// It is a part of the desk's, not a move with a time of its own.
+    /// True for a part of the desk, false for a move with its own time.
     pub is_part: bool,
 }
 
@@ -47,13 +47,13 @@ pub struct Move {
 }
 
 impl Move {
-    /// True where the level is all that it moves.
+    /// True when it moves only the level.
     pub fn is_plain(&self) -> bool {
         self.colour.is_none() && self.pose == [None; 2]
     }
 }
 
-/// What channels hold between cues.
+/// Values of channels between cues.
 #[derive(Default)]
 struct Tracked {
     levels: BTreeMap<u32, Tenths>,
@@ -61,7 +61,7 @@ struct Tracked {
     poses: BTreeMap<u32, [Option<f64>; 2]>,
 }
 
-/// The cues with what they move.
+/// The cues with their moves.
 ///
 /// # Errors
 /// A cancel.
@@ -98,8 +98,8 @@ fn check_link(cue: &Cue, last: Option<CueNumber>, losses: &mut Vec<Loss>) {
     }
 }
 
-/// Of each channel that a cue names the last part that does: a bank moves in one part of a cue. What
-/// earlier parts say of it is lost where it differs.
+/// The last part that names each channel of a cue: a bank moves in one part. Differing values of
+/// earlier parts are lost.
 fn last_parts(cue: &Cue, losses: &mut Vec<Loss>) -> BTreeMap<u32, usize> {
     let mut named: BTreeMap<u32, (usize, Tenths)> = BTreeMap::new();
     for (index, part) in cue.parts.iter().enumerate() {
@@ -155,7 +155,7 @@ impl Tracked {
                 for (axis, (now, was)) in pose.iter().zip(was).enumerate() {
                     if now.is_some() && now != was {
                         *was = *now;
-                        // A position takes the up time.
+                        // Positions use the up time.
                         let moves = step(&mut steps, from, part, base.of(true));
                         let one = moves.entry(*channel).or_default();
                         if let Some(place) = one.pose.get_mut(axis) {
@@ -189,7 +189,7 @@ impl Tracked {
         }
     }
 
-    /// Channels that go out because the cue, which says what is lit, does not name them.
+    /// Channels that go out because a cue that lists the lit channels does not name them.
     fn unsaid(&self, desk: &Desk, cue: &Cue, losses: &mut Vec<Loss>) -> BTreeMap<u32, Tenths> {
         if !desk.states {
             return BTreeMap::new();
@@ -293,16 +293,16 @@ fn base(desk: &Desk, part: &Part) -> Base {
     }
 }
 
-/// The timing that a part has as a whole.
+/// The timing of a whole part.
 pub fn timing_of(desk: &Desk, part: &Part) -> Timing {
     base(desk, part).timing()
 }
 
-/// The time of a cue that says none.
+/// Time of a cue without one.
 pub const FIVE: Time = Time::from_micros(5_000_000);
 
 impl Base {
-    /// As one timing, which it is unless up and down wait differently.
+    /// The timing, if up and down have equal delays.
     fn timing(&self) -> Timing {
         Timing {
             delay: self.up.delay,
@@ -346,7 +346,7 @@ fn timing(base: &Base, part: &Part, channel: u32, rising: bool) -> Timing {
     }
 }
 
-/// The moves of a part with this timing.
+/// Finds or adds the moves of a part with this timing.
 fn step<'s, 'a>(
     steps: &'s mut Vec<Step<'a>>,
     from: usize,

@@ -1,5 +1,5 @@
-//! The text of a show, as a designer writes it: groups and looks where they fit, one timing for what
-//! moves together.
+//! Writes the text of a show as a designer would: groups and looks where they fit, one timing for
+//! moves that belong together.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -15,12 +15,12 @@ use footlight_show::units::Time;
 /// Columns of a line.
 const WIDTH: usize = 92;
 
-/// What the show's text calls things.
+/// Names in the show's text.
 struct Sheet<'a> {
     desk: &'a Desk,
-    /// Of the channels that something uses.
+    /// Names of the channels in use.
     banks: BTreeMap<u32, String>,
-    /// Lights of the channels that turn.
+    /// Names of the lights of channels with heads.
     heads: BTreeMap<u32, String>,
     groups: Vec<(String, BTreeSet<u32>)>,
     looks: Vec<(String, BTreeMap<u32, Tenths>)>,
@@ -31,7 +31,7 @@ struct Sheet<'a> {
 /// The text for a desk's show, in its canonical layout.
 ///
 /// # Errors
-/// A text that is too large, and a cancel.
+/// When the text is too large, and on cancel.
 pub fn text(
     name: &str,
     desk: &Desk,
@@ -61,7 +61,7 @@ pub fn text(
     lang::format(&out).map_err(|mut errors| Box::new(errors.remove(0)).into())
 }
 
-/// A bank for each channel that a cue, a group or a look uses.
+/// Declares a bank for each channel used by a cue, a group or a look.
 fn banks(
     desk: &Desk,
     cues: &[Settled<'_>],
@@ -249,7 +249,7 @@ impl Sheet<'_> {
         let first =
             steps.next_if(|step| step.is_part && (step.label == label || step.label.is_empty()));
         let base = own.map(|part| timing_of(self.desk, part));
-        // A cue that moves nothing takes its time all the same; without moves of its own it has none.
+        // A cue without moves still takes its time.
         let timing = match (first, settled.steps.is_empty()) {
             (Some(step), _) => Some(step.timing),
             (None, true) => base,
@@ -292,7 +292,7 @@ impl Sheet<'_> {
         out.push_str(&block(&head, &said, &items, &parts, &after));
     }
 
-    /// A part, or a move with a time of its own.
+    /// A part, or a move with its own time.
     fn part(&self, step: &Step<'_>, (cue, around): (&str, Timing), number: &mut u32) -> String {
         let moves = self.moves(step, false);
         let timing = self.timing(step.timing, around).join("  ");
@@ -318,7 +318,7 @@ impl Sheet<'_> {
         }
     }
 
-    /// The timing of a cue that says nothing.
+    /// The timing of a cue without one.
     fn default(&self) -> Timing {
         Timing {
             delay: Time::ZERO,
@@ -328,7 +328,7 @@ impl Sheet<'_> {
         }
     }
 
-    /// What a cue or part says of its times, where these are not `around`'s.
+    /// Timing words of a cue or part, as far as they differ from `around`.
     fn timing(&self, timing: Timing, around: Timing) -> Vec<String> {
         let mut out = Vec::new();
         if (timing.up, timing.down) != (around.up, around.down) {
@@ -345,7 +345,7 @@ impl Sheet<'_> {
         out
     }
 
-    /// The moves, by looks and groups where these have all of their levels.
+    /// The moves, with looks and groups where all their levels match.
     fn moves(&self, step: &Step<'_>, dark: bool) -> Vec<String> {
         let mut left = step.moves.clone();
         if dark && left.len() > 1 && left.values().all(Move::is_plain) {
@@ -402,8 +402,7 @@ impl Sheet<'_> {
     }
 }
 
-/// A statement on one line where that is short, else its timing, its moves and its parts on lines of
-/// their own.
+/// A statement on one line if short, else timing, moves and parts on separate lines.
 fn block(
     head: &str,
     said: &[String],
@@ -438,7 +437,7 @@ fn block(
     out
 }
 
-/// Words behind `head`, in rows that are indented.
+/// Words after `head`, in indented rows.
 fn rows(head: &str, words: &[&str], between: &str, indent: &str) -> String {
     let mut out = String::new();
     let mut row = head.to_owned();
@@ -463,7 +462,7 @@ fn words(list: &[String]) -> Vec<&str> {
     list.iter().map(String::as_str).collect()
 }
 
-/// The knots of a curve that goes from 0 to 1.
+/// The knots of a curve from 0 to 1.
 fn knots(curve: &Curve) -> Option<String> {
     let points = if curve.points.is_empty() {
         &curve.steps
@@ -483,7 +482,7 @@ fn knots(curve: &Curve) -> Option<String> {
     Some(knots.join(", "))
 }
 
-/// The digits of a number such as `12`; those of `2.5` with `_` between.
+/// The digits of a number such as `12`; for `2.5` joined by `_`.
 fn whole(number: &str) -> String {
     number
         .chars()
@@ -508,7 +507,7 @@ fn time(up: Time, down: Time) -> String {
     }
 }
 
-/// A time without its unit where seconds are meant anyway.
+/// A time without its unit, where seconds are the default.
 fn short(time: Time) -> String {
     let text = time.to_string();
     text.strip_suffix('s').unwrap_or(&text).to_owned()

@@ -40,10 +40,10 @@ fn imported(text: &str) -> Carried {
         .unwrap()
 }
 
-/// What a channel does in a cue: the level, and the wait and time to it, where it changes.
+/// Per channel after a cue: the level, its colour, and the delay and time of its change.
 type Done = BTreeMap<u32, (i64, Option<[u8; 3]>, Time, Time)>;
 
-/// By cue, what each channel comes to, in thousandths, with the time that it takes; then the link.
+/// By cue: the state of each channel, in thousandths, with the time of its change; then the link.
 fn states(show: &Show) -> Vec<(String, Done, Option<Link>)> {
     let parameters = show.parameters();
     let mut held = show.dark_levels();
@@ -232,8 +232,8 @@ fn a_file_may_be_in_utf_16() {
     assert_eq!(read(u16::to_le_bytes), read(u16::to_be_bytes));
 }
 
-/// An unknown record, behind each line in turn: the list of losses has it everywhere but
-/// in a list of cues that is left out as a whole.
+/// An unknown record after any line is listed among the losses, except in a cue list that is
+/// skipped as a whole.
 #[test]
 fn no_record_goes_unreported() {
     let whats = |text: &str| -> Vec<String> {
@@ -365,7 +365,7 @@ fn a_wrong_file_is_refused_with_its_line() {
         "#);
 }
 
-/// What an Eos of today writes beside the standard's records.
+/// Output of a current Eos beyond the standard's records.
 const RECORDS: &str = "\
 Ident 3:0
 Manufacturer ETC
@@ -452,7 +452,7 @@ fn one_list_of_several_is_read() {
     assert!(format!("{:?}", refused.help).contains("1 (2 cues), 2 (2 cues)"));
 }
 
-/// Cancels after so many looks.
+/// Cancels after a number of polls.
 struct Patience(AtomicUsize);
 
 impl Progress for Patience {
@@ -473,7 +473,7 @@ fn a_cancel_reaches_the_reader() {
         match import("test.asc", text.as_bytes(), None, work).1 {
             Err(ImportError::Cancelled(_)) => {}
             other => {
-                // Five records, twice, and two cues, twice.
+                // Five records and two cues, in two passes each.
                 assert!(other.is_ok() && looks == 14, "{looks}: {other:?}");
                 break;
             }
@@ -484,7 +484,7 @@ fn a_cancel_reaches_the_reader() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// Random moves of plain and rgb banks, in random times, parts and links.
+    /// Random moves of plain and rgb banks, in random times, parts and links, survive a round trip.
     #[test]
     fn random_shows_come_back(
         cues in prop::collection::vec(
@@ -514,7 +514,7 @@ proptest! {
                 2 if number + 1 < last => text.push_str("\n hang 0.125"),
                 _ => {}
             }
-            // Put back with split times a colour has two times, which no desk has.
+            // A restored colour with split times would have two times, which no desk supports.
             let cueonly = *cueonly && seen.iter().all(|bank| *bank < 3);
             text.push_str(if cueonly { "\n cueonly }\n" } else { " }\n" });
         }

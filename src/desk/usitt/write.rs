@@ -1,5 +1,5 @@
-//! A show as a desk's file: the standard's own records, which every desk reads, and beside them those
-//! of ETC's Eos for what the standard has no word for (colours, `hang`, what moves).
+//! Writes a show as a desk's file: the standard's records, which every desk reads, and those of
+//! ETC's Eos for what the standard cannot express (colours, `hang`, moves).
 
 mod losses;
 
@@ -13,17 +13,17 @@ use footlight_show::model::{Bank, Cue, Fade, Head, Link, Motion, Show};
 use footlight_show::timeline::{Moved, Timeline, Timing, cue_moves};
 use footlight_show::units::{Time, percent};
 
-/// Columns of a line, as the standard allows.
+/// Columns of a line, by the standard.
 const WIDTH: usize = 80;
-/// The number of the first type of fixtures.
+/// The number of the first fixture type.
 const FIRST_KIND: u32 = 90_001;
-/// Parameters of a desk: red, green and blue.
+/// Parameter numbers of red, green and blue.
 const EMITTERS: [u32; 3] = [12, 13, 14];
 
-/// The file for a show, with what of the show is not in it.
+/// The file for a show, with the losses.
 ///
 /// # Errors
-/// Where the cues make no timeline, or on cancel.
+/// When the cues make no timeline, or on cancel.
 pub fn write(show: &Show, timeline: &Timeline, work: Work<'_>) -> Result<Carried, ExportError> {
     let mut moves = cue_moves(show)?;
     let first_pose = show.first_pose();
@@ -63,18 +63,18 @@ pub fn write(show: &Show, timeline: &Timeline, work: Work<'_>) -> Result<Carried
 struct Writer<'a> {
     show: &'a Show,
     timeline: &'a Timeline,
-    /// By bank, one for each of its heads.
+    /// Channels of each bank, one for each of its heads.
     channels: Vec<Vec<u32>>,
     heads: Vec<(usize, &'a Head, usize)>,
-    /// Where each bank's parameters begin.
+    /// First parameter of each bank.
     first: Vec<usize>,
-    /// What each parameter holds between cues.
+    /// Value of each parameter between cues.
     held: Vec<f64>,
     text: String,
     losses: Vec<Loss>,
 }
 
-/// What a part of a cue moves, in one time.
+/// Moves of a cue with one timing.
 #[derive(Debug, Default)]
 struct Part {
     label: String,
@@ -89,8 +89,8 @@ struct Part {
 }
 
 impl<'a> Writer<'a> {
-    /// Gives every bank a channel: its own, or one that no other has. Each head of a bank beyond the
-    /// first has the next one that is free.
+    /// Gives every bank a channel: its own, or a free one. Each head of a bank beyond the first
+    /// gets the next free channel.
     fn channels(&mut self) {
         let mut taken = BTreeSet::new();
         let own = |bank: &Bank, taken: &mut BTreeSet<u32>| {
@@ -124,7 +124,7 @@ impl<'a> Writer<'a> {
         self.channels.get(bank).map_or(&[], Vec::as_slice)
     }
 
-    /// The channels of banks with the levels that these hold.
+    /// Channels of banks with their current levels.
     fn held(&self, banks: impl Iterator<Item = usize>) -> BTreeMap<u32, Tenths> {
         let each = |bank| {
             let level = of(self.level(bank));
@@ -135,7 +135,7 @@ impl<'a> Writer<'a> {
         banks.flat_map(each).collect()
     }
 
-    /// The head of a bank that has its `position`-th channel.
+    /// The head of a bank at its `position`-th channel.
     fn head_of(&self, bank: usize, position: usize) -> Option<(usize, &'a Head)> {
         let heads = self.heads.iter().enumerate();
         let mut own = heads.filter(|(_, (.., of))| *of == bank);
@@ -182,7 +182,8 @@ impl<'a> Writer<'a> {
         let _ = writeln!(self.text, "{patch}");
     }
 
-    /// A type of fixture: a dimmer, with three emitters, with pan and tilt of these ranges.
+    /// Writes a fixture type: a dimmer, optionally with three emitters, or with pan and tilt of
+    /// these ranges.
     fn kind(&mut self, number: u32, rgb: bool, head: Option<[[f64; 2]; 2]>) {
         // Parameters with their homes and ranges.
         let mut rows = vec![(1, 0, None)];
@@ -262,14 +263,14 @@ impl<'a> Writer<'a> {
         self.text.push('\n');
     }
 
-    /// The bank of a parameter, and which of its parameters it is.
+    /// The bank of a parameter, and its index among the bank's parameters.
     fn bank_of(&self, parameter: usize) -> (usize, usize) {
         let after = self.first.partition_point(|first| *first <= parameter);
         let bank = after.saturating_sub(1);
         (bank, parameter - self.first.get(bank).copied().unwrap_or(0))
     }
 
-    /// Records of channels with their levels, as many as there must be.
+    /// Writes channels with their levels, in as many records as needed.
     fn levels(&mut self, key: &str, levels: &BTreeMap<u32, Tenths>, written: fn(Tenths) -> String) {
         let mut row = String::new();
         for (channel, level) in levels {
@@ -350,7 +351,7 @@ impl<'a> Writer<'a> {
         self.held.get(first).copied().unwrap_or(0.0)
     }
 
-    /// What a part moves of a bank's pan, tilt and colour.
+    /// Writes the moves of a bank's pan, tilt and colour in a part.
     fn parameters(&mut self, bank: usize, part: &Part) {
         let mut text = String::new();
         for (position, channel) in self.channels_of(bank).iter().enumerate() {
@@ -376,7 +377,7 @@ impl<'a> Writer<'a> {
         self.text.push_str(&text);
     }
 
-    /// What the cue moves, by times; the levels that it comes to are held from here on.
+    /// The moves of a cue, by timing; updates the held levels.
     fn parts(&mut self, index: usize, cue: &Cue, moves: &[Moved<'_>], before: &[f64]) -> Vec<Part> {
         let mut parts: Vec<Part> = Vec::new();
         let written = cue.parts.iter().filter(|part| part.written);
@@ -444,7 +445,7 @@ impl<'a> Writer<'a> {
             });
         }
         if let (0, Some(part)) = (index, parts.first_mut()) {
-            // Where heads point that no cue has moved yet.
+            // Positions of heads that no cue has moved yet.
             part.heads.extend(0..self.heads.len());
         }
         if bent {
@@ -455,7 +456,7 @@ impl<'a> Writer<'a> {
         parts
     }
 
-    /// Up and down time; a path or a repeated fade takes as long as it is.
+    /// Up and down time; a path or a repeated fade takes its length.
     fn times_of(&self, one: &Moved<'_>) -> (Time, Time) {
         let times = |time: Time| {
             let repeats = i64::from(one.repeat.max(1));
@@ -491,7 +492,7 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// A text, and in UTF-16 too where it is not ASCII.
+/// A label, also in UTF-16 if it is not ASCII.
 fn labelled(key: &str, text: &str) -> String {
     if text.is_empty() {
         return String::new();
@@ -517,13 +518,13 @@ fn hex(level: Tenths) -> String {
     format!("H{:02x}", step(level))
 }
 
-/// A time as desks write it.
+/// A time in the notation of desks.
 fn clock(time: Time) -> String {
     let text = time.to_string();
     text.strip_suffix('s').unwrap_or(&text).to_owned()
 }
 
-/// Printable ASCII, with `?` for all else, cut to a length.
+/// Printable ASCII, with `?` for other characters, cut to a length.
 fn ascii(text: &str, most: usize) -> String {
     let plain = |c| if matches!(c, ' '..='~') { c } else { '?' };
     text.chars().map(plain).take(most).collect()

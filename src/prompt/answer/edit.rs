@@ -8,21 +8,21 @@ use crate::error::Error;
 use crate::repl::{Repl, Reply};
 use footlight_show::lang::edit::Edit;
 
-/// The declaration that `delete` takes out.
+/// The declaration to delete.
 #[derive(Args, Clone, Debug)]
 pub struct Delete {
     #[arg(value_name = "cue N | WORD NAME", required = true)]
     words: Vec<String>,
 }
 
-/// The cue that `copy` copies, and its new number.
+/// The cue to copy, and its new number.
 #[derive(Args, Clone, Debug)]
 pub struct Copy {
     #[arg(value_name = "cue N to NUMBER", required = true)]
     words: Vec<String>,
 }
 
-/// The name that `rename` changes, and the new one.
+/// The name to change, and the new one.
 #[derive(Args, Clone, Debug)]
 pub struct Rename {
     #[arg(value_name = "NAME to NEW", required = true)]

@@ -1,4 +1,4 @@
-//! The show for another program.
+//! Export of the show to other programs.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use footlight_desk::{ExportError, qlc, usitt};
 use footlight_engine as engine;
 use footlight_report::{exchange, format};
 
-/// The file that `export` writes.
+/// The file to write.
 #[derive(Args, Clone, Debug)]
 pub struct Export {
     /// Print data instead of words
@@ -22,7 +22,7 @@ pub struct Export {
     output: Output,
 }
 
-/// Writes the show as the file's ending says, and reports what is not in it.
+/// Writes the show in the format of the file's extension, and reports the losses.
 pub fn export(repl: &mut Repl, asked: &Export) -> Result<Reply, Error> {
     let path = repl.output(&asked.output, &format::EXCHANGE)?;
     let document = repl.engine.document();

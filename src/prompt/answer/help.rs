@@ -1,4 +1,4 @@
-//! What verbs and declarations are, in words.
+//! Help on verbs and declarations.
 
 use std::fmt::Write as _;
 
@@ -10,7 +10,7 @@ use crate::repl::Reply;
 use crate::usage;
 use footlight_show::lang;
 
-/// The word that `help` explains.
+/// The word to explain.
 #[derive(Args, Clone, Debug)]
 pub struct Help {
     #[arg(value_name = "VERB")]
@@ -24,7 +24,7 @@ pub fn help(verbs: &Command, asked: &Help) -> Result<Reply, Error> {
     }))
 }
 
-/// What a verb or a declaration is, in words.
+/// Help on a verb or a declaration.
 pub fn of(verbs: &Command, name: &str) -> Result<String, Error> {
     let declared = of_statement(name);
     let verb = match (find(verbs, name), declared.is_empty()) {
@@ -53,8 +53,8 @@ fn about(verb: &Command) -> String {
 /// The manual of the language, whose tables explain its words.
 const MANUAL: &str = include_str!("../../../grammar/README.md");
 
-/// The rows of the manual's tables: the statement that the table is about, by its heading
-/// (``in `cue` ``), how something is written, and the other cells.
+/// Rows of the manual's tables: the statement of the table, from its heading (``in `cue` ``), the
+/// notation, and the other cells.
 fn rows() -> impl Iterator<Item = (&'static str, &'static str, &'static str)> {
     let mut of_table = "";
     MANUAL.lines().filter_map(move |line| {
@@ -69,7 +69,7 @@ fn rows() -> impl Iterator<Item = (&'static str, &'static str, &'static str)> {
     })
 }
 
-/// How the statement of a word is written, by the rows of the manual; empty where none has it.
+/// Notation of a statement, from the manual; empty if none.
 fn of_statement(word: &str) -> String {
     let begins = |usage: &str| {
         let rest = usage.strip_prefix(word);
@@ -82,13 +82,13 @@ fn of_statement(word: &str) -> String {
     own.map(row).collect::<Vec<_>>().join("\n")
 }
 
-/// How a word of the language is used within a statement, and what it means, by the tables of the
-/// manual; `None` where none has it.
+/// Notation and meaning of a word within a statement, from the manual's tables; `None` if none has
+/// it.
 pub fn of_word(statement: &str, word: &str) -> Option<(String, String)> {
     let mut best: Option<(u8, &str, &str)> = None;
     for (of_table, usage, rest) in rows() {
-        // How well a row explains the word: it is of the statement and has it, or begins with it. One
-        // of another statement may mean something else.
+        // Rank of a row for the word: the row is of the statement and contains the word, or begins
+        // with it. A row of another statement may mean something else.
         let pieces = usage.split("`, `").map(|piece| {
             let mut words = piece.split([' ', '/']);
             let first = words.next().unwrap_or_default();
@@ -129,7 +129,7 @@ fn all(verbs: &Command) -> String {
     text
 }
 
-/// Words in lines of at most 76 letters, the first of which has so many already.
+/// Wraps words to lines of at most 76 letters; the first line already has `length`.
 pub(super) fn wrapped<'w>(words: impl Iterator<Item = &'w str>, mut length: usize) -> String {
     let mut out = String::new();
     for word in words {
@@ -171,7 +171,7 @@ mod tests {
             let mut of = keywords.iter();
             of.any(|statement| super::of_word(statement, word).is_some())
         };
-        // `dither` is read to say that it was removed.
+        // `dither` is parsed to report that it was removed.
         let removed = ["dither", "on", "off"];
         let words = words.iter().filter(|word| !removed.contains(word));
         let missing: Vec<_> = words.filter(|word| !is_explained(word)).collect();

@@ -1,4 +1,4 @@
-//! Live control: moves in time, levels that are tried, blind edits.
+//! Live control: moves in time, trial levels, blind edits.
 
 use clap::Args;
 
@@ -13,28 +13,28 @@ use footlight_show::lang;
 use footlight_show::printable::Printable;
 use footlight_show::units::{CueNumber, Time};
 
-/// The moment that `at` moves to.
+/// The moment to go to.
 #[derive(Args, Clone, Debug)]
 pub struct At {
     #[arg(value_name = "TIME | cue N [+ TIME]")]
     moment: Vec<String>,
 }
 
-/// The cue that `goto` moves to.
+/// The cue to go to.
 #[derive(Args, Clone, Debug)]
 pub struct Goto {
     #[arg(value_name = "CUE [at PART%]", required = true)]
     words: Vec<String>,
 }
 
-/// The levels that `set` tries.
+/// The levels to try.
 #[derive(Args, Clone, Debug)]
 pub struct Set {
     #[arg(value_name = "LEVEL…", allow_hyphen_values = true)]
     levels: Vec<String>,
 }
 
-/// The cue that `record` writes.
+/// The cue to write.
 #[derive(Args, Clone, Debug)]
 pub struct Record {
     #[arg(value_name = "NUMBER", value_parser = number)]
@@ -46,7 +46,7 @@ pub struct Record {
     time: Option<(Time, Time)>,
 }
 
-/// The cue that `insert` writes.
+/// The cue to write.
 #[derive(Args, Clone, Debug)]
 pub struct Insert {
     #[arg(value_name = "LABEL", default_value = "", hide_default_value = true)]
@@ -56,7 +56,7 @@ pub struct Insert {
     time: Option<(Time, Time)>,
 }
 
-/// Whether `blind` ends.
+/// Option to end blind editing.
 #[derive(Args, Clone, Debug)]
 pub struct Blind {
     #[arg(value_parser = ["off"])]
@@ -107,7 +107,7 @@ fn moved(repl: &mut Repl, released: &[String]) -> Result<Reply, Error> {
     pictured_moment(repl)
 }
 
-/// Says what a move in time let go of.
+/// Reports trial levels that a move in time released.
 fn report_release(repl: &mut Repl, released: &[String]) {
     if !released.is_empty() {
         let said = format!(
@@ -118,12 +118,12 @@ fn report_release(repl: &mut Repl, released: &[String]) {
     }
 }
 
-/// Levels there.
+/// The levels at the current moment.
 fn moment(repl: &Repl) -> Reply {
     Reply::text(document::moment(repl.engine.document(), &repl.live))
 }
 
-/// Levels there, and a picture where the pool can give one at once.
+/// The levels at the current moment, and an image if the pool has one at once.
 fn pictured_moment(repl: &mut Repl) -> Result<Reply, Error> {
     let levels = moment(repl);
     if repl.engine.estimate().pool().is_none() {
@@ -136,7 +136,7 @@ fn pictured_moment(repl: &mut Repl) -> Result<Reply, Error> {
     })
 }
 
-/// Tries levels on top of what the cues say at the current time.
+/// Tries levels on top of the cues at the current time.
 pub fn set(repl: &mut Repl, asked: &Set) -> Result<Reply, Error> {
     if asked.levels.is_empty() {
         let text = if !repl.live.is_trying() {
@@ -157,7 +157,7 @@ pub fn set(repl: &mut Repl, asked: &Set) -> Result<Reply, Error> {
     Ok(reply)
 }
 
-/// Words in which `warm +10` and `sky -5` are levels, from those at this moment.
+/// Converts relative levels such as `warm +10` and `sky -5` to absolute ones at the current moment.
 fn absolute(repl: &Repl, words: &[String]) -> String {
     let document = repl.engine.document();
     let show = document.show();
@@ -189,14 +189,14 @@ fn absolute(repl: &Repl, words: &[String]) -> String {
     out.join(" ")
 }
 
-/// Writes what is tried into the cue that stands.
+/// Writes the trial levels into the current cue.
 pub fn update(repl: &mut Repl) -> Result<Reply, Error> {
     let before = repl.engine.estimate().refined();
     let edited = repl.live.update(&mut repl.engine)?;
     Ok(Reply::text(repl.describe_edit(&edited, before)))
 }
 
-/// Writes what is tried as a new cue behind the one that stands, under a number between.
+/// Writes the trial levels as a new cue after the current one, with a number in between.
 pub fn insert(repl: &mut Repl, asked: &Insert) -> Result<Reply, Error> {
     let document = repl.engine.document();
     let cues = &document.show().cues;
@@ -214,7 +214,7 @@ pub fn insert(repl: &mut Repl, asked: &Insert) -> Result<Reply, Error> {
     recorded(repl, number, &asked.label, asked.time)
 }
 
-/// The roundest number between two, in thousandths; behind the last cue the next whole one.
+/// The roundest number between two, in thousandths; after the last cue, the next whole one.
 fn between(this: u32, next: Option<u32>) -> Option<u32> {
     let Some(next) = next else {
         return Some((this / 1000 + 1) * 1000);
@@ -234,7 +234,7 @@ pub fn release(repl: &mut Repl) -> Result<Reply, Error> {
     }
 }
 
-/// Keeps blind edits, or what is being tried as a cue.
+/// Keeps blind edits, or records the trial levels as a cue.
 pub fn record(repl: &mut Repl, asked: &Record) -> Result<Reply, Error> {
     let Some(number) = asked.number else {
         return keep_blind(repl);
@@ -260,7 +260,7 @@ fn recorded(
     recorded.push("\n");
     recorded.append(&repl.describe_edit(&edited, before));
     if repl.live.is_blind() {
-        // What is recorded is kept, and it stands on the edits before it.
+        // The recorded cue builds on the blind edits, so keep them too.
         repl.live.keep_blind()?;
         if !recorded.ends_with("\n") {
             recorded.push("\n");

@@ -1,4 +1,4 @@
-//! Measurements: of quality, against references, as charts.
+//! Measurements: quality, references, charts.
 
 use std::path::PathBuf;
 
@@ -15,7 +15,7 @@ use footlight_report::format::{self, DRAWING, RECORD};
 use footlight_report::{self as report, comparison, tradeoff};
 use footlight_transport::Quality;
 
-/// What `quality` measures.
+/// Options of `quality`.
 #[derive(Args, Clone, Debug)]
 pub struct Scale {
     /// Print data instead of words
@@ -26,7 +26,7 @@ pub struct Scale {
     measure: bool,
 }
 
-/// The picture that `measure` measures.
+/// The picture to measure.
 #[derive(Args, Clone, Debug, Default)]
 pub struct Measure {
     #[command(flatten)]
@@ -42,7 +42,7 @@ pub struct Measure {
     json: bool,
 }
 
-/// The pictures that `compare` compares.
+/// The pictures to compare.
 #[derive(Args, Clone, Debug)]
 pub struct Compare {
     /// The folder of BANK.exr, or of the halves BANK_A.exr and BANK_B.exr
@@ -59,7 +59,7 @@ pub struct Compare {
     output: Option<Output>,
 }
 
-/// What `chart` draws.
+/// Options of `chart`.
 #[derive(Args, Clone, Debug)]
 pub struct Chart {
     /// What to draw

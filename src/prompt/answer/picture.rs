@@ -42,7 +42,7 @@ pub struct Shot {
 pub type Look = (Vec<f64>, Vec<Pose>);
 
 impl Shot {
-    /// The picture, its light, and which one it is.
+    /// The image, its light, and its description.
     pub fn image(&self, repl: &mut Repl) -> Result<(Image, Look, String), Error> {
         let now = repl.live.time();
         let complete = self.cue.map(|cue| Moment::Cue(cue, None));
@@ -100,7 +100,7 @@ pub struct Picture {
 
 pub fn picture(repl: &mut Repl, asked: &Picture) -> Result<Reply, Error> {
     let path = repl.optional_output(asked.output.as_ref(), &PICTURE)?;
-    // An .exr is light, which no exposure changes.
+    // An .exr is linear, and exposure does not apply.
     let shown = path.is_none_or(|p| ending(p) != "exr");
     if asked.float && shown {
         return usage("`--float` is for an .exr");
@@ -137,7 +137,7 @@ pub fn picture(repl: &mut Repl, asked: &Picture) -> Result<Reply, Error> {
     }
 }
 
-/// What the picture was made of.
+/// Describes the images from which the picture was made.
 fn made_of(repl: &Repl, asked: &Picture) -> String {
     if let Some(Quality(step)) = asked.shot.quality {
         return format!("quality {step}");
@@ -151,7 +151,7 @@ fn made_of(repl: &Repl, asked: &Picture) -> String {
     }
 }
 
-/// Whether nothing of a picture, or of a bank alone, can be seen.
+/// True when a picture, or a bank alone, is completely dark.
 fn is_dark(repl: &mut Repl, asked: &Picture, image: &Image) -> bool {
     let unlit = |name: &str| {
         UnlitBank::find(&mut repl.engine)
@@ -161,7 +161,7 @@ fn is_dark(repl: &mut Repl, asked: &Picture, image: &Image) -> bool {
     image.data().iter().all(|light| *light <= 0.0) || asked.shot.bank.as_deref().is_some_and(unlit)
 }
 
-/// How the exposure came about, where it was not set.
+/// Describes an automatic exposure.
 fn chosen(repl: &Repl, asked: &Picture) -> &'static str {
     match asked.exposure.is_some() || repl.engine.show().preview.exposure.is_some() {
         true => "",
@@ -170,13 +170,13 @@ fn chosen(repl: &Repl, asked: &Picture) -> &'static str {
     }
 }
 
-/// True for what is exposed by itself, as no sequence shows it.
+/// True for a picture that is exposed individually, because no sequence shows it.
 fn of_picture(repl: &Repl, asked: &Picture) -> bool {
     asked.shot.bank.is_some() || repl.engine.show().cues.is_empty()
 }
 
-/// The exposure that is said, else that of the whole sequence, so that pictures of different moments
-/// compare. A bank alone and a show without cues are exposed for the picture itself.
+/// The given exposure, else that of the whole sequence, so that pictures of different moments
+/// compare. A bank alone and a show without cues get an individual exposure.
 fn exposed(repl: &mut Repl, asked: &Picture, image: &Image) -> Result<Tone, Error> {
     if let Some(stops) = asked.exposure {
         return Ok(repl.engine.document().tone_at(stops));

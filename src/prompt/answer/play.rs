@@ -1,4 +1,4 @@
-//! The sequence: on a canvas, as a page, as a film, as pictures.
+//! The sequence on a canvas, as a page, as a film, as pictures.
 
 use std::path::Path;
 
@@ -30,7 +30,7 @@ struct Part {
     cue: Option<CueNumber>,
 }
 
-/// What `play` plays.
+/// The part to play.
 #[derive(Args, Clone, Debug)]
 pub struct Play {
     #[command(flatten)]
@@ -43,7 +43,7 @@ pub struct Play {
     output: Option<Output>,
 }
 
-/// The film that `film` writes.
+/// The film to write.
 #[derive(Args, Clone, Debug)]
 pub struct Film {
     #[command(flatten)]
@@ -60,7 +60,7 @@ pub struct Film {
 
 const CHROMA: [(&str, Chroma); 2] = [("420", Chroma::Quarter), ("444", Chroma::Full)];
 
-/// The pictures that `frames` writes.
+/// The pictures to write.
 #[derive(Args, Clone, Debug)]
 pub struct Frames {
     #[command(flatten)]
@@ -121,8 +121,8 @@ pub fn frames(repl: &mut Repl, asked: &Frames) -> Result<Reply, Error> {
     sequence(repl, &asked.part, Some(target))
 }
 
-/// What `verb` writes to `path`. A file of another verb is refused, and an option that this kind of
-/// file would silently ignore.
+/// The target of `verb` at `path`. A file for another verb is refused, and so is an option without
+/// effect on this kind of file.
 fn target(verb: &str, path: &Path, options: TargetOptions) -> Result<Target, Error> {
     let target = Target::of(path, options)?;
     let own = match target {
@@ -172,7 +172,7 @@ fn sequence(repl: &mut Repl, part: &Part, target: Option<Target>) -> Result<Repl
         });
     }
     let (player, now) = (sequence.player()?, repl.live.time());
-    // From here on, or all of it where this is the end.
+    // From the current moment on, or everything when that is the end.
     let span = said.unwrap_or(if now < span.to {
         PlayedSpan { from: now, ..span }
     } else {
@@ -191,7 +191,7 @@ fn sequence(repl: &mut Repl, part: &Part, target: Option<Target>) -> Result<Repl
     })
 }
 
-/// The span of a part that is said: from a moment, to one, or a cue from its GO until it is complete.
+/// The given span of the show: from a moment, to one, or a cue from its GO to its completion.
 fn said_span(repl: &Repl, part: &Part) -> Result<Option<PlayedSpan>, Error> {
     let engine = &repl.engine;
     let mut span = PlayedSpan::whole(engine);

@@ -1,4 +1,4 @@
-//! What the show and its plan look like.
+//! Drawings of the show and its plan.
 
 use clap::{Args, ValueHint};
 
@@ -16,7 +16,7 @@ use footlight_show::lang::nearest;
 use footlight_show::model::Show;
 use footlight_show::units::Tolerance;
 
-/// What `plot` draws.
+/// Options of `plot`.
 #[derive(Args, Clone, Debug)]
 pub struct Plot {
     #[arg(value_name = "BANK… | HEAD… | rig | keys | spectrum | basis | error")]
@@ -32,7 +32,7 @@ pub struct Plot {
     output: Option<Output>,
 }
 
-/// What is drawn instead of banks where its word stands alone.
+/// Words that, alone, name another subject than banks.
 const SUBJECTS: [&str; 5] = ["rig", "keys", "spectrum", "basis", "error"];
 
 pub fn plot(repl: &mut Repl, asked: &Plot) -> Result<Reply, Error> {
@@ -41,7 +41,7 @@ pub fn plot(repl: &mut Repl, asked: &Plot) -> Result<Reply, Error> {
     if asked.tolerance.is_some() && words != ["spectrum"] {
         return usage("`--tolerance` is for `plot spectrum`");
     }
-    // In a terminal it is dark around.
+    // Terminals are usually dark.
     let theme = if asked.dark || path.is_none() {
         Theme::Dark
     } else {
@@ -63,8 +63,8 @@ pub fn plot(repl: &mut Repl, asked: &Plot) -> Result<Reply, Error> {
     repl.drawing(&drawing, path, text)
 }
 
-/// The coordinates of the banks and groups of these names, each once and in the order named, and the
-/// heads of these names; all banks without names. `bank` before a name is passed over.
+/// The coordinates of the named banks and groups, each once and in the order named, and the named
+/// heads; all banks without names. `bank` before a name is skipped.
 fn chosen(repl: &Repl, names: &[&str]) -> Result<(Vec<usize>, Vec<usize>, String), Error> {
     let show = repl.engine.show();
     let of_show = format!("of {}", show.title);
@@ -95,13 +95,13 @@ fn chosen(repl: &Repl, names: &[&str]) -> Result<(Vec<usize>, Vec<usize>, String
     Ok((own.collect(), heads, text))
 }
 
-/// The names of the heads of a show, in their order.
+/// The names of the heads of a show, in order.
 fn head_names(show: &Show) -> impl Iterator<Item = &str> {
     let heads = show.heads().into_iter();
     heads.filter_map(|(light, ..)| Some(show.lights.get(light)?.name.as_str()))
 }
 
-/// The banks that a name stands for, as indices.
+/// Indices of the banks of a name.
 fn banks_of(repl: &Repl, name: &str) -> Result<Vec<usize>, Error> {
     let show = repl.engine.show();
     if let Some(bank) = show.banks.iter().position(|b| b.name == name) {
@@ -120,7 +120,7 @@ fn banks_of(repl: &Repl, name: &str) -> Result<Vec<usize>, Error> {
     usage(format!("there is no bank, group or head `{name}`; {hint}"))
 }
 
-/// The singular values and what they leave, with the tolerance.
+/// The singular values and the remaining error, with the tolerance.
 fn spectrum(
     repl: &mut Repl,
     said: Option<Tolerance>,
@@ -153,7 +153,7 @@ fn basis(repl: &mut Repl, theme: Theme) -> Result<(Drawing, String), Error> {
 fn error(repl: &mut Repl, theme: Theme) -> Result<(Drawing, String), Error> {
     repl.engine.coarse()?;
     if !repl.engine.is_busy() {
-        // Any error will do: this measures the pictures.
+        // Any tolerance will do: the call measures the pictures.
         repl.engine.refine(Goal::until(f64::MAX))?;
     }
     let tolerance = repl.engine.show().preview.tolerance;

@@ -1,4 +1,4 @@
-//! What is rendered: plan, refinement, pool, the whole loop.
+//! Rendering: plan, refinement, pool, and the whole loop.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ use footlight_report::words::{count, exposure, qualities};
 use footlight_report::{self as report, refine as words, run as whole_loop};
 use footlight_show::units::{Time, Tolerance};
 
-/// What `plan` lists.
+/// Options of `plan`.
 #[derive(Args, Clone, Debug)]
 pub struct Plan {
     /// Print data instead of words
@@ -37,7 +37,7 @@ pub struct Plan {
     tasks: Option<Output>,
 }
 
-/// What `refine` renders.
+/// The refinement to run.
 #[derive(Args, Clone, Debug)]
 pub struct Refine {
     #[arg(num_args = 0.., value_names = ["N | until X | for TIME", "&"])]
@@ -50,7 +50,7 @@ pub struct Refine {
     on: OnFarm,
 }
 
-/// Where pictures are rendered.
+/// Option to render on a farm.
 #[derive(Args, Clone, Debug)]
 struct OnFarm {
     /// Have it rendered by other machines (the manual's page `farm`)
@@ -58,14 +58,14 @@ struct OnFarm {
     farm: Option<String>,
 }
 
-/// When `stop` stops.
+/// Option to stop at once.
 #[derive(Args, Clone, Debug)]
 pub struct Stop {
     #[arg(value_parser = ["now"])]
     now: Option<String>,
 }
 
-/// What `run` does.
+/// Options of `run`.
 #[derive(Args, Clone, Debug)]
 pub struct Run {
     /// Refine until this error, such as 2% or 1.5steps (default: the show's preview)
@@ -91,7 +91,7 @@ pub struct Run {
     output: Option<Output>,
 }
 
-/// What `pool` drops.
+/// The images to drop.
 #[derive(Args, Clone, Debug)]
 pub struct Pool {
     #[arg(value_name = "drop [unused | all]")]
@@ -144,8 +144,8 @@ pub fn plan(repl: &mut Repl, asked: &Plan) -> Result<Reply, Error> {
     Ok(Reply::text(text))
 }
 
-/// Has a goal's pictures rendered by the farm of this name, where one is said; what is left of the goal
-/// then needs no rendering. How many pictures were rendered so is returned with it.
+/// Renders a goal's images on the named farm, if one is given. Returns a goal that needs no further
+/// rendering, and the number of images rendered.
 fn on_farm(repl: &mut Repl, on: &OnFarm, wanted: Refinement) -> Result<(Goal, usize), Error> {
     let goal = wanted.goal;
     let Some(name) = &on.farm else {
@@ -183,7 +183,7 @@ fn next(repl: &mut Repl, count: usize, json: bool) -> Result<Reply, Error> {
     }
 }
 
-/// The goal that `refine` is asked for.
+/// The goal given to `refine`.
 fn goal(words: &[&str]) -> Result<Goal, Error> {
     let read = |text: &str| argument::error(text).map(Goal::until);
     let goal = match *words {
@@ -256,7 +256,7 @@ pub fn status(repl: &mut Repl) -> Result<Reply, Error> {
         return Ok(Reply::text(words::status(&status, repl.background())));
     }
     let mut text = words::idle(&repl.engine);
-    // Before the first pictures none is chosen.
+    // Without coarse pictures no exposure is chosen.
     if repl.engine.estimate().pool().is_some() {
         let stops = repl.engine.tone()?.exposure;
         text = format!("{text}\n{}", exposure(repl.engine.show(), stops));
@@ -304,7 +304,7 @@ pub fn run(repl: &mut Repl, asked: &Run) -> Result<Reply, Error> {
     let before = repl.engine.images().statistics();
     let mut farmed = 0;
     if let Some(count) = goal.count {
-        // Those that are there are counted once the coarse ones are.
+        // Refined pictures are counted only once the coarse ones exist.
         farmed += on_farm(repl, &asked.on, asked.by.refinement(Goal::count(0)))?.1;
         let left = count.saturating_sub(repl.engine.estimate().refined());
         farmed += on_farm(repl, &asked.on, asked.by.refinement(Goal::count(left)))?.1;

@@ -1,4 +1,4 @@
-//! Levels from a picture or an illuminance.
+//! Levels for a sketch or an illuminance.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -18,7 +18,7 @@ use footlight_report::{self as report, solved as words};
 use footlight_show::geometry::{Vec3, vec3};
 use footlight_show::units::CueNumber;
 
-/// What `solve` solves for.
+/// The target to solve for.
 #[derive(Args, Clone, Debug)]
 pub struct Solve {
     #[arg(value_name = "FILE [BANK…] | lux N at X,Y,Z [BANK…]")]
@@ -83,7 +83,7 @@ pub fn solve(repl: &mut Repl, asked: &Solve) -> Result<Reply, Error> {
             )
         }
     };
-    // Nothing fails any more that could leave the moment changed.
+    // From here on nothing fails that could leave the moment changed.
     let document = repl.engine.document();
     if solved.moves.is_empty() {
         reply
@@ -101,7 +101,7 @@ pub fn solve(repl: &mut Repl, asked: &Solve) -> Result<Reply, Error> {
     Ok(reply)
 }
 
-/// `2,1,0`
+/// Parses `2,1,0`.
 fn point(word: &str) -> Option<Vec3> {
     let parts: Vec<Option<f64>> = word.split(',').map(|part| part.parse().ok()).collect();
     match parts[..] {
@@ -110,7 +110,8 @@ fn point(word: &str) -> Option<Vec3> {
     }
 }
 
-/// A word of a line. A point with a minus in front would be taken for an option, and gets a blank before it.
+/// Protects a word of a line: a point that begins with a minus would be taken for an option, and
+/// gets a blank before it.
 pub fn spared(word: OsString) -> OsString {
     match word.to_str() {
         Some(text) if text.starts_with('-') && point(text).is_some() => format!(" {text}").into(),

@@ -1,4 +1,4 @@
-//! What is done with the show's text, and what it declares.
+//! The show's text and its declarations.
 
 use std::path::{Path, PathBuf};
 
@@ -20,21 +20,21 @@ use footlight_report::{self as report, document};
 use footlight_report::{sheet, stage};
 use footlight_transport::contract::check_memory;
 
-/// What `show` prints.
+/// The declaration to print.
 #[derive(Args, Clone, Debug)]
 pub struct Show {
     #[arg(value_name = "NAME | cue N")]
     words: Vec<String>,
 }
 
-/// The view that `view` takes.
+/// The view to use.
 #[derive(Args, Clone, Debug)]
 pub struct LookFrom {
     #[arg(value_name = "VIEW")]
     view: Option<String>,
 }
 
-/// What `fmt` does.
+/// Options of `fmt`.
 #[derive(Args, Clone, Debug)]
 pub struct Fmt {
     /// Only say whether the layout is canonical
@@ -42,7 +42,7 @@ pub struct Fmt {
     check: bool,
 }
 
-/// The versions that `diff` compares.
+/// The versions to compare.
 #[derive(Args, Clone, Debug)]
 pub struct Diff {
     /// The older version (default: as read or saved)
@@ -53,7 +53,7 @@ pub struct Diff {
     output: Option<Output>,
 }
 
-/// Where a table goes.
+/// The file for a table.
 #[derive(Args, Clone, Debug)]
 pub struct Sheet {
     /// Write a .md, .csv or .txt
@@ -61,14 +61,14 @@ pub struct Sheet {
     output: Option<Output>,
 }
 
-/// The code that `explain` explains.
+/// The code to explain.
 #[derive(Args, Clone, Debug)]
 pub struct Explain {
     #[arg(value_name = "CODE")]
     code: String,
 }
 
-/// Where `save` writes.
+/// The file to write.
 #[derive(Args, Clone, Debug)]
 pub struct Save {
     #[arg(value_name = "FILE")]
@@ -150,7 +150,7 @@ pub fn fmt(repl: &mut Repl, asked: &Fmt) -> Result<Reply, Error> {
     }))
 }
 
-/// The text against what was last read or saved, or against a file.
+/// Compares the text with the one last read or saved, or with a file.
 pub fn diff(repl: &mut Repl, asked: &Diff) -> Result<Reply, Error> {
     let output = repl.optional_output(asked.output.as_ref(), &DRAWING)?;
     let (document, host) = (repl.engine.document(), repl.engine.host());
@@ -208,7 +208,7 @@ fn rig(repl: &Repl, asked: &Sheet, order: RigOrder) -> Result<Reply, Error> {
     table(repl, asked, &|| Ok(lights.clone()), &|| Ok(lights.clone()))
 }
 
-/// A table in words, or into a file: Markdown, or `plain` as CSV.
+/// A table in words, or in a file: Markdown, or `plain` as CSV.
 fn table(
     repl: &Repl,
     asked: &Sheet,
@@ -243,7 +243,7 @@ pub fn quit(repl: &mut Repl) -> Result<Reply, Error> {
         let said = "the edits are not saved: `save`, or `quit` again to drop them";
         return Ok(Reply::text(said));
     }
-    // What is being rendered in the background is given up with the engine.
+    // Rendering in the background ends with the engine.
     repl.engine.stop(true);
     Ok(Reply {
         quit: true,

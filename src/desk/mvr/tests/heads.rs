@@ -1,10 +1,10 @@
-//! Fixtures that turn their heads.
+//! Fixtures with moving heads.
 
 use super::*;
 use crate::patch::{Patch, values};
 use footlight_show::timeline::Timeline;
 
-/// A spot with a yoke: pan falls as its value rises, and its zoom too.
+/// A spot with a yoke: pan and zoom fall as their values rise.
 pub const YOKE: &str = r#"<GDTF DataVersion="1.2"><FixtureType Name="Head"><Geometries>
 <Geometry Name="Base"><Axis Name="Yoke" Position="{1,0,0,0}{0,1,0,0}{0,0,1,-0.2}{0,0,0,1}">
 <Axis Name="Head" Position="{1,0,0,0}{0,1,0,0}{0,0,1,-0.3}{0,0,0,1}">
@@ -80,7 +80,7 @@ fn a_moving_head_moves() {
     let show = lang::parse(&mut Sources::default(), "rig.lxq", &carried.text)
         .show
         .unwrap();
-    // MH 3 looks along its pan of 90 and tilt of 45, which is to the house.
+    // MH 3 looks along its pan of 90 and tilt of 45: to the house.
     let home = show.heads()[2].1.home;
     let to = show.heads()[2].1.direction(home.pan, home.tilt);
     assert!(
@@ -89,8 +89,8 @@ fn a_moving_head_moves() {
     );
 }
 
-/// Where the fixture points by the values that are sent to it, as GDTF turns it, and where the head
-/// of the show points.
+/// Compares the direction of the fixture for the values sent, by GDTF's rules, with that of the
+/// show's head.
 #[test]
 fn what_is_sent_turns_the_fixture_as_the_show_turns_its_head() {
     let (sine, cosine) = 30.0_f64.to_radians().sin_cos();

@@ -1,4 +1,4 @@
-//! Cues: what is lit, what moves, in which colour and time.
+//! Cues: lit channels, moves, colours and times.
 
 use super::super::model::{Cue, Fade, Part, Tenths};
 use super::super::record::Record;
@@ -61,13 +61,13 @@ impl Reader {
         Ok(Section::Cue)
     }
 
-    /// Part `number` of the last cue.
+    /// Begins part `number` of the last cue.
     pub(super) fn part(&mut self, record: &Record<'_>, number: u32) -> Result<(), Refused> {
         let Some(cue) = self.show.cues.last_mut() else {
             return Ok(());
         };
         self.timed.clear();
-        // What stands before the first part is the cue's own.
+        // Records before the first part belong to the cue itself.
         let is_own = |part: &Part| part.moves.is_empty() && part.lit.is_none();
         if number > 1 || !cue.parts.iter().all(is_own) {
             let label = String::new();
@@ -162,7 +162,7 @@ impl Reader {
         Ok(())
     }
 
-    /// The part that is being read.
+    /// The current part.
     fn last_part(&mut self) -> Option<&mut Part> {
         self.show.cues.last_mut()?.parts.last_mut()
     }
@@ -200,7 +200,7 @@ impl Reader {
         Ok(())
     }
 
-    /// A level, or that of the palette which stands in its place.
+    /// A level, or the level of the palette used in its place.
     pub(super) fn resolved(
         &mut self,
         record: &Record<'_>,
@@ -266,8 +266,9 @@ impl Reader {
         Some(angle.clamp(from.min(to), from.max(to))).filter(|angle| angle.is_finite())
     }
 
-    /// Adds a colour and a pose to the part that is being read. A bank and a head move in one part of a
-    /// cue: what earlier parts say goes over into this one, where it says less. True where they do.
+    /// Adds a colour and a pose to the current part. A bank and a head move in one part of a cue,
+    /// so values of earlier parts move to this part unless it replaces them. Returns true when
+    /// there are such values.
     fn place(&mut self, channel: u32, colour: [Option<f64>; 3], pose: [Option<f64>; 2]) -> bool {
         let mut twice = false;
         let parts = self.show.cues.last_mut().map(|cue| &mut cue.parts);
@@ -306,7 +307,7 @@ impl Reader {
         let mut others = Vec::new();
         for (parameter, written) in values {
             let emitter = EMITTERS.iter().position(|e| *e == parameter);
-            // Asserted, which is no move; or blocked, asserted and blocked before the value.
+            // Asserted, which is no move; or a prefix for blocked or asserted before the value.
             if written.starts_with('a') {
                 continue;
             }
@@ -326,7 +327,7 @@ impl Reader {
                         others.push(format!("{parameter}@{word}"));
                     }
                 }
-                // The intensity stands among the levels too.
+                // The intensity is among the levels too.
                 None if parameter == 1 => {}
                 None => others.push(format!("{parameter}@{word}")),
             }
@@ -349,7 +350,7 @@ impl Reader {
         Ok(())
     }
 
-    /// `$$ParamTimes CHANNEL PARAMETER TIME DELAY`: a level with a time of its own.
+    /// `$$ParamTimes CHANNEL PARAMETER TIME DELAY`: the time of one channel's level.
     pub(super) fn own_time(&mut self, record: &Record<'_>) -> Result<(), Refused> {
         let words: Vec<&str> = record.words().collect();
         let [channel, "1", time, rest @ ..] = words.as_slice() else {
@@ -372,7 +373,7 @@ impl Reader {
     }
 }
 
-/// Replaces the values that `now` has.
+/// Replaces the values present in `now`.
 fn merge<const N: usize>(values: &mut [Option<f64>; N], now: [Option<f64>; N]) {
     for (value, now) in values.iter_mut().zip(now) {
         *value = now.or(*value);

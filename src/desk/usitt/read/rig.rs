@@ -1,4 +1,4 @@
-//! The patch, types of fixtures, groups, submasters, palettes and curves.
+//! The patch, fixture types, groups, submasters, palettes and curves.
 
 use std::collections::BTreeMap;
 
@@ -8,7 +8,7 @@ use super::super::{MOST_CHANNELS, MOST_MEMBERS};
 use super::{AXES, EMITTERS, Reader, Refused, Section, Values, label, utf16};
 use crate::Loss;
 
-/// Degrees of pan and tilt.
+/// Largest angle of pan and tilt, degrees.
 const MOST_DEGREES: f64 = 1000.0;
 
 impl Reader {
@@ -85,8 +85,8 @@ impl Reader {
         Ok(())
     }
 
-    /// `$$PersSlot FIRST LAST HOME FROM TO UNIT` of pan or tilt: values, and the degrees of the first
-    /// and the last.
+    /// `$$PersSlot FIRST LAST HOME FROM TO UNIT` for pan or tilt: values, and the degrees of the
+    /// first and the last.
     fn of_slot(&mut self, record: &Record<'_>, number: u32) -> Result<(), Refused> {
         let words: Vec<f64> = record.words().map_while(|word| word.parse().ok()).collect();
         let unit = record.words().nth(5).unwrap_or_default();

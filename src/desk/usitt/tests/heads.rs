@@ -1,4 +1,4 @@
-//! Positions of heads, out and in.
+//! Positions of heads, exported and imported.
 
 use super::*;
 
@@ -14,7 +14,7 @@ const HEADS: &str = "show \"Heads\"\n\
     cue 3 { heads to band  time 2  part 2 { time 6  sky full  l pan 20 } }\n\
     cue 4 { cueonly  l tilt 3  sky out }\ncue 5 { mh2 beam 5 field 9  curve ease  mh1 pan 0  time 3 }\n";
 
-/// A head's name, its pan and tilt when a cue is complete, and how long they take where they move.
+/// A head's name, its pan and tilt at a cue's completion, and the time of its move, if any.
 type Posed = (String, f64, f64, Option<Time>);
 
 /// The heads by cue.
@@ -223,13 +223,13 @@ fn positions_come_back() {
         for (was, is) in was.iter().zip(is) {
             let off = (was.1 - is.1).abs().max((was.2 - is.2).abs());
             assert!(was.0 == is.0 && off < 0.0092, "{was:?} {is:?}");
-            // Where nothing has moved them heads are written in the first cue.
+            // Heads not yet moved are written in the first cue.
             assert!(cue == 0 || was.3 == is.3, "{was:?} {is:?}");
         }
     }
 }
 
-/// A desk's own type of fixture: 8 bits, and tilt the other way round. Palettes and percents are not
+/// A fixture type defined at the desk: 8 bits, and inverted tilt. Palettes and percentages are not
 /// degrees.
 #[test]
 fn degrees_are_those_of_the_type() {
@@ -278,7 +278,7 @@ fn degrees_are_those_of_the_type() {
     }
 }
 
-/// A bank's colour and a head's axis move in one part of a cue, and may stand in several records.
+/// A bank's colour and a head's axis move in one part of a cue, and may span several records.
 #[test]
 fn what_stands_in_two_parts_moves_in_the_later_one() {
     let text = "Ident 3:0\nManufacturer ETC\nConsole Eos\n$Personality 7\n  $$PersChan 1 1 1 0 0\n  \

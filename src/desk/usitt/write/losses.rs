@@ -1,4 +1,4 @@
-//! What of a show is not in a desk's file, with how much light it is.
+//! Losses of a desk's file, with the error of light.
 
 use std::collections::BTreeMap;
 
@@ -8,11 +8,11 @@ use footlight_show::model::{Cue, Dimmer, Trigger};
 use footlight_show::timeline::Moved;
 use footlight_show::units::{Rgb, Time};
 
-/// Moments at which a curve is held against a straight fade.
+/// Moments at which a curve is compared with a straight fade.
 const SAMPLES: i32 = 64;
 
 impl Writer<'_> {
-    /// How far paths, curves and repeats are from the straight fades that the file has for them.
+    /// Deviation of paths, curves and repeats from the straight fades in the file.
     pub(super) fn bends(&mut self, index: usize, cue: &Cue, curved: &[(usize, Time, Time)]) {
         let Some(go) = self.timeline.cues().get(index).map(|cue| cue.go) else {
             return;
@@ -61,7 +61,7 @@ impl Writer<'_> {
         }
     }
 
-    /// Levels and colours that the file's steps do not have.
+    /// Levels and colours between the file's steps.
     pub(super) fn rounding(&mut self, cue: &Cue, moves: &[Moved<'_>]) {
         let mut off = (0.0_f64, 0.0_f64);
         let first_pose = self.show.first_pose();
@@ -86,7 +86,7 @@ impl Writer<'_> {
         }
     }
 
-    /// What the file has no record for.
+    /// Parts of the show without a record in the file.
     pub(super) fn rest(&mut self) {
         let show = self.show;
         for fixed in &show.fixed {
