@@ -1,10 +1,10 @@
-//! Charts: what was measured or written, drawn as PNG and SVG from one list of marks.
+//! Charts: data drawn as PNG and SVG from one list of marks.
 //!
-//! A chart function ([`curves`], [`grid()`], [`light_plot`], [`panels`], [`sheet`]) lays plain data out as a
-//! [`Drawing`], a flat list of marks with absolute places, which is then painted or written as SVG.
-//! A layout never fails on numbers: NaN, infinities and values that an axis cannot show are left
-//! out, empty data draw an empty chart that says so, long names are shortened, labels that would
-//! overlap are dropped. Same data, same bytes. Colours are display coded (sRGB).
+//! A chart function ([`curves`], [`grid()`], [`light_plot`], [`panels`], [`sheet`]) lays data out
+//! as a [`Drawing`], a flat list of marks with absolute positions, which is then painted or written
+//! as SVG. A layout never fails on numbers: NaN, infinities and values that an axis cannot show are
+//! left out, empty data draw an empty chart that says so, long names are shortened, overlapping
+//! labels are dropped. Equal data give equal bytes. Colours are display coded (sRGB).
 
 mod axis;
 mod colour;
@@ -40,29 +40,29 @@ pub use sheet::{Sheet, Tile, sheet};
 
 use footlight_picture::PictureError;
 
-/// Why a chart could not be made.
+/// Reason why a chart could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum ChartError {
-    /// The drawing has more pixels than this module paints.
+    /// The drawing exceeds the pixel limit.
     #[error("a chart of {width} x {height} pixels is over the limit of {limit} pixels a side")]
     TooLarge {
-        /// Pixels a row.
+        /// Columns.
         width: usize,
         /// Rows.
         height: usize,
-        /// The most pixels either side may have.
+        /// Most pixels of a side.
         limit: usize,
     },
-    /// A picture's bytes do not fill its size.
+    /// An image's bytes do not fit its size.
     #[error("a picture of {width} x {height} needs {needed} bytes of RGB, it has {found}")]
     Picture {
-        /// Pixels a row.
+        /// Columns.
         width: usize,
         /// Rows.
         height: usize,
         /// `width * height * 3`.
         needed: usize,
-        /// What was given.
+        /// Bytes given.
         found: usize,
     },
     /// The PNG encoder refused.

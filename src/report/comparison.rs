@@ -1,4 +1,4 @@
-//! Every bank alone beside its reference: a table of errors, a contact sheet of differences.
+//! Comparison of every bank with its reference: a table of errors, a contact sheet of differences.
 
 use super::words::{count, figure, seconds};
 use crate::chart::{self, ChartError, Drawing, Sheet, Theme, Tile};
@@ -8,7 +8,7 @@ use footlight_picture::combine::{combine, dot};
 use footlight_picture::{Image, signed};
 use footlight_show::printable::{columns, left};
 
-/// A line for each bank.
+/// One line for each bank.
 pub fn describe(comparison: &Comparison) -> String {
     let width = comparison.banks.iter().map(|b| columns(&b.name));
     let width = width.max().unwrap_or(0).max(4);
@@ -43,8 +43,8 @@ pub fn describe(comparison: &Comparison) -> String {
     rows.concat()
 }
 
-/// The differences as a contact sheet: amber where the picture is brighter than its reference,
-/// blue where it is darker, one scale for all, as a share of each reference's root mean square.
+/// The differences as a contact sheet: amber where the image is brighter than its reference, blue
+/// where it is darker, on one scale, relative to each reference's root mean square.
 pub fn drawing(show: &str, compared: &Compared) -> Result<Drawing, ChartError> {
     let pictures = || compared.images.iter().zip(&compared.references);
     let parts: Vec<Image> = pictures().map(|(i, r)| relative(i, r)).collect();

@@ -1,4 +1,4 @@
-//! Curves: the light of banks over time, as a drawing.
+//! Drawings of the light of banks over time.
 
 use crate::chart::{self, Drawing, Knot, Theme};
 use crate::sheet::heads;
@@ -7,15 +7,15 @@ use footlight_show::model::{Axis, Coordinate, Show};
 use footlight_show::timeline::{CurvePiece, KeySequence, Segment, Timeline};
 use footlight_show::units::Time;
 
-/// Points drawn of each second of a curve, beside its knots.
+/// Points per second of a curve, besides its knots.
 const POINTS_A_SECOND: f64 = 8.0;
 
-/// Most points drawn of a curve.
+/// Most points of a curve.
 const MOST_POINTS: f64 = 2000.0;
 
-/// Light over time of the coordinates that are `wanted`, in their order: cues, moves and knots
-/// marked, and the moment if there is one. Behind them come the axes that heads of their banks move,
-/// then pan, tilt and what else moves of the heads that are `named`, by their number.
+/// Draws the light of the `wanted` coordinates over time, in their order, with cues, moves, knots,
+/// and the current moment if given. Then follow the moving axes of the heads in their banks, and
+/// pan, tilt and other moving axes of the `named` heads (indices).
 pub fn curves(
     document: &Document,
     (wanted, named): (&[usize], &[usize]),
@@ -86,7 +86,7 @@ pub fn cues_in_time(show: &Show, timeline: &Timeline) -> Vec<(f64, String)> {
         .collect()
 }
 
-/// Where the key sequence's segments meet, its ends among them.
+/// Joints of the key sequence's segments, including its ends.
 fn knots(keys: &KeySequence) -> Vec<Knot> {
     let segments = keys.segments();
     let last = segments.last().map(|s| Knot {
@@ -106,7 +106,7 @@ pub fn points(timeline: &Timeline, coordinate: usize) -> Vec<(f64, f64)> {
     drawn(timeline, timeline.curve(coordinate), last)
 }
 
-/// Pieces of a curve, dense enough to draw, and its value at the end.
+/// Points of a curve's pieces, dense enough to draw, and its final value.
 fn drawn(timeline: &Timeline, pieces: &[CurvePiece], last: Option<f64>) -> Vec<(f64, f64)> {
     let (start, end) = (timeline.start(), timeline.end());
     let length = (end - start).seconds().max(1e-6);
@@ -127,7 +127,7 @@ fn drawn(timeline: &Timeline, pieces: &[CurvePiece], last: Option<f64>) -> Vec<(
     out
 }
 
-/// The colour in which a coordinate is drawn: of an rgb bank its own, else the theme's.
+/// The colour of a coordinate's curve: its own for an rgb bank, else the theme's.
 pub fn hue(coordinate: &Coordinate) -> Option<[u8; 3]> {
     coordinate.emitter().map(|channel| match channel {
         0 => [230, 70, 60],

@@ -1,4 +1,4 @@
-//! A document in words: its headline, what it declares, what an edit came to, its levels.
+//! Reports on a document: headline, declarations, results of edits, levels.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -14,7 +14,7 @@ use footlight_show::printable::{Printable, left};
 use footlight_show::timeline;
 use footlight_show::units::{Time, percent};
 
-/// Title, banks, cues and length, in a line.
+/// One line with title, banks, cues and length.
 pub fn headline(document: &Document) -> String {
     let (show, timeline) = (document.show(), document.timeline());
     let length = timeline.end() - timeline.start();
@@ -26,8 +26,8 @@ pub fn headline(document: &Document) -> String {
     )
 }
 
-/// Warnings, and whether the show has any; a `long` run, too `many` keys and `unlit` banks are some.
-/// `transparent` names what light passes on its stage.
+/// The warnings, and true if there are any, including a `long` run, too `many` keys and `unlit`
+/// banks. `transparent` names the transparent materials of the stage.
 pub fn check(
     document: &Document,
     (long, many): (Option<LongRun>, Option<ManyKeys>),
@@ -61,7 +61,7 @@ pub fn check(
     text
 }
 
-/// The warning of a bank whose light is nowhere in the view.
+/// Warning about a bank whose light is nowhere in the view.
 fn unlit(bank: UnlitBank, view: Option<&str>) -> Diagnostic {
     let place = view.map_or_else(|| "its picture".to_owned(), |view| format!("view `{view}`"));
     let message = format!("`{}` at full puts no light into {place}", bank.name);
@@ -72,7 +72,7 @@ fn unlit(bank: UnlitBank, view: Option<&str>) -> Diagnostic {
     warning
 }
 
-/// The warning of a run of minutes.
+/// Warning about a run of minutes.
 fn long_run(run: LongRun) -> Diagnostic {
     let message = format!(
         "from nothing stored, `run` takes about {} on this machine until its first refined picture",
@@ -99,7 +99,7 @@ fn long_run(run: LongRun) -> Diagnostic {
     }
 }
 
-/// Banks, and cues with their times.
+/// Lists banks, and cues with their times.
 pub fn listing(document: &Document) -> String {
     let mut text = headline(document) + "\n\nbanks\n";
     let show = document.show();
@@ -140,17 +140,17 @@ fn lights(show: &Show, lights: &[usize]) -> String {
     names.collect::<Vec<_>>().join(" ")
 }
 
-/// The texts that declare a name, with its kind or without: `bank lamps`, `lamps`, `2.5`.
+/// Texts that declare a name, given with or without its kind: `bank lamps`, `lamps`, `2.5`.
 pub fn declarations<'d>(document: &'d Document, name: &str) -> Vec<&'d str> {
     let texts = document.diagnostics().sources.texts();
     texts.flat_map(|text| declared(text, name)).collect()
 }
 
-/// What a text declares under a name.
+/// Declarations of a name in a text.
 fn declared<'t>(text: &'t str, name: &str) -> Vec<&'t str> {
     let find = |what: &str| lang::edit::locate(text, what);
     let of_kind = |kind: &&str| find(&format!("{kind} {name}"));
-    // These stand once, without a name; asked for by another name they would answer to it.
+    // These kinds have no name and would match any.
     let named = |kind: &&&str| !["show", "preview", "haze", "default"].contains(*kind);
     let kinds = lang::keywords().iter().filter(named).filter_map(of_kind);
     let mut places: Vec<_> = find(name).into_iter().chain(kinds).collect();
@@ -162,8 +162,8 @@ fn declared<'t>(text: &'t str, name: &str) -> Vec<&'t str> {
         .collect()
 }
 
-/// What an edit came to: new warnings, what changed, and how many of the refined images that there
-/// were before and after it.
+/// Reports an edit: new warnings, changes, and the number of refined images before it and still
+/// valid.
 pub fn edited(
     document: &Document,
     edited: &Edited,
@@ -201,7 +201,7 @@ pub fn edited(
     text
 }
 
-/// What to say where a new cue is started by the one before it in place of the one behind it.
+/// Note for a new cue that the previous cue now starts in place of the next.
 fn started_instead(show: &Show, number: &str) -> String {
     let cues = &show.cues;
     let index = cues.iter().position(|c| c.number.to_string() == number);
@@ -220,7 +220,7 @@ fn started_instead(show: &Show, number: &str) -> String {
     )
 }
 
-/// The moment, its cue and its levels, with what is not in the text yet.
+/// The moment, its cue and its levels, with changes not yet in the text.
 pub fn moment(document: &Document, live: &LiveControl) -> String {
     let mut text = format!("at {}", live.time());
     if let Some(cue) = current_cue(document, live) {
@@ -237,8 +237,7 @@ pub fn moment(document: &Document, live: &LiveControl) -> String {
     text
 }
 
-/// The levels as a desk shows them, in percent; next to them the light behind the dimmers where it
-/// is another.
+/// The levels in percent, as on a desk, with the light after the dimmer if it differs.
 fn levels(document: &Document, live: &LiveControl) -> String {
     let levels = live.levels(document);
     let show = document.show();
@@ -290,7 +289,7 @@ fn levels(document: &Document, live: &LiveControl) -> String {
     text
 }
 
-/// The effect that runs on each bank at a time, by the bank's index.
+/// The running effect of each bank at a time, by bank index.
 fn running_effects(document: &Document, time: Time) -> BTreeMap<usize, &str> {
     let show = document.show();
     let mut running = BTreeMap::new();
@@ -307,7 +306,7 @@ fn running_effects(document: &Document, time: Time) -> BTreeMap<usize, &str> {
     running
 }
 
-/// Where the show is, for a prompt: the cue's number and label; empty before the first.
+/// Current cue for the prompt: number and label; empty before the first.
 pub fn place(document: &Document, live: &LiveControl) -> String {
     current_cue(document, live).map_or_else(String::new, |cue| {
         format!("{} {}", cue.number, label(cue))
@@ -316,7 +315,7 @@ pub fn place(document: &Document, live: &LiveControl) -> String {
     })
 }
 
-/// The cue that has started last.
+/// The last started cue.
 fn current_cue<'d>(document: &'d Document, live: &LiveControl) -> Option<&'d Cue> {
     document.show().cues.get(live.cue(document)?)
 }

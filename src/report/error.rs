@@ -1,4 +1,4 @@
-//! Why results could not be written out, in a designer's words.
+//! Errors of reports.
 
 use std::path::PathBuf;
 
@@ -9,21 +9,21 @@ use footlight_host::files::FileError;
 use footlight_host::work::Cancelled;
 use footlight_picture::PictureError;
 
-/// Why results could not be written out.
+/// Reason why results could not be written.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The engine could not make them.
+    /// The engine failed.
     #[error(transparent)]
     Engine(#[from] engine::Error),
     /// A chart could not be drawn.
     #[error(transparent)]
     Chart(#[from] ChartError),
-    /// The file's ending names no format that this can be written in.
+    /// The file's extension names no format for this result.
     #[error("`{}` has an ending that cannot be written here; use {known}", path.display())]
     Ending {
         /// The file.
         path: PathBuf,
-        /// The endings that can be written.
+        /// The valid extensions.
         known: &'static str,
     },
     /// Data could not be written as JSON.
@@ -32,32 +32,32 @@ pub enum Error {
     /// The data of a page could not be written.
     #[error("the page's data: {0}")]
     PageData(serde_json::Error),
-    /// Nothing takes files down a pipe here.
+    /// The host has no pipe for output.
     #[error(
         "`-` needs a reader at standard output: footlight film show.lxq -o - | ffmpeg -i - show.mp4"
     )]
     NoPipe,
-    /// Nothing encodes films here.
+    /// The host has no film encoder.
     #[error(
         "`{}` is encoded by ffmpeg, which is not installed here: `apt install ffmpeg`, `brew install \
          ffmpeg` or `winget install ffmpeg`; a .html plays in any browser without it",
         .0.display()
     )]
     NoEncoder(PathBuf),
-    /// A result would replace a file that the show is read from.
+    /// A result would replace a file of the show.
     #[error(
         "`{}` belongs to the show and was not written; choose another name or folder",
         .0.display()
     )]
     ShowsFile(PathBuf),
-    /// A result of a run would replace something that no run wrote, or that was changed since.
+    /// A result would replace a file that no run wrote, or that was changed since.
     #[error(
         "`{}` is not what an earlier run wrote and listed in `files.sha256`; nothing was written: move \
          it away, or choose another folder with -o",
         .0.display()
     )]
     Foreign(PathBuf),
-    /// There is no message of this code.
+    /// There is no message with this code.
     #[error("{0}")]
     NoSuchCode(String),
 }

@@ -1,4 +1,4 @@
-//! What did not go across between a show and a file of another program: in words, and as JSON.
+//! Losses between a show and another program's file: in words, and as JSON.
 
 use serde::Serialize;
 
@@ -14,7 +14,7 @@ struct Losses<'a> {
     assumed: &'a [String],
 }
 
-/// The losses of a file that is called `wrote`, a line each.
+/// The losses for the file `wrote`, one line each.
 pub fn describe(losses: &[Loss]) -> String {
     if losses.is_empty() {
         return "nothing is lost\n".to_owned();
@@ -30,7 +30,7 @@ pub fn describe(losses: &[Loss]) -> String {
     out
 }
 
-/// What a file does not say, a line each.
+/// The assumptions for values missing in a file, one line each.
 pub fn assumptions(assumed: &[String]) -> String {
     if assumed.is_empty() {
         return String::new();
@@ -39,10 +39,10 @@ pub fn assumptions(assumed: &[String]) -> String {
     format!("assumed, as the file does not say it:\n{lines}")
 }
 
-/// All of it as one object, with the files that were written.
+/// Losses and assumptions as one object, with the files written.
 ///
 /// # Errors
-/// None with names that are text.
+/// Never for names that are text.
 pub fn json(wrote: &[String], losses: &[Loss], assumed: &[String]) -> Result<String, Error> {
     Ok(serde_json::to_string_pretty(&Losses {
         wrote,

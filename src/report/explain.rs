@@ -3,7 +3,7 @@
 use super::Error;
 use footlight_show::lang;
 
-/// What a code means, with the smallest wrong sheet and its correction.
+/// The page on a code, with the smallest wrong cue sheet and its correction.
 pub fn explain(code: &str) -> Result<String, Error> {
     let page = lang::explain(code).map_err(Error::NoSuchCode)?;
     let mut text = format!("{}: {}\n\n", page.code, page.title);

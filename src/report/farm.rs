@@ -1,7 +1,8 @@
-//! Refinement on a farm: what a goal needs is listed, handed over, watched, collected, and planned again.
+//! Refinement on a farm: lists a goal's tasks, submits them, waits, collects the images, and plans
+//! again.
 //!
-//! Own work ends at the edge: queues, nodes and their loss are the farm's. What it loses without a word is
-//! handed over again a few times, as images that are there are never rendered twice.
+//! The farm owns queues and nodes. Lost tasks are resubmitted up to three times; existing images
+//! are never rendered twice.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -11,13 +12,13 @@ use footlight_engine::{self as engine, Engine, LEASE, Refinement, TaskList, Task
 use footlight_host::files::{FileError, claim};
 use footlight_host::work::Cancelled;
 
-/// Tasks of one job: what farms take at once by default.
+/// Tasks per job: the usual limit of farms.
 const MOST: usize = 1000;
 
-/// How often a task is handed over that ends without an image.
+/// Submissions of a task that ends without an image.
 const ATTEMPTS: usize = 3;
 
-/// How often in a row a farm may give no answer.
+/// Consecutive failed queries of a farm before it is given up.
 const PATIENCE: usize = 60;
 
 /// A program that runs workers on other machines.
@@ -25,28 +26,28 @@ pub trait Farm: Send {
     /// Starts a worker for each of these tasks of a list, and returns the job's name.
     ///
     /// # Errors
-    /// What the farm says.
+    /// The farm's message.
     fn submit(&self, list: &Path, tasks: &[usize]) -> Result<String, String>;
 
-    /// The tasks of a job that wait or run.
+    /// Tasks of a job that wait or run.
     ///
     /// # Errors
-    /// What the farm says, where it cannot be asked just now.
+    /// The farm's message, when it does not answer now.
     fn queued(&self, job: &str) -> Result<BTreeSet<usize>, String>;
 
-    /// Ends a job; what cannot be ended stays.
+    /// Ends a job, if possible.
     fn cancel(&self, job: &str);
 
-    /// Waits until it is worth to look again, a second or so, or until `is_over` is true.
+    /// Waits before the next query, a second or so, or until `is_over` is true.
     fn rest(&self, is_over: &dyn Fn() -> bool);
 }
 
-/// Has everything rendered on a farm that a goal needs; what is then left to the engine needs no
-/// rendering. How many images were rendered so.
+/// Renders all images of a goal on a farm, so that the engine need not render. Returns the number
+/// of images rendered.
 ///
 /// # Errors
-/// What planning says; [`engine::Error::Farm`] where the farm does not work or a task fails again and
-/// again; on cancel, with all jobs ended. Images that are there are kept.
+/// Errors of planning; [`engine::Error::Farm`] when the farm does not work or a task fails
+/// repeatedly; on cancel, after ending all jobs. Finished images are kept.
 pub fn refine(engine: &mut Engine, wanted: Refinement, farm: &dyn Farm) -> Result<usize, Error> {
     let mut wanted = wanted;
     wanted.goal = wanted.goal.or_one();
@@ -68,7 +69,7 @@ pub fn refine(engine: &mut Engine, wanted: Refinement, farm: &dyn Farm) -> Resul
     }
 }
 
-/// Has a list done, and removes its file.
+/// Runs a list, and removes its file.
 fn round(engine: &mut Engine, list: &TaskList, farm: &dyn Farm) -> Result<(), Error> {
     let path = list_path(list)?;
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -88,13 +89,13 @@ fn round(engine: &mut Engine, list: &TaskList, farm: &dyn Farm) -> Result<(), Er
         there: 0,
     };
     let done = round.run(engine);
-    // Of a list that is done too: what still waits has nothing to do.
+    // Cancel the jobs of a finished list too: waiting tasks have nothing to do.
     round.jobs.iter().for_each(|job| farm.cancel(job));
     engine.host().store.remove(&path)?;
     done
 }
 
-/// A file in the pool, which all machines see, that no other process writes.
+/// A unique file in the pool, which all machines see.
 fn list_path(list: &TaskList) -> Result<PathBuf, Error> {
     let pool = std::path::absolute(&list.pool).map_err(|error| farm_error(&error))?;
     let name = format!("{}-{}.json", claim::host(), std::process::id());
@@ -105,17 +106,17 @@ fn farm_error(what: &impl ToString) -> Error {
     engine::Error::Farm(what.to_string()).into()
 }
 
-/// A list that is being done.
+/// A list being run.
 struct Round<'a> {
     list: &'a TaskList,
     path: &'a Path,
     farm: &'a dyn Farm,
     jobs: Vec<String>,
-    /// How often tasks were handed over again.
+    /// Number of resubmissions by task.
     attempts: BTreeMap<usize, usize>,
-    /// Tasks that were neither there nor queued when it was last looked.
+    /// Tasks that had neither image nor queue entry at the last query.
     lost: BTreeSet<usize>,
-    /// How often in a row the farm gave no answer.
+    /// Number of consecutive failed queries.
     silent: usize,
     there: usize,
 }
@@ -140,9 +141,9 @@ impl Round<'_> {
         Ok(())
     }
 
-    /// Takes up what has arrived and hands over again what was lost; true once all are there.
+    /// Takes new images and resubmits lost tasks; true once all images exist.
     fn look(&mut self, engine: &mut Engine) -> Result<bool, Error> {
-        // The queue first: what leaves it has stored its image before.
+        // Query the queue first: a task leaves it after storing its image.
         let queued = self.queued()?;
         let states = self.list.states(engine.host().store.as_ref(), LEASE)?;
         let is_there = |state: &&TaskState| **state == TaskState::There;
@@ -159,7 +160,7 @@ impl Round<'_> {
         Ok(there == states.len())
     }
 
-    /// Tasks that wait or run; `None` where the farm gives no answer now.
+    /// Tasks that wait or run; `None` when the farm does not answer now.
     fn queued(&mut self) -> Result<Option<BTreeSet<usize>>, Error> {
         let mut out = BTreeSet::new();
         for job in &self.jobs {
@@ -176,8 +177,8 @@ impl Round<'_> {
         Ok(Some(out))
     }
 
-    /// Hands over what is lost: neither there nor queued nor claimed, twice in a row, as a file may be
-    /// seen late.
+    /// Resubmits lost tasks: without image, queue entry and claim twice in a row, because files may
+    /// become visible late.
     fn hand_over_again(
         &mut self,
         queued: &BTreeSet<usize>,

@@ -1,7 +1,7 @@
-//! The sequence as video and as numbered pictures.
+//! The sequence as video and as numbered images.
 //!
 //! Invariant: frames are made and written one at a time, so that memory holds the key images and
-//! one frame, however long the show is.
+//! one frame, independent of the show's length.
 
 use std::io::{self, Write};
 use std::path::Path;
@@ -30,51 +30,50 @@ pub struct Shown {
     pub rgb: Vec<u8>,
 }
 
-/// Where a sequence is seen while it plays.
+/// A display for the sequence during playback.
 pub trait Canvas: Send {
-    /// Shows a frame in place of the one before, and takes as long as it wants to; false when
-    /// no reader is left.
+    /// Shows a frame, taking as long as needed; false when nobody watches any more.
     fn frame(&self, picture: &Shown) -> bool;
 
-    /// No more frames come.
+    /// Ends the playback.
     fn end(&self);
 }
 
-/// Opens what `-o -` writes to, such as standard output.
+/// Opens the target of `-o -`, such as standard output.
 pub type Pipe = Box<dyn Fn() -> Box<dyn Write> + Send>;
 
-/// Makes films that players take out of YUV4MPEG2.
+/// Encodes YUV4MPEG2 to common film formats.
 pub trait Encoder: Send {
-    /// Whether it is installed.
+    /// True when it is installed.
     fn is_there(&self) -> bool;
 
-    /// What encodes the frames that it is given into a file of this name, `.mp4` or `.webm`.
+    /// Starts encoding to a file of this name, `.mp4` or `.webm`; the result takes the frames.
     ///
     /// # Errors
     /// [`FileError`] when it cannot be started.
     fn begin(&self, path: &Path) -> Result<Box<dyn AtomicWriter>, FileError>;
 }
 
-/// Where sequences go besides files that the store takes.
+/// Targets of sequences besides the store.
 #[derive(Default)]
 pub struct Outlets {
-    /// What `-o -` writes to; without it that is refused.
+    /// Target of `-o -`; without it the option is refused.
     pub pipe: Option<Pipe>,
-    /// What encodes films; without it they are refused.
+    /// Encoder of films; without it films are refused.
     pub encoder: Option<Box<dyn Encoder>>,
 }
 
-/// The part of a show that is played.
+/// The part of a show to play.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PlayedSpan {
     /// The first moment.
     pub from: Time,
-    /// The last one, not before it.
+    /// The last moment, not before the first.
     pub to: Time,
 }
 
 impl PlayedSpan {
-    /// All of the show.
+    /// The whole show.
     pub fn whole(engine: &Engine) -> PlayedSpan {
         let timeline = engine.document().timeline();
         PlayedSpan {
@@ -88,7 +87,7 @@ impl PlayedSpan {
     }
 }
 
-/// The frame of a moment, and how fast frames are made.
+/// The frame of a moment, and the speed of rendering frames.
 pub fn still(engine: &Engine, player: &Player, time: Time) -> (Shown, String) {
     let rate = player.frame_rate(engine.document().timeline(), engine.host().clock.as_ref());
     let size = player.size();
@@ -104,7 +103,7 @@ pub fn still(engine: &Engine, player: &Player, time: Time) -> (Shown, String) {
     (Shown { size, rgb }, text)
 }
 
-/// Plays on a canvas in real time; stopping it is no error.
+/// Plays on a canvas in real time; stopping is no error.
 pub fn perform(engine: &Engine, player: &Player, span: PlayedSpan, canvas: &dyn Canvas) -> String {
     let PlayedSpan { from, to: end } = span;
     let mut frame = Shown {
@@ -132,15 +131,15 @@ pub fn perform(engine: &Engine, player: &Player, span: PlayedSpan, canvas: &dyn 
     )
 }
 
-/// Frames of the film.
+/// Number of frames of the film.
 pub fn length(engine: &Engine, span: PlayedSpan) -> usize {
     let rate = engine.show().preview.rate;
-    // A whole number of frames must not become one more by rounding.
+    // Rounding must not add a frame to a whole number.
     (span.seconds() * rate - 1e-6).ceil().max(0.0) as usize + 1
 }
 
-/// Calls `take` for every frame of the film with its place from 0 and its time: the first at the
-/// start, the last not before the end, which holds the last look. How many there are.
+/// Calls `take` for every frame of the film with its index and time: the first at the start, the
+/// last at or after the end, which shows the last look. Returns the number of frames.
 fn frames(
     engine: &Engine,
     span: PlayedSpan,
@@ -158,8 +157,8 @@ fn frames(
     Ok(total)
 }
 
-/// The film as YUV4MPEG2, into a file or down a pipe. A reader that has seen enough ends it, and
-/// that is well.
+/// Writes the film as YUV4MPEG2 to a file or a pipe. A reader that closes the pipe early is no
+/// error.
 pub fn video(
     engine: &Engine,
     (player, span): (&Player, PlayedSpan),
@@ -208,7 +207,7 @@ fn is_broken_pipe(error: &Error) -> bool {
     )
 }
 
-/// An image for each frame, from number 1.
+/// Writes an image for each frame, numbered from 1.
 pub fn numbered(
     engine: &Engine,
     (player, span): (&Player, PlayedSpan),
@@ -240,13 +239,13 @@ pub fn numbered(
     ))
 }
 
-/// The key images in single precision: what is computed with further is not rounded before.
+/// A player with key images in single precision, for output that is processed further.
 pub fn exact(engine: &Engine, playback: &Arc<Playback>, tone: Tone) -> Result<Player, Error> {
     let work = engine.host().work();
     Ok(Player::new(playback, Format::Float, tone, work)?)
 }
 
-/// A pipe as a file that is finished when all of it is through.
+/// A pipe as a file that is finished when everything is written.
 pub struct Piped(pub Box<dyn Write>);
 
 impl Write for Piped {

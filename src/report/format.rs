@@ -1,6 +1,6 @@
-//! File formats by the ending of a file's name: what each kind of result can be written as.
+//! File formats by extension: the formats of each kind of result.
 //!
-//! A new format is its encoder and its row here.
+//! A new format needs its encoder and its row here.
 
 use std::path::Path;
 
@@ -13,10 +13,10 @@ use footlight_picture::exr::{self, Precision};
 use footlight_picture::tone::Tone;
 use footlight_picture::{Image, png};
 
-/// Characters of a line of a table in words.
+/// Width of a table in words, characters.
 pub const WIDTH: usize = 100;
 
-/// Results of one kind: the endings that they can be written with, and how a message says these.
+/// Formats of one kind of result: the extensions, and their description in messages.
 pub struct Formats {
     endings: &'static [&'static str],
     known: &'static str,
@@ -28,7 +28,7 @@ pub const DRAWING: Formats = Formats {
     known: ".png or .svg",
 };
 
-/// Measurements: their drawing, or their figures.
+/// Measurements: drawing or figures.
 pub const RECORD: Formats = Formats {
     endings: &["png", "svg", "csv", "json"],
     known: ".png, .svg, .csv or .json",
@@ -58,14 +58,14 @@ pub const PICTURE: Formats = Formats {
     known: ".png (as displayed) or .exr (linear)",
 };
 
-/// One image that is display-coded already.
+/// An image already display-coded.
 const DISPLAYED: Formats = Formats {
     endings: &["png"],
     known: ".png: it is a picture",
 };
 
 impl Formats {
-    /// Refuses a file whose ending names none of them.
+    /// Refuses a file whose extension is not among them.
     pub fn check(&self, path: &Path) -> Result<(), Error> {
         if self.endings.contains(&ending(path).as_str()) {
             Ok(())
@@ -75,7 +75,7 @@ impl Formats {
     }
 }
 
-/// The ending of a file's name, in small letters and without its dot.
+/// Extension of a file name, in small letters and without its dot.
 pub fn ending(path: &Path) -> String {
     path.extension()
         .unwrap_or_default()
@@ -83,7 +83,7 @@ pub fn ending(path: &Path) -> String {
         .to_lowercase()
 }
 
-/// A file whose ending cannot be written here.
+/// The error for an unknown extension.
 pub fn unknown(path: &Path, known: &'static str) -> Error {
     Error::Ending {
         path: path.to_owned(),
@@ -91,7 +91,7 @@ pub fn unknown(path: &Path, known: &'static str) -> Error {
     }
 }
 
-/// A drawing, magnified where it becomes pixels.
+/// Encodes a drawing, magnified for pixel formats.
 pub fn drawing(drawing: &Drawing, magnified: f32, path: &Path) -> Result<Vec<u8>, Error> {
     DRAWING.check(path)?;
     match ending(path).as_str() {
@@ -100,7 +100,7 @@ pub fn drawing(drawing: &Drawing, magnified: f32, path: &Path) -> Result<Vec<u8>
     }
 }
 
-/// A measurement: its drawing or its figures.
+/// Encodes a measurement: its drawing or its figures.
 pub fn record(
     record: &Record,
     drawn: &dyn Fn(Theme) -> Drawing,
@@ -115,7 +115,7 @@ pub fn record(
     }
 }
 
-/// A table; as CSV it is `plain`.
+/// Encodes a table; for CSV, `plain`.
 pub fn table(
     table: &dyn Fn() -> Result<Table, Cancelled>,
     plain: &dyn Fn() -> Result<Table, Cancelled>,
@@ -129,7 +129,7 @@ pub fn table(
     })
 }
 
-/// An image: as displayed, or linear with `about` in its header.
+/// Encodes an image, as displayed, or linear with `about` in its header.
 pub fn picture(
     image: &Image,
     tone: impl FnOnce() -> Result<Tone, Error>,
@@ -147,13 +147,13 @@ pub fn picture(
     }
 }
 
-/// A display-coded image: width and height, and RGB bytes row by row from the top.
+/// Encodes a display-coded image: width and height, and RGB bytes row by row from the top.
 pub fn displayed(size: (usize, usize), rgb: &[u8], path: &Path) -> Result<Vec<u8>, Error> {
     DISPLAYED.check(path)?;
     Ok(png::encode(size.0, size.1, rgb)?)
 }
 
-/// A header's attribute, lines of printable ASCII: each other character of the show's names is `?`.
+/// A header attribute of printable ASCII lines; other characters become `?`.
 pub fn header(name: &str, text: &str) -> (String, String) {
     let plain = |c| match c {
         ' '..='~' | '\n' => c,

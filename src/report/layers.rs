@@ -1,4 +1,4 @@
-//! Many pictures in one OpenEXR file, each with what was lit in it.
+//! Many images in one OpenEXR file, each with its lights.
 
 use super::Error;
 use super::format::header;
@@ -10,27 +10,27 @@ use footlight_picture::exr::{Precision, stack};
 use footlight_show::model::{Coordinate, Show};
 use footlight_transport::contract::check_memory;
 
-/// What does not fit, and the way out.
+/// The object of the memory error, with advice.
 const ALL_AT_ONCE: &str = "a file of all these layers (numbered pictures, `-o frame####.exr`, are \
     written one at a time)";
 
-/// Which pictures are layers.
+/// Selection of layers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layers {
     /// Every key image.
     Keys,
-    /// Every coordinate alone at full, as previews have it.
+    /// Every coordinate alone at full, as in previews.
     Banks,
-    /// The refined pictures; where there are none the coarse ones.
+    /// The refined images; without them, the coarse ones.
     Basis,
 }
 
-/// A layer: its name, what was lit, and the picture.
+/// A layer: its name, its lights, and the image.
 type Layer<'i> = (String, String, &'i Image);
 
-/// Key images, banks or the basis as layers of one file; the header says what each was lit by. All
-/// layers and the file are in memory at once, which is refused beyond the host's budget. The file,
-/// and its description.
+/// Writes key images, banks or the basis as layers of one file, whose header names the lights of
+/// each. All layers and the file are in memory at once; beyond the host's budget that is refused.
+/// Returns the file and its description.
 pub fn layers(
     engine: &Engine,
     playback: &Playback,
@@ -63,8 +63,8 @@ pub fn layers(
     Ok((bytes, text))
 }
 
-/// Refuses what would not fit into memory: the key images, which are there, images that are yet to
-/// be made, and the file, taken as uncompressed.
+/// Checks that everything fits into memory: the key images held, the images to be made, and the
+/// file, assumed uncompressed.
 fn check_size(
     engine: &Engine,
     playback: &Playback,
@@ -102,7 +102,7 @@ fn key_layers<'i>(engine: &Engine, playback: &'i Playback) -> Vec<Layer<'i>> {
         .collect()
 }
 
-/// A layer for each coordinate, lit alone.
+/// One layer for each coordinate, lit alone.
 fn bank_layers<'i>(show: &Show, images: impl Iterator<Item = &'i Image>) -> Vec<Layer<'i>> {
     let coordinates = show.coordinates().into_iter().zip(images);
     let layer = |(c, image): (Coordinate, _)| {
@@ -112,7 +112,7 @@ fn bank_layers<'i>(show: &Show, images: impl Iterator<Item = &'i Image>) -> Vec<
     coordinates.map(layer).collect()
 }
 
-/// The refined images; without them the coarse ones, which are the basis then.
+/// The refined images; without them the coarse ones, which are then the basis.
 fn basis_layers(engine: &Engine) -> Result<(&'static str, Vec<Layer<'_>>), Error> {
     let pool = engine.estimate().pool().ok_or(engine::Error::NotRendered)?;
     let refined = pool.refined().iter().enumerate().map(|(i, refined)| {

@@ -4,23 +4,25 @@
 //! Engine, results --describe--> words    --drawing--> Drawing --> PNG, SVG    --record--> CSV, JSON
 //! ```
 //!
-//! Each module takes one result and writes it in up to three ways: `describe` in words for a terminal,
-//! `drawing` as a chart, `record` as the table that CSV and JSON are made of ([`Record`]).
+//! Each module takes one result and writes it in up to three ways: `describe` in words for a
+//! terminal, `drawing` as a chart, `record` as the table that CSV and JSON are made of
+//! ([`Record`]).
 //!
-//! - [`document`], [`sheet`], [`versions`] and [`curves`] report a show; [`stage`] its stage, [`rig`] its lights.
+//! - [`document`], [`sheet`], [`versions`] and [`curves`] report a show; [`stage`] its stage,
+//!   [`rig`] its lights.
 //! - [`plan`], [`refine`], [`ways`], [`tasks`], [`farm`] and [`pool`] report the refinement.
 //! - [`quality`], [`tradeoff`] and [`comparison`] report measurements.
 //! - [`run`] and [`results`] write a folder of results. [`target`] writes a sequence: [`film`],
 //!   [`layers`], [`page`].
-//! - [`chart`] lays plain data out as a drawing and paints it. [`table`] aligns text. [`mod@format`] knows
-//!   the endings of files. [`words`] holds numbers in words.
+//! - [`chart`] lays plain data out as a drawing and paints it. [`table`] aligns text.
+//!   [`mod@format`] knows the extensions of files. [`words`] holds numbers in words.
 //!
 //! Invariants:
 //!
-//! - The ways to write a result show the same figures. Each reads them from the typed result, never
-//!   from another report.
+//! - All forms of a result show the same figures. Each reads them from the typed result, never from
+//!   another report.
 //! - One result gives the same bytes on every machine.
-//! - Words are put here once: errors of the crates below carry numbers and no advice.
+//! - Wording is decided once, here: errors of the crates below carry numbers and no advice.
 //!
 //! This crate does not know verbs, prompts or terminals, and computes no results.
 

@@ -1,9 +1,9 @@
-//! What a run has written into its folder: `files.sha256`, a line for each file with its digest, in
-//! the form that `sha256sum` writes and checks.
+//! The manifest of a run's folder: `files.sha256`, one line for each file with its digest, in the
+//! format of `sha256sum`.
 //!
-//! Invariants: a file is listed before it is written, so that a run that is cut off leaves none
-//! that is not; nothing is replaced or removed but what an earlier run listed and is unchanged
-//! since, and nothing that the show reads.
+//! Invariants: a file is listed before it is written, so that an interrupted run leaves no unlisted
+//! file; only files that an earlier run listed and that are unchanged since are replaced or
+//! removed, and never files of the show.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -16,17 +16,17 @@ use footlight_engine::Engine;
 use footlight_host::files::{Entry, FileError, Store};
 use footlight_show::units::CueNumber;
 
-/// The manifest's own name.
+/// Name of the manifest.
 const MANIFEST: &str = "files.sha256";
 
-/// Lies in the folder while results are written, and where that was cut off.
+/// Name of the mark for unfinished results.
 const UNFINISHED: &str = "unfinished.txt";
 
-/// What it says.
+/// Text of the mark.
 const NOTE: &str = "A run of footlight has begun here and not ended: what lies beside this is not \
                     of one run. The same `run` again makes it whole.\n";
 
-/// What every run leaves.
+/// Files that every run writes.
 const RESULTS: [&str; 11] = [
     "show.html",
     "cue-sheet.csv",
@@ -41,40 +41,39 @@ const RESULTS: [&str; 11] = [
     "basis.png",
 ];
 
-/// What runs of other versions left.
+/// A file of runs of earlier versions.
 const FORMER: &str = "sequence.png";
 
-/// The folder of the key images.
+/// Folder of the key images.
 const KEYS: &str = "keys";
 
-/// The folder of the pictures of cues.
+/// Folder of the cues' images.
 const CUES: &str = "cues";
 
-/// Digits of a cue's number before its point, so that files are in the order of cues.
+/// Digits before the point of a cue's number, so that files sort in the order of cues.
 const DIGITS: usize = 4;
 
-/// The largest manifest that is read, and the largest file that is held against it.
+/// Most bytes of a manifest, and of a file checked against it.
 const LIMITS: (u64, u64) = (1 << 22, 1 << 30);
 
-/// A file that a run wrote: its name in the folder and the digest of its content.
+/// A file that a run wrote: its name in the folder and its digest.
 type Line = (String, String);
 
 /// The folder of a run's results.
 #[derive(Debug)]
 pub struct Results<'f> {
     folder: &'f Path,
-    /// What earlier runs wrote and this one has not replaced.
+    /// Files of earlier runs that this one has not replaced.
     earlier: BTreeSet<Line>,
     written: BTreeSet<Line>,
 }
 
-/// The name of a key image, from 0.
+/// Name of a key image, from index 0.
 pub fn key_name(index: usize) -> String {
     format!("{KEYS}/key{:03}.exr", index + 1)
 }
 
-/// The name of a cue's picture: `cues/0005.png`, `cues/0005_5.png`, which comes behind it where files
-/// are listed by name.
+/// Name of a cue's image: `cues/0005.png`, and `cues/0005_5.png`, which sorts after it.
 pub fn cue_name(number: CueNumber) -> String {
     let number = number.to_string();
     let whole = number.split('.').next().map_or(0, str::len);
@@ -82,7 +81,7 @@ pub fn cue_name(number: CueNumber) -> String {
     format!("{CUES}/{zeros}{}.png", number.replace('.', "_"))
 }
 
-/// The name of a contact sheet, from 0.
+/// Name of a contact sheet, from index 0.
 pub fn sheet_name(index: usize) -> String {
     match index {
         0 => "contact-sheet.png".to_owned(),
@@ -90,7 +89,7 @@ pub fn sheet_name(index: usize) -> String {
     }
 }
 
-/// True for a name that runs give.
+/// True for a name that runs use.
 fn is_given(name: &str) -> bool {
     let between = |from: &str, to: &str| name.strip_prefix(from)?.strip_suffix(to);
     let index = |from, to| between(from, to)?.parse::<usize>().ok()?.checked_sub(1);
@@ -111,12 +110,12 @@ fn digest(bytes: &[u8]) -> String {
 }
 
 impl<'f> Results<'f> {
-    /// Takes the folder for a run that will write these files beside those of every run, and marks
-    /// it as unfinished.
+    /// Prepares the folder for a run that will write these files besides those of every run, and
+    /// marks it as unfinished.
     ///
     /// # Errors
-    /// [`Error::ShowsFile`] and [`Error::Foreign`] where something else than an earlier run's file
-    /// stands at a name that will be written; what the store says. Nothing was written then.
+    /// [`Error::ShowsFile`] and [`Error::Foreign`] when a file that will be written exists and is
+    /// not from an earlier run; errors of the store. In these cases nothing is written.
     pub fn begin(
         engine: &Engine,
         folder: &'f Path,
@@ -149,7 +148,7 @@ impl<'f> Results<'f> {
         Ok(results)
     }
 
-    /// Says that the folder holds results of more than one run.
+    /// Marks the folder as holding results of more than one run.
     fn mark(&self, engine: &Engine) -> Result<(), Error> {
         let store = engine.host().store.as_ref();
         for name in [UNFINISHED, MANIFEST] {
@@ -162,13 +161,13 @@ impl<'f> Results<'f> {
         match store.read_start(&path, NOTE.len() as u64 + 1) {
             Ok(found) if found != NOTE.as_bytes() => return Err(Error::Foreign(path)),
             Err(FileError::NotAFile { .. }) => return Err(Error::Foreign(path)),
-            // What else is wrong with the folder shows when it is written to.
+            // Other problems of the folder show when it is written to.
             _ => {}
         }
         Ok(store.write(&path, NOTE.as_bytes())?)
     }
 
-    /// True where nothing is at this name but what an earlier run wrote.
+    /// True when the name is free or holds an earlier run's file.
     fn is_free(&self, store: &dyn Store, name: &str) -> Result<bool, Error> {
         let path = self.folder.join(name);
         match store.read_start(&path, 0) {
@@ -179,7 +178,7 @@ impl<'f> Results<'f> {
         }
     }
 
-    /// True where the file holds what an earlier run wrote.
+    /// True when the file is unchanged since an earlier run.
     fn is_as_written(&self, store: &dyn Store, name: &str) -> bool {
         let mut of_name = self.earlier.iter().filter(|(n, _)| n == name).peekable();
         if of_name.peek().is_none() {
@@ -193,7 +192,7 @@ impl<'f> Results<'f> {
     /// Writes a file of the run.
     ///
     /// # Errors
-    /// What the store says.
+    /// Errors of the store.
     pub fn write(&mut self, engine: &Engine, name: &str, bytes: &[u8]) -> Result<(), Error> {
         let store = engine.host().store.as_ref();
         self.written.insert((name.to_owned(), digest(bytes)));
@@ -215,10 +214,10 @@ impl<'f> Results<'f> {
         Ok(store.write(&self.folder.join(MANIFEST), text.as_bytes())?)
     }
 
-    /// Removes what earlier runs left and this one did not write, and the mark.
+    /// Removes files of earlier runs that this one did not write, and the mark.
     ///
     /// # Errors
-    /// What the store says.
+    /// Errors of the store.
     pub fn finish(mut self, engine: &Engine) -> Result<(), Error> {
         let store = engine.host().store.as_ref();
         let names: BTreeSet<String> = self.earlier.iter().map(|(name, _)| name.clone()).collect();
@@ -233,20 +232,20 @@ impl<'f> Results<'f> {
         self.give_up(engine)
     }
 
-    /// Where they are.
+    /// The folder.
     pub fn folder(&self) -> &Path {
         self.folder
     }
 
-    /// True where some were written.
+    /// True when files were written.
     pub fn has_any(&self) -> bool {
         !self.written.is_empty()
     }
 
-    /// Takes the mark away.
+    /// Removes the mark.
     ///
     /// # Errors
-    /// What the store says.
+    /// Errors of the store.
     pub fn give_up(self, engine: &Engine) -> Result<(), Error> {
         Ok(engine.host().store.remove(&self.folder.join(UNFINISHED))?)
     }
@@ -257,8 +256,8 @@ fn reads(engine: &Engine, path: &Path) -> bool {
     engine.document().reads(path, files)
 }
 
-/// What the manifest of a folder lists; a name may have two digests where a run was cut off. A list
-/// with other lines than a run's is somebody else's.
+/// Files listed in a folder's manifest; a name may have two digests after an interrupted run. A
+/// list with other lines is not from a run, and is ignored.
 fn earlier(store: &dyn Store, folder: &Path) -> Result<BTreeSet<Line>, Error> {
     let path = folder.join(MANIFEST);
     let bytes = match store.read(&path, LIMITS.0) {

@@ -3,7 +3,7 @@
 use crate::words::count;
 use footlight_engine::measure::MeasuredError;
 
-/// One paragraph: the error of a picture, the interval, and what was spent.
+/// One paragraph: the error of an image, the interval, and the cost.
 pub fn describe(what: &str, measured: Option<&MeasuredError>) -> String {
     let Some(measured) = measured else {
         return format!(

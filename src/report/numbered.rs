@@ -1,11 +1,11 @@
-//! Names of numbered pictures.
+//! Names of numbered images.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use footlight_picture::exr::Precision;
 
-/// What a numbered picture is.
+/// Format of a numbered image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FrameFormat {
     /// As displayed.
@@ -14,7 +14,7 @@ pub enum FrameFormat {
     Exr(Precision),
 }
 
-/// A file name with a place for a number: `####`, `%d` or `%04d`, the last in the name.
+/// A file name with a placeholder for a number: `####`, `%d` or `%04d`, the last in the name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Numbered {
     folder: PathBuf,
@@ -24,7 +24,7 @@ pub struct Numbered {
 }
 
 impl Numbered {
-    /// The place in a path, if it has one.
+    /// Finds the placeholder in a path's file name.
     pub fn of(path: &Path) -> Option<Numbered> {
         let name = path.file_name()?.as_encoded_bytes();
         let (before, digits, after) = hashes(name).or_else(|| percent(name))?;
@@ -36,7 +36,7 @@ impl Numbered {
         })
     }
 
-    /// The name of picture `number`, with more digits when it needs them.
+    /// The path of image `number`, with more digits if needed.
     pub fn path(&self, number: usize) -> PathBuf {
         let digits = self.digits;
         let mut name = self.before.clone();
@@ -46,7 +46,7 @@ impl Numbered {
     }
 }
 
-/// The last run of `#` and what is around it.
+/// The last run of `#` and the text around it.
 fn hashes(name: &[u8]) -> Option<(&[u8], usize, &[u8])> {
     let last = name.iter().rposition(|byte| *byte == b'#')?;
     let (head, after) = name.split_at_checked(last + 1)?;
@@ -55,7 +55,7 @@ fn hashes(name: &[u8]) -> Option<(&[u8], usize, &[u8])> {
     Some((before, run.len(), after))
 }
 
-/// The last `%d`, `%4d` or `%04d` and what is around it.
+/// The last `%d`, `%4d` or `%04d` and the text around it.
 fn percent(name: &[u8]) -> Option<(&[u8], usize, &[u8])> {
     let (before, rest) = name.split_at_checked(name.iter().rposition(|byte| *byte == b'%')?)?;
     let rest = rest.strip_prefix(b"%")?;
@@ -67,7 +67,7 @@ fn percent(name: &[u8]) -> Option<(&[u8], usize, &[u8])> {
     Some((before, width, after.strip_prefix(b"d")?))
 }
 
-/// A part of a file's name, cut at letters of ASCII.
+/// A part of a file name, cut at ASCII letters.
 fn part(bytes: &[u8]) -> Option<OsString> {
     #[cfg(unix)]
     return Some(std::os::unix::ffi::OsStringExt::from_vec(bytes.to_owned()));
@@ -88,7 +88,7 @@ mod tests {
             ("a#b##.exr", 123, "a#b123.exr"),
             ("%d.png", 12, "12.png"),
             ("x/s%04d_50%03d.png", 9, "x/s%04d_50009.png"),
-            // As everywhere where such patterns are read.
+            // As in other programs with such patterns.
             ("100%deep.png", 12, "10012eep.png"),
         ] {
             let numbered = Numbered::of(Path::new(name)).unwrap();

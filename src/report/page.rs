@@ -16,13 +16,13 @@ use footlight_show::timeline::{self, Timeline};
 use footlight_show::units::Time;
 use footlight_transport::contract::check_memory;
 
-/// Levels at which the page gets a user's dimmer curve.
+/// Samples of a user's dimmer curve in the page.
 const LEVELS: usize = 257;
 
-/// How densely the page gets a move of level and colour.
+/// Samples per second of a move of level and colour in the page.
 const STEPS_A_SECOND: f64 = 8.0;
 const MOST_STEPS: usize = 400;
-/// Frames a second that the page has while heads move.
+/// Frames per second in the page while heads move.
 const HEAD_FRAMES: f64 = 10.0;
 
 /// The page, and its description.
@@ -62,7 +62,7 @@ pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String,
     Ok((made.html, text))
 }
 
-/// What a page has of a show, with images of the keys, where there are any, and of the banks.
+/// Data of a page, with images of the keys, if any, and of the banks.
 pub fn contents<'a>(
     engine: &'a Engine,
     (keys, banks): (&'a [Image], &'a [Image]),
@@ -85,8 +85,8 @@ pub fn contents<'a>(
     }
 }
 
-/// Quality of the pictures: `Pictures at quality 2 and 3 refined pictures; the finest quality is 3`. Empty
-/// where the renderer has one quality. A measured error would differ from run to run.
+/// Quality of the images: `Pictures at quality 2 and 3 refined pictures; the finest quality is 3`.
+/// Empty when the renderer has one quality. A measured error would differ from run to run.
 fn quality(engine: &Engine) -> String {
     let estimate = engine.estimate();
     if estimate.is_final() {
@@ -143,8 +143,7 @@ fn mixers(document: &Document) -> Vec<Mixer> {
     reds.filter_map(mixer).collect()
 }
 
-/// Level and colour of a bank of mixers where they move. What lies straight between two others is
-/// left out.
+/// Level and colour of an rgb bank over its moves, without points on straight lines between others.
 fn track(timeline: &Timeline, red: usize, parameter: usize) -> Vec<[f64; 5]> {
     let mut times = BTreeSet::from([timeline.start(), timeline.end()]);
     for (start, end) in (red..red + 3).flat_map(|c| timeline.moves(c)) {
@@ -170,7 +169,7 @@ fn track(timeline: &Timeline, red: usize, parameter: usize) -> Vec<[f64; 5]> {
     out
 }
 
-/// Whether `b` lies on the line from `a` to `c`.
+/// True when `b` lies on the line from `a` to `c`.
 fn straight(a: &[f64; 5], b: &[f64; 5], c: &[f64; 5]) -> bool {
     let ([from, a @ ..], [at, b @ ..], [to, c @ ..]) = (a, b, c);
     let share = (at - from) / (to - from);
@@ -196,7 +195,7 @@ fn cues(document: &Document, coordinates: usize) -> Vec<Cue> {
     cues.map(cue).collect()
 }
 
-/// Seconds from a cue's GO until the last of these moves that begins in it has ended.
+/// Seconds from a cue's GO to the end of the last of these moves that begins in it.
 fn arrival(moves: &[(Time, Time)], cue: &timeline::CueTime) -> Option<f64> {
     let own = moves
         .iter()
@@ -205,8 +204,7 @@ fn arrival(moves: &[(Time, Time)], cue: &timeline::CueTime) -> Option<f64> {
         .reduce(f64::max)
 }
 
-/// Time and delay of a cue's first fades, and what the cue starts, as they are written:
-/// `time 6/9, delay 2, hang 1`.
+/// Time and delay of a cue's first fades, and its link, as written: `time 6/9, delay 2, hang 1`.
 fn timing(cue: &footlight_show::model::Cue) -> String {
     let mut words = Vec::new();
     if let Some(part) = cue.parts.iter().find(|part| fades(part)) {

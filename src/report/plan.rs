@@ -20,18 +20,18 @@ struct Form<'a> {
     left_out: Vec<Item>,
 }
 
-/// Something that the plan does without.
+/// Something that the plan leaves out.
 #[derive(Serialize)]
 struct Item {
-    /// Kind of thing.
+    /// Its kind.
     what: &'static str,
-    /// Its name, or how many.
+    /// Its name, or a number.
     name: String,
-    /// Why, in a designer's words.
+    /// The reason, for a designer.
     why: String,
 }
 
-/// The plan as data to be written as JSON.
+/// The plan as JSON data.
 pub fn form(plan: &PlanReport) -> impl Serialize {
     Form {
         schema: 0,
@@ -111,13 +111,13 @@ fn why(left_out: &LeftOut, unit: ErrorUnit) -> String {
     reason.to_owned()
 }
 
-/// At most four digits, none of them a trailing zero.
+/// At most four digits, without trailing zeros.
 fn number(x: f64) -> String {
     let digits = (3 - x.abs().log10().floor().clamp(-6.0, 3.0) as i32).clamp(0, 9) as usize;
     trimmed(&format!("{x:.digits$}"))
 }
 
-/// The plan in words: its size, the predicted errors, what it leaves out.
+/// Describes the plan: its size, the predicted errors, its omissions.
 pub fn describe(plan: &PlanReport) -> String {
     let mut text = String::new();
     let curved = plan.segments.iter().filter(|s| s.degree > 1).count();

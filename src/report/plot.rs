@@ -1,4 +1,4 @@
-//! What the show and its plan look like, drawn: keys, spectrum.
+//! Drawings of the show and its plan: keys, spectrum.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use footlight_engine::plan::{PlanReport, Predicted};
 use footlight_show::timeline::KeySequence;
 use footlight_show::units::ErrorUnit;
 
-/// The key settings in a grid, tied to the moments at which they count.
+/// The key settings in a grid, tied to their moments.
 pub fn keys(document: &Document, theme: Theme) -> (Drawing, String) {
     let (keys, show) = (document.keys(), document.show());
     let inserted = match keys.inserted() {
@@ -36,9 +36,8 @@ pub fn keys(document: &Document, theme: Theme) -> (Drawing, String) {
     (chart::grid(&data, theme), format!("{counted}, {inserted}"))
 }
 
-/// When each key counts: at the ends of its segments, the inner control points in equal steps
-/// between, where a polynomial's control points belong (its Greville abscissae). A key that
-/// stands at one moment in two ways stands there in the stronger one.
+/// Moments of each key: the ends of its segments, and for inner control points equal steps between
+/// (Greville abscissae). A key with two relations to one moment gets the stronger one.
 fn ties(keys: &KeySequence) -> Vec<Tie> {
     let mut found: BTreeMap<(usize, i64), Tie> = BTreeMap::new();
     let rank = |stand: Stand| match stand {
@@ -69,7 +68,7 @@ fn ties(keys: &KeySequence) -> Vec<Tie> {
     found.into_values().collect()
 }
 
-/// The singular values and what they leave, with the tolerance.
+/// The singular values and the error that remains, with the tolerance.
 pub fn spectrum(plan: &PlanReport, theme: Theme) -> (Drawing, String) {
     let words = format!(
         "{} of {} reach {}",
@@ -81,7 +80,7 @@ pub fn spectrum(plan: &PlanReport, theme: Theme) -> (Drawing, String) {
     (chart::panels(&title, &[shares(plan)], theme), words)
 }
 
-/// Shares of the sequence's light: of each direction, and of what is left after it.
+/// Shares of the sequence's light: of each direction, and of the remainder after it.
 fn shares(plan: &PlanReport) -> Panel {
     let total = plan
         .singular_values
@@ -106,7 +105,7 @@ fn shares(plan: &PlanReport) -> Panel {
         pictures if leaves_nothing(p) => format!("{pictures}: nothing left"),
         pictures => format!("{pictures}: {}", words::error(p.error, plan.unit)),
     };
-    // The picture that leaves nothing is seen under the tolerance, at the foot.
+    // An image that leaves no error is drawn under the tolerance, at the bottom.
     let height = |p: &Predicted| {
         if leaves_nothing(p) {
             0.25 * by * plan.tolerance

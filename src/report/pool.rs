@@ -1,4 +1,4 @@
-//! What images there are and which of them serve the show, in words.
+//! Images in memory and in the store, and which of them serve the show.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -131,7 +131,7 @@ fn describe_store(text: &mut String, store: &StoreSummary) {
     }
 }
 
-/// What was freed.
+/// Describes what was freed.
 pub fn freed(freed: &Freed) -> String {
     let mut text = format!("{} dropped from memory", count(freed.memory, "picture"));
     if let Some((images, bytes, folder)) = &freed.store {

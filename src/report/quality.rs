@@ -1,10 +1,10 @@
-//! What each step of quality sets and costs, as a table.
+//! Settings and cost of each quality step, as a table.
 
 use super::table::set_right;
 use super::words::{self, figure};
 use footlight_engine::measure::quality::{QualityForecast, Seconds, Step};
 
-/// A line for each step, with a column for everything that any step sets.
+/// One line for each step, with a column for every setting.
 pub fn describe(forecast: &QualityForecast) -> String {
     let timed = forecast.steps.iter().any(|s| s.measured.is_some());
     let columns = columns(&forecast.steps);
@@ -37,7 +37,7 @@ pub fn describe(forecast: &QualityForecast) -> String {
     )
 }
 
-/// What the columns mean.
+/// Explains the columns.
 fn legend(columns: &[&str]) -> String {
     const MEANINGS: &[(&str, &str)] = &[
         ("elements", "pieces of surface that exchange light"),
@@ -63,7 +63,7 @@ fn legend(columns: &[&str]) -> String {
     lines.join("\n")
 }
 
-/// What any step sets, in the order of the first that does.
+/// Names of all settings, in order of first use.
 fn columns(steps: &[Step]) -> Vec<&'static str> {
     let mut out = Vec::new();
     for set in steps.iter().flat_map(|s| &s.sets) {
@@ -74,7 +74,7 @@ fn columns(steps: &[Step]) -> Vec<&'static str> {
     out
 }
 
-/// What a step sets under a name; a dash for what it does without.
+/// A step's value of a setting; a dash if it has none.
 fn amount(step: &Step, name: &str) -> String {
     let found = step.sets.iter().find(|e| e.name == name);
     match found.map(|e| e.amount) {

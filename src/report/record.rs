@@ -1,7 +1,7 @@
-//! The one measurement record: what was measured, on what, by whom, and the figures.
+//! The common form of measurements: subject, method, machine, and figures.
 //!
 //! A record is a table: its columns are named quantities with units, its rows are points, grouped
-//! into series. Every kind of study fills the same table, so that JSON, CSV and charts are written
+//! into series. Every kind of study fills this table, so that JSON, CSV and charts are written
 //! once. Invariant: every point has as many values as the record has quantities; the constructor
 //! pads and cuts.
 
@@ -14,7 +14,7 @@ use super::words;
 use footlight_engine::measure::{Machine, Origin};
 use footlight_show::printable;
 
-/// What was studied.
+/// Subject of a study.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum StudyKind {
@@ -22,18 +22,18 @@ pub enum StudyKind {
     Transport,
     /// Time and memory against the size of the task.
     Scale,
-    /// Metrics, previews and predictions against the truth.
+    /// Metrics, previews and predictions against ground truth.
     Trial,
-    /// Where methods fail: one against another on hard inputs.
+    /// Failures of methods: one against another on hard inputs.
     Stability,
 }
 
 /// A column.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Quantity {
-    /// What it is.
+    /// Its name.
     pub name: String,
-    /// What it is counted in: `s`, `%`, `bytes`; empty for a number.
+    /// Its unit: `s`, `%`, `bytes`; empty for a number.
     pub unit: String,
 }
 
@@ -58,12 +58,12 @@ impl Quantity {
 /// A row.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Point {
-    /// What it is called, as `quality 3`.
+    /// Its label, such as `quality 3`.
     pub label: String,
-    /// What is to be said of it, as `coarse` or `pareto`.
+    /// Remarks, such as `coarse` or `pareto`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub marks: Vec<String>,
-    /// One for each quantity; absent where it could not be known.
+    /// One value for each quantity; `None` if unknown.
     pub values: Vec<Option<f64>>,
 }
 
@@ -72,22 +72,22 @@ pub struct Point {
 pub struct RecordSeries {
     /// Its name.
     pub name: String,
-    /// In the order they were measured.
+    /// Points in the order measured.
     pub points: Vec<Point>,
 }
 
 /// A measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Record {
-    /// What was studied.
+    /// Subject of the study.
     pub kind: StudyKind,
-    /// On what: the show's title.
+    /// The show's title.
     pub subject: String,
     /// Footlight's version.
     pub version: String,
-    /// Where.
+    /// The machine.
     pub machine: Machine,
-    /// How, in a sentence: what the reference was.
+    /// The method in a sentence, with the reference.
     pub method: String,
     /// The columns.
     pub quantities: Vec<Quantity>,
@@ -114,8 +114,8 @@ impl Record {
         }
     }
 
-    /// Adds a row to the series of this name, which begins with it if there is none. Values that
-    /// are not finite count as unknown.
+    /// Adds a row to the series of this name, created if missing. Values that are not finite count
+    /// as unknown.
     pub fn add(&mut self, series: &str, label: &str, marks: &[&str], values: &[Option<f64>]) {
         let mut values: Vec<Option<f64>> =
             values.iter().map(|v| v.filter(|v| v.is_finite())).collect();
@@ -139,7 +139,7 @@ impl Record {
         self.quantities.iter().position(|q| q.name == name)
     }
 
-    /// Two columns of a series as points of a chart; NaN where a value is unknown.
+    /// Two columns of a series as points of a chart; NaN for an unknown value.
     pub fn curve(&self, series: &RecordSeries, x: &str, y: &str) -> Vec<(f64, f64)> {
         let (x, y) = (self.column(x), self.column(y));
         let value = |point: &Point, column: Option<usize>| {
@@ -155,8 +155,8 @@ impl Record {
         Ok(printable::json(&serde_json::to_string_pretty(self)?))
     }
 
-    /// As CSV (RFC 4180): lines of `#` with what it is, a header, a row for each point. An unknown
-    /// value is an empty field.
+    /// The record as CSV (RFC 4180): `#` lines with the metadata, a header, a row for each point.
+    /// An unknown value is an empty field.
     pub fn csv(&self) -> String {
         let mut out = String::new();
         let kind = serde_json::to_string(&self.kind).unwrap_or_default();

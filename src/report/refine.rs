@@ -1,4 +1,4 @@
-//! Refinement in words: steps, remarks, status, forecast.
+//! Describes refinement: steps, warnings, status, forecast.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -8,10 +8,10 @@ use footlight_engine::{
     Ended, Engine, Event, Forecast, JobStatus, RefinementSummary, Status, TooLarge, Warning,
 };
 
-/// Coordinates named for a step.
+/// Most coordinates named for a step.
 const NAMED: usize = 4;
 
-/// Why refinement ended; empty where it goes without saying.
+/// The reason why refinement ended; empty if obvious.
 pub fn ended(ended: Ended) -> Cow<'static, str> {
     Cow::Borrowed(match ended {
         Ended::Reached => "the error asked for is reached",
@@ -30,7 +30,7 @@ pub fn ended(ended: Ended) -> Cow<'static, str> {
     })
 }
 
-/// A step of quality that memory does not hold, with the option that allows it.
+/// Note on a quality step beyond the memory, with the option that allows it.
 pub fn too_large(large: &TooLarge) -> String {
     format!(
         "quality {} needs `--memory {}` or more",
@@ -39,7 +39,7 @@ pub fn too_large(large: &TooLarge) -> String {
     )
 }
 
-/// A remark in a line.
+/// A warning in one line.
 pub fn warning(warning: &Warning) -> String {
     match warning {
         Warning::DoesNotFit { seconds: s } => {
@@ -51,7 +51,7 @@ pub fn warning(warning: &Warning) -> String {
     }
 }
 
-/// The steps from the `first` on, remarks, and why it ended.
+/// Describes the steps from `first` on, warnings, and the reason for the end.
 pub fn refined(engine: &Engine, done: &RefinementSummary, first: usize) -> String {
     let mut text = String::new();
     for step in engine.estimate().steps().iter().skip(first) {
@@ -68,7 +68,7 @@ pub fn refined(engine: &Engine, done: &RefinementSummary, first: usize) -> Strin
     text
 }
 
-/// One line about where the sequence stands.
+/// One line about the state of the sequence.
 fn step(refined: usize, error: f64, seconds: f64) -> String {
     format!(
         "{refined:>3} refined  predicted error {:>8} % of the light  {seconds:.1} s",
@@ -76,7 +76,7 @@ fn step(refined: usize, error: f64, seconds: f64) -> String {
     )
 }
 
-/// An event in lines; `words` is how the refinement in the background was asked for.
+/// An event in lines; `words` requested the refinement in the background.
 pub fn event(event: &Event, words: &str) -> Vec<String> {
     let (done, failed, error, refined) = match event {
         Event::FilesReread => {
@@ -109,7 +109,7 @@ pub fn event(event: &Event, words: &str) -> Vec<String> {
     notes
 }
 
-/// A refinement in the background, in a few lines.
+/// State of the refinement in the background, in a few lines.
 pub fn status(status: &Status, words: &str) -> String {
     let mut text = format!("{words}: ");
     match status.error {
@@ -165,7 +165,7 @@ fn describe_job(job: &JobStatus, text: &mut String) {
     text.push('\n');
 }
 
-/// What to say where nothing runs in the background.
+/// Message when no refinement runs in the background.
 pub fn idle(engine: &Engine) -> String {
     let mut text = "nothing is running in the background".to_owned();
     if let Some(step) = engine.estimate().steps().last() {
@@ -179,7 +179,7 @@ pub fn idle(engine: &Engine) -> String {
     text
 }
 
-/// Where the sequence stands, in a line; `None` before there is a picture.
+/// State of the sequence, in one line; `None` before there are images.
 pub fn so_far(engine: &Engine) -> Option<String> {
     let step = engine.estimate().steps().last()?;
     let refined = count(step.refined, "refined picture");
@@ -189,7 +189,7 @@ pub fn so_far(engine: &Engine) -> Option<String> {
     ))
 }
 
-/// The next steps of a forecast of `all` steps, with what they cost.
+/// The next steps of a forecast of `all` steps, with their cost.
 pub fn forecast(engine: &Engine, forecast: &Forecast, all: usize) -> String {
     let mut text = format!(
         "predicted error {} % of the light with {}; {} left to refine, at quality {}\n",
@@ -228,7 +228,7 @@ pub fn forecast(engine: &Engine, forecast: &Forecast, all: usize) -> String {
     text
 }
 
-/// What to say where the show asks for steps of quality beyond the scale.
+/// Note when the show asks for quality steps beyond the scale.
 pub fn clamped(engine: &Engine) -> Option<String> {
     let finest = engine.estimate().finest().0;
     let preview = &engine.show().preview;

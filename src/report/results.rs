@@ -1,4 +1,4 @@
-//! What `run` leaves in its folder.
+//! Files that `run` writes to its folder.
 
 use std::sync::Arc;
 
@@ -23,16 +23,16 @@ use footlight_show::units::{ErrorUnit, Time, Tolerance};
 use footlight_transport::TransportError;
 use footlight_transport::contract::check_memory;
 
-/// Errors below this are rounding; they have no place on a log axis.
+/// Errors below this are rounding and cannot be shown on a log axis.
 pub const ROUNDING: f64 = 1e-7;
 
-/// Cues of a contact sheet; a show of more has several.
+/// Most cues on a contact sheet; a larger show has several sheets.
 const CUES: usize = 60;
 
-/// Pixels a row of a picture on a contact sheet, at most.
+/// Most columns of an image on a contact sheet.
 const TILE: usize = 400;
 
-/// What a run leaves beside its charts, sheets and page: their names.
+/// Names of the cues' images, contact sheets and key images of a run.
 pub fn names(engine: &Engine, with_keys: bool) -> Vec<String> {
     let cues = &engine.show().cues;
     let keys = if with_keys {
@@ -48,9 +48,9 @@ pub fn names(engine: &Engine, with_keys: bool) -> Vec<String> {
         .collect()
 }
 
-/// Writes everything that a run leaves behind in a tone, but key images; what could not be made, and why.
-/// Without a `playback` all is written that needs no key images. Cue pictures and page are left as they are
-/// where they are `written`.
+/// Writes all results of a run except key images; returns what could not be made, and why. Without
+/// a `playback`, results that need key images are skipped. Cue images and page that are already
+/// `written` stay.
 pub fn write(
     engine: &Engine,
     report: &PlanReport,
@@ -92,7 +92,7 @@ pub fn write(
     write_page(engine, playback, tone, to)
 }
 
-/// Writes the page; why there is none where its pictures are too many.
+/// Writes the page; returns the reason if its images are too many.
 fn write_page(
     engine: &Engine,
     playback: &Arc<Playback>,
@@ -110,8 +110,8 @@ fn write_page(
     Ok(None)
 }
 
-/// Writes cue pictures and page of the pictures that are there, and returns their tone; `None` where memory
-/// does not hold all of it, which what follows says.
+/// Writes cue images and page from the current images, and returns their tone; `None` when they do
+/// not fit into memory, which later steps report.
 pub fn write_first(engine: &mut Engine, to: &mut Results<'_>) -> Result<Option<Tone>, Error> {
     let playback = match engine.playback() {
         Ok(playback) => playback,
@@ -128,16 +128,16 @@ pub fn write_first(engine: &mut Engine, to: &mut Results<'_>) -> Result<Option<T
     Ok(missing.is_none().then_some(tone))
 }
 
-/// The files to write for cues.
+/// Which files to write for cues.
 #[derive(Clone, Copy)]
 struct CueFiles {
-    /// A picture of each.
+    /// One image each.
     pictures: bool,
-    /// All of them on contact sheets.
+    /// Contact sheets.
     sheets: bool,
 }
 
-/// Writes every cue as it is complete.
+/// Writes every cue at its completion.
 fn write_cues(
     engine: &Engine,
     (playback, tone): (Option<&Arc<Playback>>, Tone),
@@ -148,7 +148,7 @@ fn write_cues(
     let (show, timeline) = (engine.show(), engine.document().timeline());
     let pool = engine.estimate().pool().ok_or(engine::Error::NotRendered)?;
     let (width, height) = pool.size();
-    // Each key is shown once at most: coding them for playback would cost more than it saves.
+    // Each key is shown at most once: encoding them for playback would cost more than it saves.
     let player = playback.map(|playback| super::film::exact(engine, playback, tone));
     let player = player.transpose()?;
     let heads = engine.heads();
@@ -217,7 +217,7 @@ fn contact_sheet(engine: &Engine, tiles: Vec<chart::Tile>) -> Result<Drawing, Er
     Ok(chart::sheet(&sheet, Theme::Dark)?)
 }
 
-/// Cue sheet, track sheet, and the rig on paper.
+/// Writes cue sheet, track sheet, and the rig's tables and plot.
 fn write_sheets(engine: &Engine, to: &mut Results<'_>) -> Result<(), Error> {
     let document = engine.document();
     let cues = sheet::cue_sheet(document.show(), document.timeline());
@@ -253,7 +253,7 @@ pub fn write_keys(engine: &Engine, playback: &Playback, to: &mut Results<'_>) ->
     Ok(())
 }
 
-/// Error against seconds: what more seconds would buy. Logarithmic on both axes.
+/// Chart of error against seconds, with a forecast for more seconds. Logarithmic on both axes.
 pub fn error_chart(engine: &Engine, tolerance: Tolerance, theme: Theme) -> Result<Drawing, Error> {
     let found = engine.estimate().speed_accuracy()?;
     let place = |point: &SpeedPoint| (point.seconds, shown(point.error));
@@ -273,7 +273,7 @@ pub fn error_chart(engine: &Engine, tolerance: Tolerance, theme: Theme) -> Resul
         .alone
         .iter()
         .partition(|point| point.measured.is_some());
-    // A series each, so that no line joins them.
+    // One series each, so that no line joins them.
     for point in &measured {
         let name = "every bank at one quality: measured, with what it lies between";
         let [least, most] = point.measured.unwrap_or_default();
@@ -288,7 +288,7 @@ pub fn error_chart(engine: &Engine, tolerance: Tolerance, theme: Theme) -> Resul
         let name = "every bank at one quality: predicted";
         all.push(series(name, Marker::Ring, &predicted, names));
     }
-    // A tolerance as displayed has no place among errors of light.
+    // A tolerance in displayed steps does not fit errors of light.
     let wanted = (tolerance.unit == ErrorUnit::Light).then_some(tolerance.error);
     let panel = Panel {
         title: String::new(),
@@ -304,7 +304,7 @@ pub fn error_chart(engine: &Engine, tolerance: Tolerance, theme: Theme) -> Resul
     Ok(chart::panels(&title, &[panel], theme))
 }
 
-/// An error in percent; what is left when everything is refined is rounding and has no place.
+/// An error in percent; the remainder after everything is refined is rounding and not shown.
 fn shown(error: f64) -> f64 {
     if error > ROUNDING {
         error * 100.0
@@ -313,7 +313,7 @@ fn shown(error: f64) -> f64 {
     }
 }
 
-/// The mixtures that were refined, signed: light amber, negative light blue.
+/// The refined mixtures, signed: light amber, negative light blue.
 pub fn basis_sheet(engine: &Engine, pool: &Pool, theme: Theme) -> Result<Drawing, Error> {
     let images = pool.refined().iter().map(|r| r.image.as_ref()).collect();
     let caption = |i: usize| {
@@ -326,7 +326,7 @@ pub fn basis_sheet(engine: &Engine, pool: &Pool, theme: Theme) -> Result<Drawing
     signed_sheet(engine, (title, images, captions), theme)
 }
 
-/// What each bank does alone, at full.
+/// Each bank alone, at full.
 pub fn channel_sheet(engine: &Engine, pool: &Pool, theme: Theme) -> Result<Drawing, Error> {
     let images = pool.coarse().iter().map(AsRef::as_ref).collect();
     let coordinates = engine.show().coordinates().into_iter();

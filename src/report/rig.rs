@@ -14,16 +14,17 @@ use footlight_show::model::{Axis, Bank, LightKind, Luminaire, Show};
 use footlight_stage::{Light, Polygon};
 use footlight_transport::Setup;
 
-/// The order of the rows of a table of lights.
+/// Order of the rows in a table of lights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RigOrder {
     /// By channel: the hookup.
     Channel,
-    /// By place, from the house upstage, from stage left to stage right: the instrument schedule.
+    /// By position, from the house upstage, from stage left to stage right: the instrument
+    /// schedule.
     Place,
 }
 
-/// A light of the show where it hangs.
+/// A light of the show at its position.
 struct Hung<'s> {
     light: &'s Luminaire,
     bank: Option<&'s Bank>,
@@ -34,7 +35,7 @@ struct Hung<'s> {
     /// Full angles at half and at a tenth of the peak, degrees.
     beam: Option<f64>,
     field: Option<f64>,
-    /// Index of the material that shines.
+    /// Index of its emitting material.
     material: Option<usize>,
 }
 
@@ -103,10 +104,10 @@ pub fn table(document: &Document, order: RigOrder) -> Table {
     table
 }
 
-/// Lights of a light plot; more could not be told apart on A4.
+/// Most lights of a light plot; more would be illegible on A4.
 const PLOTTED: usize = 1000;
 
-/// The light plot, and its description: the rig and the set from above and from the side.
+/// The light plot of rig and set, and its description.
 pub fn plot(document: &Document, theme: Theme) -> (Drawing, String) {
     let (show, setup) = (document.show(), document.setup());
     let all = hung(show, setup);
@@ -147,7 +148,7 @@ pub fn plot(document: &Document, theme: Theme) -> (Drawing, String) {
     (drawing, text)
 }
 
-/// The lights of each bank, then the fixed ones, then those of no bank.
+/// The lights of each bank, then the fixed ones, then unused ones.
 fn hung<'s>(show: &'s Show, setup: Option<&Setup>) -> Vec<Hung<'s>> {
     let mut groups: BTreeMap<usize, Vec<&str>> = BTreeMap::new();
     for group in &show.groups {
@@ -221,13 +222,13 @@ fn hung<'s>(show: &'s Show, setup: Option<&Setup>) -> Vec<Hung<'s>> {
     all.into_iter().filter_map(one).collect()
 }
 
-/// Channels in their order, then lights without one.
+/// Sort key: channels in order, then lights without one.
 fn by_channel(hung: &Hung<'_>) -> (bool, Option<u32>) {
     let channel = hung.bank.and_then(|bank| bank.channel);
     (channel.is_none(), channel)
 }
 
-/// Places along the same pipe are within 10 cm upstage and in height.
+/// Compares positions; lights on one pipe are within 10 cm upstage and in height.
 fn by_place(a: &Hung<'_>, b: &Hung<'_>) -> Ordering {
     let row = |hung: &Hung<'_>| {
         let at = hung.place?;
@@ -241,7 +242,7 @@ fn by_place(a: &Hung<'_>, b: &Hung<'_>) -> Ordering {
     order.then_with(|| a.light.name.cmp(&b.light.name))
 }
 
-/// The ranges of a head in words: `pan -270 to 270, tilt -130 to 130, zoom 6 to 30`.
+/// The ranges of a head: `pan -270 to 270, tilt -130 to 130, zoom 6 to 30`.
 fn moves(light: &Luminaire) -> String {
     let Some(head) = light.head else {
         return String::new();

@@ -1,4 +1,4 @@
-//! The whole loop on a show, with its results in a folder, and its summary.
+//! The whole loop on a show, with results in a folder and a summary.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -19,38 +19,38 @@ use footlight_host::work::Cancelled;
 use footlight_picture::tone::Tone;
 use footlight_show::units::{Time, Tolerance};
 
-/// Columns of the summary, at most.
+/// Most columns of the summary.
 const WIDTH: usize = 100;
 
-/// What a run did, and what it took.
+/// Result and cost of a run.
 #[derive(Clone, Debug)]
 pub struct RunSummary {
-    /// The plan at the show's own tolerance, in the metric that the pool allows.
+    /// The plan at the show's tolerance, in the metric that the pool allows.
     pub plan: PlanReport,
-    /// Why refinement ended.
+    /// Reason for the end of refinement.
     pub ended: Ended,
-    /// Where the sequence is predicted to be worst, in the unit of the tolerance.
+    /// Predicted worst moment of the sequence, in the unit of the tolerance.
     pub worst: Option<WorstMoment>,
-    /// The worst moment that was measured.
+    /// Measured worst moment.
     pub measured: Option<MeasuredMoment>,
-    /// The tolerance that was asked for.
+    /// The requested tolerance.
     pub tolerance: Tolerance,
     /// Seconds for images with their errors, and for key images and results.
     pub seconds: [f64; 2],
-    /// The exposure of its pictures, stops.
+    /// Exposure of its images, stops.
     pub exposure: f64,
-    /// What could not be made of its results, and why.
+    /// Results that could not be made, and why.
     pub missing: Option<String>,
     /// The folder with the results.
     pub folder: PathBuf,
 }
 
-/// How a run's images were come by.
+/// Sources of a run's images.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct ImageSources {
-    /// As the engine counts them, a farm's part in it.
+    /// Statistics of the engine, including a farm's share.
     pub statistics: CacheStatistics,
-    /// How many of those from the pool a farm has rendered for it.
+    /// Number of images in the pool rendered by a farm for this run.
     pub farmed: usize,
 }
 
@@ -59,24 +59,25 @@ struct Loop {
     plan: PlanReport,
     ended: Ended,
     measured: Option<MeasuredMoment>,
-    /// The tone of cue pictures and page, where those of the first images are the last ones as well.
+    /// Tone of cue images and page, when those of the first images are final.
     written: Option<Tone>,
-    /// `None` where memory does not hold the key images, or they are needed no more.
+    /// `None` when memory does not hold the key images, or they are no longer needed.
     playback: Option<Arc<Playback>>,
-    /// Seconds of images and measuring.
+    /// Seconds for images and measuring.
     seconds: f64,
 }
 
-/// Coarse images, refinement until the goal, whose count is that of the pool's refined images
-/// in all, plan, key images; the results go to `folder`: `show.html`, `cues/*.png`, `contact-sheet.png`,
-/// `cue-sheet.csv`, `track-sheet.csv`, `hookup.csv`, `schedule.csv`, `rig.svg`, `plan.json`, `curves.png`, `error.png`, `channels.png`, with
-/// `with_keys` also `keys/*.exr`, and `files.sha256`, which lists them. Of what lies there only what
-/// an earlier run listed and is unchanged since is replaced or removed. While they are written, and
-/// where that is cut off, `unfinished.txt` says so.
+/// Renders coarse images, refines to the goal (whose count includes refined images in the pool),
+/// plans, and makes key images. Results go to `folder`: `show.html`, `cues/*.png`,
+/// `contact-sheet.png`, `cue-sheet.csv`, `track-sheet.csv`, `hookup.csv`, `schedule.csv`,
+/// `rig.svg`, `plan.json`, `curves.png`, `error.png`, `channels.png`, with `with_keys` also
+/// `keys/*.exr`, and `files.sha256`, which lists them. Only files that an earlier run listed and
+/// that are unchanged since are replaced or removed. `unfinished.txt` marks the folder until all
+/// results are written.
 ///
 /// # Errors
-/// [`Error::ShowsFile`] and [`Error::Foreign`] before anything is rendered; what the engine, drawing
-/// and writing say; refined images finished before it stay in the pool.
+/// [`Error::ShowsFile`] and [`Error::Foreign`] before anything is rendered; errors of the engine,
+/// of drawing and of writing. Finished refined images stay in the pool.
 pub fn run(
     engine: &mut Engine,
     wanted: &Refinement,
@@ -84,14 +85,14 @@ pub fn run(
     with_keys: bool,
 ) -> Result<RunSummary, Error> {
     let begin = engine.host().clock.seconds();
-    // Before anything is rendered: a folder that cannot be written to is refused at once.
+    // Check the folder before rendering anything.
     let own = results::names(engine, with_keys);
     let mut results = Results::begin(engine, folder, own.into_iter())?;
     let done = match run_loop(engine, wanted, with_keys, &mut results) {
         Ok(done) => done,
         Err(error) => {
             if !results.has_any() {
-                // What lies there is of one run.
+                // The folder holds results of one run.
                 results.give_up(engine)?;
             }
             return Err(error);
@@ -124,7 +125,7 @@ pub fn run(
     })
 }
 
-/// The loop; it writes the results of the first images where better ones may follow.
+/// The loop; it writes results of the first images when better ones may follow.
 fn run_loop(
     engine: &mut Engine,
     wanted: &Refinement,
@@ -151,7 +152,7 @@ fn run_loop(
         engine.host().progress.report(&place, 1, 1);
     }
     let begun = engine.host().clock.seconds();
-    // Those that earlier runs stored count, so that a second run renders nothing.
+    // Stored images count, so that a second run renders nothing.
     let goal = Goal {
         count: (wanted.goal.count).map(|n| n.saturating_sub(engine.estimate().refined())),
         ..wanted.goal
@@ -166,7 +167,7 @@ fn run_loop(
     if ended == Ended::Stopped {
         return Err(Cancelled.into());
     }
-    // Images of sources alone were measured on the way.
+    // Images of single sources were measured on the way.
     let measured = match engine.estimate().refined() {
         0 => engine
             .estimate()
@@ -174,7 +175,7 @@ fn run_loop(
             .and_then(|(m, _)| m.first().copied()),
         _ => measure_worst(engine)?,
     };
-    // The chart of what is ahead shows seconds, even where nothing was left to render.
+    // The error chart needs seconds, even when nothing was rendered.
     engine.calibrate()?;
     let refined = engine.host().clock.seconds();
     let tolerance = goal.until.unwrap_or(engine.show().preview.tolerance);
@@ -185,7 +186,7 @@ fn run_loop(
     } else {
         match engine.playback() {
             Ok(playback) => Some(playback),
-            // All else of the results needs none.
+            // The other results need no key images.
             Err(engine::Error::KeyImages(_)) => None,
             Err(error) => return Err(error.into()),
         }
@@ -200,7 +201,7 @@ fn run_loop(
     })
 }
 
-/// The summary that a designer reads: six lines at most, unless one is too wide.
+/// The summary for a designer: at most six lines, unless one is too wide.
 pub fn describe(engine: &Engine, done: &RunSummary, images: &ImageSources) -> String {
     let mut text = line("error", &error_words(engine, done));
     text += &line("took", &took(engine, done));
@@ -227,7 +228,7 @@ pub fn describe(engine: &Engine, done: &RunSummary, images: &ImageSources) -> St
     text
 }
 
-/// The measured error of the worst moment, else the predicted one, and what was asked for.
+/// The measured error of the worst moment, else the predicted one, and the tolerance.
 fn error_words(engine: &Engine, done: &RunSummary) -> String {
     let mut asked = error(done.tolerance.error, done.tolerance.unit);
     asked += match done.ended {
@@ -244,7 +245,7 @@ fn error_words(engine: &Engine, done: &RunSummary) -> String {
         return if least > 0.0 {
             format!("{} at {at}; asked for {asked}", range(&worst.measured))
         } else {
-            // The prediction for mixtures holds measurements of sources alone.
+            // The prediction for mixtures includes measurements of single sources.
             let mixed = done.worst.filter(|_| engine.estimate().refined() > 0);
             let predicted = mixed.map_or(String::new(), |worst| {
                 format!(" ({} predicted)", error(worst.error, done.tolerance.unit))
@@ -263,7 +264,7 @@ fn error_words(engine: &Engine, done: &RunSummary) -> String {
     }
 }
 
-/// Seconds, and what would halve the error.
+/// Seconds taken, and the cost of halving the error.
 fn took(engine: &Engine, done: &RunSummary) -> String {
     let [images, rest] = done.seconds;
     let mut text = format!(
@@ -295,7 +296,7 @@ fn took(engine: &Engine, done: &RunSummary) -> String {
     text
 }
 
-/// How many images were found, and how many rendered.
+/// Number of images found and rendered.
 fn come_by(images: &ImageSources) -> String {
     let CacheStatistics {
         rendered, summed, ..
@@ -324,7 +325,7 @@ fn moment(engine: &Engine, cue: usize, time: Time) -> String {
     format!("cue {number}, {}", sheet::clock(time.rounded()))
 }
 
-/// A line of the summary, continued in another one where it is wider than [`WIDTH`].
+/// A line of the summary, wrapped at [`WIDTH`].
 fn line(of: &str, words: &str) -> String {
     let mut text = format!("{of:<8}");
     let mut width = text.len();

@@ -1,7 +1,7 @@
-//! The show on paper: what each cue does, what each bank holds, what changed between two versions.
+//! Tables of the show: actions of each cue, levels of each bank, changes between two versions.
 //!
-//! Everything here is read off the model and its timeline; nothing is rendered, and no file is
-//! touched. Sheets are data: a [`Table`](super::table::Table), written as text, Markdown or CSV.
+//! Everything follows from the model and its timeline; nothing is rendered, and no file is used.
+//! Sheets are data: a [`Table`](super::table::Table), written as text, Markdown or CSV.
 
 mod cue;
 mod difference;

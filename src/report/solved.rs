@@ -1,4 +1,4 @@
-//! Levels that were solved for, in words and as pictures.
+//! Solved levels, in words and as images.
 
 use std::fmt::Write as _;
 
@@ -11,7 +11,7 @@ use footlight_picture::signed;
 use footlight_picture::tone::Tone;
 use footlight_show::printable::left;
 
-/// How near the levels come to a sketch, and what each bank does for it.
+/// Error of the levels for a sketch, and the contribution of each bank.
 pub fn of_sketch(name: &str, sketched: &Sketched) -> String {
     let [before, after] = sketched.difference.map(figure);
     let mut text = format!(
@@ -24,7 +24,7 @@ pub fn of_sketch(name: &str, sketched: &Sketched) -> String {
     text + &banks(&sketched.solved)
 }
 
-/// How near the levels come to an illuminance at some points, and why no nearer.
+/// Error of the levels for an illuminance at some points, and its reason.
 pub fn of_illuminance(lux: f64, points: &[&str], found: &Illuminance) -> String {
     let seen = || found.solved.banks.iter().filter(|bank| bank.is_seen);
     let missed = |after: f64| {
@@ -52,7 +52,7 @@ pub fn of_illuminance(lux: f64, points: &[&str], found: &Illuminance) -> String 
     lines.collect::<Vec<String>>().join("\n") + &banks(&found.solved)
 }
 
-/// A line for each bank, and which of them cannot be told apart or are not seen.
+/// A line for each bank, with indistinguishable and invisible ones.
 fn banks(solved: &Solved) -> String {
     let (seen, unseen): (Vec<_>, Vec<_>) = solved.banks.iter().partition(|bank| bank.is_seen);
     let mut text = format!(
@@ -84,7 +84,7 @@ fn banks(solved: &Solved) -> String {
     text
 }
 
-/// The sketch, the picture of the levels, their difference, and what of the sketch is out of reach.
+/// The sketch, the image of the levels, their difference, and the unreachable parts of the sketch.
 pub fn drawing(title: &str, sketched: &Sketched, tone: Tone) -> Result<Drawing, ChartError> {
     let [sketch, picture, beyond] = &sketched.images;
     let off = combine(sketch.size(), &[(1.0, picture), (-1.0, sketch)], 1);

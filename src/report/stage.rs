@@ -1,4 +1,4 @@
-//! What a stage's file holds, in words.
+//! Describes a stage's file.
 
 use std::fmt::Write;
 
@@ -9,12 +9,12 @@ use footlight_show::printable::Printable;
 use footlight_stage::LampShape;
 use footlight_stage::texture::Alpha;
 
-/// Characters of a line at most.
+/// Most characters of a line.
 const WIDTH: usize = 240;
-/// Names of materials that are told together.
+/// Most names of materials in a list.
 const TOLD: usize = 8;
 
-/// Extent, polygons, lights, cameras, materials, and what is not taken as it stands.
+/// Describes extent, polygons, lights, cameras, materials, and what is not read unchanged.
 pub fn describe(name: &str, stage: &StageFile) -> Printable {
     let mut text = format!("{name}: {}\n", extent(stage));
     let _ = writeln!(text, "{}", polygons(stage));
@@ -113,7 +113,7 @@ fn beside(material: &StageMaterial) -> String {
     parts.join(", ")
 }
 
-/// How light passes what is transparent.
+/// Kind of transparency, in words.
 fn passes(alpha: Alpha) -> Option<&'static str> {
     match alpha {
         Alpha::Opaque => None,
@@ -122,7 +122,7 @@ fn passes(alpha: Alpha) -> Option<&'static str> {
     }
 }
 
-/// `` `leaves` cut out by alpha, `glass` thinned by alpha ``; empty where all is opaque.
+/// `` `leaves` cut out by alpha, `glass` thinned by alpha ``; empty when all materials are opaque.
 pub fn transparent(materials: &[StageMaterial]) -> String {
     let shown = materials.iter().filter(|m| m.area > 0.0);
     let mut told: Vec<String> = shown
@@ -136,7 +136,7 @@ pub fn transparent(materials: &[StageMaterial]) -> String {
     told.join(", ")
 }
 
-/// A view from the house that holds all of it.
+/// A view from the house that holds the whole stage.
 fn view(stage: &StageFile) -> String {
     let [low, high] = stage.extent;
     let [x, y, z] = [0, 1, 2].map(|k: usize| match (low.get(k), high.get(k)) {
@@ -150,7 +150,7 @@ fn view(stage: &StageFile) -> String {
     format!("view house from {from}  to {to}  fov 40")
 }
 
-/// A coordinate, to some hundredths of a size, however far from the origin.
+/// A coordinate, rounded to some hundredths of `size`, however far from the origin.
 fn place(length: f64, size: f64) -> String {
     let decimals = if size > 0.0 {
         2.0 - size.log10().floor()
@@ -160,7 +160,7 @@ fn place(length: f64, size: f64) -> String {
     trimmed(&format!("{length:.*}", decimals.clamp(0.0, 6.0) as usize))
 }
 
-/// With as many digits as are worth reading.
+/// A length with a useful number of digits.
 fn metres(length: f64) -> String {
     trimmed(&match length.abs() {
         l if l >= 100.0 => format!("{length:.0}"),
@@ -189,7 +189,7 @@ gauze     0.80 0.80 0.80  6      thinned by alpha
 cloth     0.30 0.10 0.10  5.75
 ";
 
-    /// The whole message: a bent face, a texture that is missing, a gauze by `d`, a lamp.
+    /// The whole message: a bent face, a missing texture, a gauze by `d`, a lamp.
     #[test]
     fn a_stage_file_is_described() {
         let materials = "newmtl floor\nKd 0.5 0.4 0.3\nnewmtl lamp\nKe 2 2 2\n\

@@ -1,27 +1,27 @@
-//! Rows and columns of words: text in aligned columns, Markdown, comma-separated values.
+//! Tables of text: aligned columns, Markdown, comma-separated values.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use footlight_show::printable::{Printable, columns, left, right, visible};
 
-/// A table; every row has as many cells as there are columns. Of ten thousand cues on five hundred
-/// banks nearly all cells have the same few texts: each text is held once.
+/// A table; every row has as many cells as there are columns. Each distinct text is stored once,
+/// because most cells of ten thousand cues on five hundred banks share a few texts.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Table {
-    /// What stands above each column.
+    /// Headings of the columns.
     columns: Vec<String>,
-    /// The cells row by row, as numbers of their texts.
+    /// The cells row by row, as indices of texts.
     cells: Vec<u32>,
     texts: Vec<String>,
-    /// The numbers of the texts.
+    /// Indices of the texts.
     known: BTreeMap<String, u32>,
-    /// What the signs in it mean; may be empty.
+    /// Explanation of the signs; may be empty.
     legend: String,
 }
 
 impl Table {
-    /// Without rows.
+    /// A table without rows.
     pub fn new(columns: Vec<String>, legend: &str) -> Table {
         Table {
             columns,
@@ -30,7 +30,7 @@ impl Table {
         }
     }
 
-    /// Adds a row below the others: a cell for each column.
+    /// Appends a row: one cell per column.
     pub fn push(&mut self, row: impl IntoIterator<Item = String>) {
         for text in row {
             let next = self.texts.len() as u32;
@@ -53,8 +53,8 @@ impl Table {
         rows.map(move |row| row.iter().map(text).collect())
     }
 
-    /// For a terminal of `width` characters: the first `fixed` columns again before each group of
-    /// the others that fits, the groups under each other.
+    /// Text for a terminal of `width` characters: groups of columns under each other, each after
+    /// the first `fixed` columns.
     pub fn text(&self, fixed: usize, width: usize) -> Printable {
         let widths = widths(self.lines());
         let size = |c: usize| widths.get(c).map_or(0, |w| w + 2);
@@ -85,7 +85,7 @@ impl Table {
         out.into()
     }
 
-    /// As a Markdown table.
+    /// The table in Markdown.
     pub fn markdown(&self) -> String {
         let row = |cells: Vec<&str>| {
             let cells: Vec<String> = cells.iter().map(|cell| marked_down(cell)).collect();
@@ -100,7 +100,7 @@ impl Table {
         out
     }
 
-    /// As comma-separated values ([`csv_line`]), without the legend.
+    /// The table as comma-separated values ([`csv_line`]), without the legend.
     pub fn csv(&self) -> String {
         self.lines()
             .map(|cells| csv_line(&cells) + "\r\n")
@@ -111,13 +111,13 @@ impl Table {
         self.columns.iter().map(String::as_str).collect()
     }
 
-    /// The columns' names, then the rows.
+    /// The headings, then the rows.
     fn lines(&self) -> impl Iterator<Item = Vec<&str>> {
         std::iter::once(self.head()).chain(self.rows())
     }
 }
 
-/// Rows as text, indented, each column as wide as its widest cell and set to the right.
+/// Rows as indented text, right-aligned, each column as wide as its widest cell.
 pub fn set_right(rows: &[Vec<String>]) -> String {
     let cells = rows
         .iter()
@@ -131,8 +131,8 @@ pub fn set_right(rows: &[Vec<String>]) -> String {
     rows.iter().map(line).collect()
 }
 
-/// Cells as a line of comma-separated values (RFC 4180) without its end, hidden characters made
-/// visible. A cell that a spreadsheet would take for a formula begins with an apostrophe.
+/// A line of comma-separated values (RFC 4180) without its end, with hidden characters made
+/// visible. A cell that a spreadsheet would take for a formula gets an apostrophe.
 pub fn csv_line<T: AsRef<str>>(cells: &[T]) -> String {
     let cells: Vec<String> = cells.iter().map(|cell| csv_cell(cell.as_ref())).collect();
     cells.join(",")
@@ -141,7 +141,7 @@ pub fn csv_line<T: AsRef<str>>(cells: &[T]) -> String {
 fn csv_cell(text: &str) -> String {
     let shown = visible(text);
     let apostrophe = if is_formula(text) { "'" } else { "" };
-    // Programs that part columns at semicolons keep a quoted cell together.
+    // Quoting also keeps a cell together in programs that separate at semicolons.
     if !apostrophe.is_empty() || shown.contains([',', ';', '"']) {
         format!("\"{apostrophe}{}\"", shown.replace('"', "\"\""))
     } else {
@@ -149,8 +149,8 @@ fn csv_cell(text: &str) -> String {
     }
 }
 
-/// A line of remarks in comma-separated values. Spreadsheets part it into cells all the same, so
-/// that each piece is one that they take for no formula.
+/// A remark line in comma-separated values. Spreadsheets split it into cells too, so that no piece
+/// may look like a formula.
 pub fn csv_remark(text: &str) -> String {
     let mut out = "# ".to_owned();
     let text = visible(text);
@@ -163,8 +163,8 @@ pub fn csv_remark(text: &str) -> String {
     out
 }
 
-/// Whether a spreadsheet would compute a cell (OWASP, "CSV Injection"), some of which skip blanks
-/// before it. A plain number or clock is none.
+/// True when a spreadsheet would evaluate a cell (OWASP, "CSV Injection"), some of which skip
+/// leading blanks. A plain number or clock is no formula.
 fn is_formula(cell: &str) -> bool {
     let numeric = |c: char| c.is_ascii_digit() || matches!(c, '.' | ':');
     let words = cell.trim_start();
@@ -177,7 +177,7 @@ fn is_formula(cell: &str) -> bool {
     }
 }
 
-/// Text in a cell of a Markdown table: all that would be markup, HTML or a link stands for itself.
+/// Escapes text for a cell of a Markdown table, including markup, HTML and links.
 fn marked_down(text: &str) -> String {
     let mut out = String::new();
     for c in visible(text).chars() {
@@ -189,13 +189,13 @@ fn marked_down(text: &str) -> String {
             c => out.push(c),
         }
     }
-    // A bare address would become a link.
+    // A bare URL would become a link.
     let links = [("://", "&#58;//"), ("www.", "www&#46;"), ("@", "&#64;")];
     let plain = |text: String, (mark, code): &(&str, &str)| text.replace(mark, code);
     links.iter().fold(out, plain)
 }
 
-/// Columns of the widest cell of each column.
+/// Width of the widest cell of each column.
 fn widths<'r>(rows: impl Iterator<Item = Vec<&'r str>>) -> Vec<usize> {
     let mut widths: Vec<usize> = Vec::new();
     for row in rows {

@@ -1,6 +1,6 @@
-//! What a sequence is written as, by the ending of the file's name.
+//! Output formats of a sequence, by the file's extension.
 //!
-//! A new format is its encoder and its row here: a variant, its ending, and its arm in
+//! A new format needs its encoder, and here a variant, its extension, and an arm in
 //! [`Target::write`].
 
 use std::path::{Path, PathBuf};
@@ -17,41 +17,41 @@ use footlight_picture::exr::Precision;
 use footlight_picture::tone::Tone;
 use footlight_picture::y4m::Chroma;
 
-/// What `play` can write, as its errors say it.
+/// Formats of `play`, as listed in errors.
 const KNOWN: &str = "a .mp4 or .webm (film), a .y4m or `-` (raw video), \
     a .html (a page that plays), an .exr (layers), or numbered pictures such as frames/####.png or frame%04d.exr";
 
-/// What `play` writes.
+/// Output format of `play`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Target {
-    /// Video; `None` goes down the host's pipe.
+    /// Video; `None` for the host's pipe.
     Video(Option<PathBuf>, Chroma),
-    /// A film that players take, made by an encoder.
+    /// A film in a common format, made by an encoder.
     Film(PathBuf),
     /// A page that plays the show.
     Page(PathBuf),
-    /// A picture for each frame.
+    /// An image for each frame.
     Numbered(Numbered, FrameFormat),
-    /// One OpenEXR file with many pictures.
+    /// One OpenEXR file with many images.
     Layers(PathBuf, Layers, Precision),
 }
 
-/// What a file's name alone does not say.
+/// Options beyond the file's name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TargetOptions {
-    /// Of an .exr without numbers.
+    /// Layers of an .exr without numbers.
     pub layers: Option<Layers>,
-    /// Of a video.
+    /// Chroma of a video.
     pub chroma: Option<Chroma>,
-    /// Of an .exr; half precision without it.
+    /// Precision of an .exr; default half.
     pub precision: Option<Precision>,
 }
 
-/// An option that a kind of file would silently ignore, and the kind that it is for.
+/// An option without effect on a kind of file, and the kind to which it applies.
 pub type Idle = (&'static str, &'static str);
 
 impl Target {
-    /// What to write to `path`; `-` is the host's pipe.
+    /// The target for `path`; `-` is the host's pipe.
     pub fn of(path: &Path, options: TargetOptions) -> Result<Target, Error> {
         let place = path.to_owned();
         let precision = options.precision.unwrap_or(Precision::Half);
@@ -69,7 +69,7 @@ impl Target {
         })
     }
 
-    /// Whether the file has light as it is displayed, which an exposure changes.
+    /// True when the file is displayed light, so that exposure applies.
     pub fn is_exposed(&self) -> bool {
         !matches!(
             self,
@@ -77,12 +77,12 @@ impl Target {
         )
     }
 
-    /// Whether it has frames, of which some may be asked for; a page and layers have keys.
+    /// True when it has frames, of which a span may be chosen; a page and layers have keys.
     pub fn has_frames(&self) -> bool {
         !matches!(self, Target::Page(_) | Target::Layers(..))
     }
 
-    /// The first option that this kind of file would silently ignore.
+    /// The first option without effect on this kind of file.
     pub fn idle(&self, options: TargetOptions) -> Option<Idle> {
         let layers = matches!(self, Target::Layers(..));
         let video = matches!(self, Target::Video(..));
@@ -104,18 +104,18 @@ impl Target {
 
 /// A sequence to be written.
 pub struct Sequence<'e> {
-    /// Whose it is.
+    /// The engine.
     pub engine: &'e Engine,
     /// Its key images.
     pub playback: Arc<Playback>,
-    /// How light becomes bytes.
+    /// The tone mapping.
     pub tone: Tone,
-    /// What of it is written.
+    /// The span to write.
     pub span: PlayedSpan,
 }
 
 impl Sequence<'_> {
-    /// Its frames.
+    /// A player of its frames.
     pub fn player(&self) -> Result<Player, Error> {
         let Sequence {
             engine, playback, ..
@@ -125,8 +125,8 @@ impl Sequence<'_> {
 }
 
 impl Target {
-    /// Refuses what could not be written once the sequence is rendered: numbered pictures that would
-    /// replace files of the show, a pipe that is none, and a film that nothing encodes.
+    /// Checks before rendering: numbered images that would replace files of the show, a missing
+    /// pipe, and a missing film encoder.
     pub fn check(&self, engine: &Engine, span: PlayedSpan, outlets: &Outlets) -> Result<(), Error> {
         match self {
             Target::Numbered(names, _) => {
@@ -141,7 +141,7 @@ impl Target {
         }
     }
 
-    /// Writes a sequence; what was written in words, and whether it went down the pipe.
+    /// Writes a sequence; returns a description, and true if it went down the pipe.
     pub fn write(
         &self,
         sequence: &Sequence<'_>,
@@ -197,7 +197,7 @@ impl Target {
     }
 }
 
-/// What encodes a film.
+/// The encoder for a film.
 fn encoder<'o>(path: &Path, outlets: &'o Outlets) -> Result<&'o dyn Encoder, Error> {
     let found = outlets.encoder.as_deref().filter(|e| e.is_there());
     found.ok_or_else(|| Error::NoEncoder(path.to_owned()))

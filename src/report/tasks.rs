@@ -1,4 +1,4 @@
-//! Lists of tasks as files, and how far one is in words and as JSON.
+//! Task lists as files, and their state in words and as JSON.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -10,11 +10,11 @@ use super::words::{count, seconds};
 use footlight_engine::{self as engine, TEXT_LIMIT, Task, TaskFault, TaskList, TaskState, Worked};
 use footlight_host::files::Store;
 
-/// Tasks that are named one by one.
+/// Most tasks listed individually.
 const NAMED: usize = 20;
 
-/// Writes a list of tasks. Show and pool are named from the list's own folder where they lie in it or
-/// below, so that machines may see that folder at different places.
+/// Writes a list of tasks. Show and pool are relative to the list's folder if they lie in it or
+/// below, so that machines may mount that folder at different paths.
 ///
 /// # Errors
 /// [`Error`] when it cannot be written.
@@ -31,7 +31,8 @@ pub fn write(store: &dyn Store, path: &Path, list: &TaskList) -> Result<(), Erro
         ..list.clone()
     };
     let json = serde_json::to_string(&list)?;
-    // A line for each task. Within a string the quotes would have backslashes.
+    // One line for each task. Within a string the quotes would be escaped, so the pattern is
+    // unique.
     let json = json.replace(r#"{"task":"#, "\n{\"task\":") + "\n";
     Ok(store.output(path, json.as_bytes())?)
 }
@@ -44,7 +45,7 @@ fn absolute(path: &Path) -> Result<PathBuf, Error> {
     })
 }
 
-/// Reads a list of tasks and checks it; its paths are then as from here.
+/// Reads a list of tasks and checks it; its paths are then relative to the current folder.
 ///
 /// # Errors
 /// [`engine::Error::NotTasks`]; [`engine::Error::File`].
@@ -65,7 +66,7 @@ pub fn read(store: &dyn Store, path: &Path) -> Result<TaskList, engine::Error> {
     })
 }
 
-/// What was listed, in a line or two.
+/// Describes a written list, in a line or two.
 pub fn listed(list: &TaskList, path: &Path) -> String {
     let tasks = &list.tasks;
     if tasks.is_empty() {
@@ -92,7 +93,7 @@ pub fn listed(list: &TaskList, path: &Path) -> String {
     )
 }
 
-/// How far a list is, as data.
+/// State of a list, as data.
 #[derive(Serialize)]
 struct Form {
     /// Version of this form.
@@ -119,7 +120,7 @@ struct Item {
     error: Option<String>,
 }
 
-/// How far a list is, as JSON.
+/// State of a list, as JSON.
 ///
 /// # Errors
 /// [`Error::Json`].
@@ -133,7 +134,7 @@ pub fn json(list: &TaskList, states: &[TaskState]) -> Result<String, Error> {
     })?)
 }
 
-/// What work on a task came to, in a line.
+/// Result of work on a task, in one line.
 pub fn worked(number: usize, worked: &Worked) -> String {
     match worked {
         Worked::Rendered(took) => format!("task {number}: rendered in {}", seconds(*took)),
@@ -147,7 +148,7 @@ pub fn worked(number: usize, worked: &Worked) -> String {
     }
 }
 
-/// Tasks whose images are not there.
+/// Tasks without images.
 fn missing<'a>(
     list: &'a TaskList,
     states: &'a [TaskState],
@@ -187,7 +188,7 @@ fn item((task, state): (&Task, &TaskState)) -> Item {
     }
 }
 
-/// How far a list is, in words: what is missing, and why.
+/// State of a list in words: missing images, and why.
 pub fn describe(list: &TaskList, states: &[TaskState]) -> String {
     let missing: Vec<_> = missing(list, states).collect();
     let all = list.tasks.len();

@@ -1,15 +1,15 @@
-//! Error against time over the operator's scale of quality: the speed-accuracy chart.
+//! Error against time over the operator's quality steps: the speed-accuracy chart.
 
 use super::words::{self, drawn, figure};
 use super::{Quantity, Record, StudyKind};
 use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Theme};
 use footlight_engine::measure::tradeoff::{Against, Measured, Tradeoff};
 
-/// Names of the series over all banks of a step.
+/// Name of the series for the mean of the banks.
 const MEAN: &str = "mean of the banks";
 const WORST: &str = "worst bank";
 
-/// The table: the mean over the banks, the worst bank, then each bank, a point for each step.
+/// The table: mean of the banks, worst bank, then each bank, with a point for each step.
 pub fn record(tradeoff: &Tradeoff) -> Record {
     let quantities = vec![
         Quantity::new("quality", ""),
@@ -48,7 +48,7 @@ pub fn record(tradeoff: &Tradeoff) -> Record {
     out
 }
 
-/// What each step is marked with.
+/// Marks of each step.
 fn marks(tradeoff: &Tradeoff) -> Vec<Vec<&'static str>> {
     let of = |(step, front): (&Measured, bool)| {
         let is = [
@@ -66,7 +66,7 @@ fn marks(tradeoff: &Tradeoff) -> Vec<Vec<&'static str>> {
         .collect()
 }
 
-/// What the errors are against.
+/// Reference of the errors.
 fn method(tradeoff: &Tradeoff) -> String {
     let against = match tradeoff.against {
         Against::References { noise_free: true } => {
@@ -133,20 +133,20 @@ pub fn drawing(tradeoff: &Tradeoff, theme: Theme) -> Drawing {
     chart::panels(&title, &[panel], theme)
 }
 
-/// What the errors are against, and on which machine.
+/// Reference of the errors, and the machine.
 fn heading(tradeoff: &Tradeoff) -> String {
     let machine = words::machine(&tradeoff.origin.machine);
     format!("{}; {machine}", method(tradeoff))
 }
 
-/// Seconds and error in percent. A step compared with itself has no error, and so no place on a
+/// Seconds and error in percent. A step compared with itself has no error, and cannot be shown on a
 /// log axis.
 fn place(step: &Measured, error: Option<f64>) -> (f64, f64) {
     let error = error.map(|e| e * 100.0).filter(|e| *e > 0.0);
     (drawn(Some(step.seconds())), drawn(error))
 }
 
-/// The least error to be had in a time: the best step so far.
+/// The least error for a time: the best step so far.
 fn staircase(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mut sorted: Vec<(f64, f64)> = points.iter().copied().filter(|p| p.1 > 0.0).collect();
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -160,7 +160,7 @@ fn staircase(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     out
 }
 
-/// A line for each step.
+/// One line for each step.
 pub fn describe(tradeoff: &Tradeoff) -> String {
     let percent = |e: Option<f64>| e.map_or("-".to_owned(), figure);
     let mut out = format!(

@@ -1,4 +1,4 @@
-//! Two versions of a show compared: in words, and as curves.
+//! Comparison of two versions of a show: in words, and as curves.
 
 use std::path::Path;
 
@@ -9,11 +9,11 @@ use super::{Error, format};
 use crate::chart::{self, Theme};
 use footlight_engine::Version;
 
-/// Two versions of a show, and what changed from the first to the second.
+/// Two versions of a show, and the changes from the first to the second.
 pub struct VersionComparison {
     old: Version,
     new: Version,
-    /// What changed.
+    /// The changes.
     pub difference: ShowDifference,
 }
 
@@ -27,7 +27,7 @@ impl VersionComparison {
         }
     }
 
-    /// The changes in words, as [`describe`] has them.
+    /// The changes in words, as in [`describe`].
     pub fn text(&self) -> String {
         describe(&self.difference)
     }
@@ -68,7 +68,7 @@ impl std::fmt::Debug for VersionComparison {
     }
 }
 
-/// The changes in words, and whether images still serve; empty where there are none.
+/// The changes in words, and whether images stay valid; empty without changes.
 pub fn describe(difference: &ShowDifference) -> String {
     if difference.is_empty() {
         return String::new();

@@ -1,11 +1,11 @@
-//! The ways to an error in words.
+//! Describes the methods for reaching an error.
 
 use std::fmt::Write as _;
 
 use super::words::{count, error, seconds};
 use footlight_engine::{Goal, Way, WayForecast};
 
-/// A table of ways, the one that is taken first; empty where nothing is known of them yet.
+/// A table of methods, the chosen one first; empty when nothing is known about them yet.
 pub fn describe(ways: &[WayForecast], goal: &Goal) -> String {
     let mut text = String::new();
     if ways.is_empty() {
@@ -37,7 +37,7 @@ pub fn describe(ways: &[WayForecast], goal: &Goal) -> String {
     text
 }
 
-/// What a way renders.
+/// Describes the images that a method renders.
 fn name(way: &WayForecast) -> String {
     let quality = way.quality;
     let mixtures = count(way.mixed, "mixture");

@@ -1,4 +1,4 @@
-//! Numbers and small things in words, the same in every report.
+//! Numbers in words, equal in every report.
 
 use footlight_engine::Engine;
 use footlight_engine::measure::Machine;
@@ -12,7 +12,7 @@ pub fn count(n: usize, what: &str) -> String {
     format!("{n} {what}{plural}")
 }
 
-/// The steps of quality of the coarse pictures: `at quality 1`, `at quality 1 and 2`.
+/// Quality steps of the coarse images: `at quality 1`, `at quality 1 and 2`.
 pub fn qualities(engine: &Engine) -> String {
     match engine.estimate().coarse_steps() {
         [cheap, fine] if cheap == fine => format!("at quality {}", fine.0),
@@ -20,7 +20,7 @@ pub fn qualities(engine: &Engine) -> String {
     }
 }
 
-/// A number without zeros behind its point that say nothing.
+/// A number without trailing zeros after its point.
 pub fn trimmed(text: &str) -> String {
     let text = if text.contains('.') {
         text.trim_end_matches('0').trim_end_matches('.')
@@ -30,7 +30,7 @@ pub fn trimmed(text: &str) -> String {
     if text == "-0" { "0" } else { text }.to_owned()
 }
 
-/// A relative number in percent: three digits, at most three of them after the point.
+/// A relative number in percent: three digits, at most three decimals.
 pub fn percent(x: f64) -> String {
     let p = x * 100.0;
     match p.abs() {
@@ -45,12 +45,12 @@ pub fn percent(x: f64) -> String {
 pub fn error(error: f64, unit: ErrorUnit) -> String {
     match unit {
         ErrorUnit::Light => format!("{} %", percent(error)),
-        // Three digits, as percentages have.
+        // Three digits, like percentages.
         ErrorUnit::Steps => format!("{} steps", percent(error / 100.0)),
     }
 }
 
-/// A measured error in percent with three digits after rounding, as tables of errors have it.
+/// A measured error in percent with three digits, for tables of errors.
 pub fn figure(share: f64) -> String {
     let percent = share * 100.0;
     match percent.abs() {
@@ -61,7 +61,7 @@ pub fn figure(share: f64) -> String {
     }
 }
 
-/// The exposure of a sequence, and what to type to hold one that was chosen.
+/// The exposure of a sequence, and for an automatic one the line that fixes it.
 pub fn exposure(show: &Show, stops: f64) -> String {
     if show.preview.exposure.is_some() {
         return format!("exposure {stops} stops, as `preview` says");
@@ -75,7 +75,7 @@ pub fn exposure(show: &Show, stops: f64) -> String {
     format!("exposure {stops:.2} stops, chosen for the whole sequence; this holds it:\n  {held}")
 }
 
-/// Seconds with the unit that suits them: `12 ms`, `3.40 s`; from a minute on whole ones, `1:30`.
+/// Seconds with a suitable unit: `12 ms`, `3.40 s`; from a minute on whole seconds, `1:30`.
 pub fn seconds(seconds: f64) -> String {
     match seconds {
         s if s < 0.9995 => format!("{:.0} ms", s * 1000.0),
@@ -92,7 +92,7 @@ pub fn megabytes(bytes: u64) -> String {
     }
 }
 
-/// A cue's label in quotes; empty where it has none.
+/// A cue's label in quotes; empty if it has none.
 pub fn label(cue: &Cue) -> String {
     if cue.label.is_empty() {
         return String::new();
@@ -117,7 +117,7 @@ pub fn machine(machine: &Machine) -> String {
     }
 }
 
-/// A value for a chart: NaN, which charts leave out, where it is unknown or not finite.
+/// A value for a chart: NaN, which charts leave out, if it is unknown or not finite.
 pub(super) fn drawn(value: Option<f64>) -> f64 {
     value.filter(|v| v.is_finite()).unwrap_or(f64::NAN)
 }

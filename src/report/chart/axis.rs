@@ -1,38 +1,38 @@
-//! Scales, their ticks and the words on them.
+//! Scales, their ticks and labels.
 //!
 //! Linear steps are 1, 2 or 5 times a power of ten; steps of time are those of a clock; log ticks
-//! are powers of ten, or 1, 2 and 5 times them where there is room.
+//! are powers of ten, with 1, 2 and 5 times them if there is room.
 
-/// Magnitudes beyond this are left out of charts: their span could not be computed.
+/// Larger magnitudes are left out of charts: their span could overflow.
 const LARGEST: f64 = 1e150;
-/// Seconds between ticks of time, from a second up; below they are decimal.
+/// Seconds between ticks of time, from a second up; smaller steps are decimal.
 const CLOCK: [f64; 18] = [
     1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1800.0, 3600.0, 7200.0,
     14400.0, 21600.0, 43200.0, 86400.0,
 ];
-/// More ticks than this are never made, whatever was asked.
+/// Most ticks of an axis.
 const MOST_TICKS: usize = 64;
 
-/// How values are laid along an axis.
+/// Mapping of values to an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scale {
     /// Equal steps for equal differences.
     #[default]
     Linear,
-    /// Equal steps for equal ratios; values that are not positive have no place.
+    /// Equal steps for equal ratios; only positive values have a position.
     Log,
     /// Seconds, written m:ss.
     Time,
-    /// Linear, for what is counted: no ticks between whole numbers.
+    /// Linear, for counts: no ticks between whole numbers.
     Whole,
 }
 
-/// What is measured along one side of a panel.
+/// The quantity along one side of a panel.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Axis {
     /// The quantity and its unit, as "seconds" or "RMS error (%)".
     pub label: String,
-    /// How its values are laid out.
+    /// The scale of its values.
     pub scale: Scale,
 }
 
@@ -54,19 +54,19 @@ pub(super) struct Tick {
     pub(super) label: String,
 }
 
-/// An axis with its range chosen and its ticks placed.
+/// An axis with its range and ticks.
 #[derive(Clone, Debug)]
 pub(super) struct Ruler {
     scale: Scale,
     low: f64,
     high: f64,
-    /// The pixels of `low` and `high`.
+    /// Pixel positions of `low` and `high`.
     pixels: (f32, f32),
     pub(super) ticks: Vec<Tick>,
 }
 
 impl Scale {
-    /// Whether the scale has a place for the value.
+    /// True when the scale can show the value.
     pub(super) fn takes(self, value: f64) -> bool {
         let magnitude = value.abs();
         magnitude <= LARGEST && (self != Scale::Log || value >= 1.0 / LARGEST)
@@ -74,7 +74,7 @@ impl Scale {
 }
 
 impl Ruler {
-    /// From `low` to `high` exactly, with about `wanted` ticks between.
+    /// An axis from `low` to `high` exactly, with about `wanted` ticks.
     pub(super) fn exact(
         scale: Scale,
         range: (f64, f64),
@@ -91,8 +91,8 @@ impl Ruler {
         }
     }
 
-    /// From the round value at or below the least to the one at or above the greatest of
-    /// `values`; from zero where that is not far. An empty axis is 0 to 1, or 1 to 10 on logs.
+    /// An axis from the round value at or below the least of `values` to the one at or above the
+    /// greatest; from zero when that is near. An empty axis is 0 to 1, or 1 to 10 for logs.
     pub(super) fn round(
         scale: Scale,
         values: impl Iterator<Item = f64>,
@@ -112,7 +112,7 @@ impl Ruler {
         Ruler::exact(scale, range, pixels, wanted)
     }
 
-    /// The pixel of a value; `None` where the scale has no place for it.
+    /// The pixel position of a value; `None` when the scale cannot show it.
     pub(super) fn place(&self, value: f64) -> Option<f32> {
         if !self.scale.takes(value) {
             return None;
@@ -133,7 +133,7 @@ impl Ruler {
     }
 }
 
-/// The range with a width: one value, or a width lost in rounding, is opened on both sides.
+/// Widens an empty range on both sides, such as one value, or a width lost in rounding.
 fn opened(scale: Scale, (low, high): (f64, f64)) -> (f64, f64) {
     let (low, high) = (low.min(high), low.max(high));
     match scale {
@@ -165,7 +165,7 @@ fn from_zero(low: f64, high: f64) -> (f64, f64) {
 fn rounded(scale: Scale, range: (f64, f64), wanted: usize) -> (f64, f64) {
     let (low, high) = opened(scale, range);
     let step = step(scale, (high - low) / wanted as f64);
-    // A value a rounding error beyond a tick must not open a whole step more.
+    // A value a rounding error beyond a tick must not add a whole step.
     let slack = 1e-9;
     (
         (low / step + slack).floor() * step,
@@ -186,7 +186,7 @@ fn multiples(value: f64) -> impl DoubleEndedIterator<Item = f64> {
     (decade - 1..=decade + 1).flat_map(|decade| [1.0, 2.0, 5.0].map(|digit| digit * power(decade)))
 }
 
-/// The power of ten as the literal would be read, so that 0.001 is 1e-3 exactly.
+/// A power of ten with the bits of the literal, so that 0.001 is 1e-3 exactly.
 fn power(decade: i32) -> f64 {
     if decade < 0 {
         1.0 / 10_f64.powi(-decade)
@@ -195,7 +195,7 @@ fn power(decade: i32) -> f64 {
     }
 }
 
-/// The least nice step that is at least `least`.
+/// The least round step that is at least `least`.
 fn step(scale: Scale, least: f64) -> f64 {
     if scale == Scale::Time && least > 0.5 {
         let clock = CLOCK.iter().copied().find(|&step| step >= least);
@@ -244,14 +244,14 @@ fn log_ticks(low: f64, high: f64, wanted: usize) -> Vec<Tick> {
     let powers: Vec<f64> = times(&[1.0]).filter(inside).collect();
     let fine: Vec<f64> = times(&[1.0, 2.0, 5.0]).filter(inside).collect();
     if fine.len() < 2 {
-        // Less than a factor of two: the scale is as good as linear.
+        // Below a factor of two the scale is nearly linear.
         return ticks(Scale::Linear, low, high, wanted);
     }
     let stride = powers.len().div_ceil(wanted.max(2)).max(1);
     let major: Vec<f64> = if fine.len() <= wanted + 1 || powers.len() < 2 {
         fine
     } else {
-        // Counted from 10^0, so that the same decades are named on every chart.
+        // Counted from 10^0, so that all charts label the same decades.
         let named = |value: &f64| (value.log10().round() as i64).rem_euclid(stride as i64) == 0;
         powers.iter().copied().filter(named).collect()
     };
@@ -272,7 +272,7 @@ fn log_ticks(low: f64, high: f64, wanted: usize) -> Vec<Tick> {
     all
 }
 
-/// A number with as many decimals as its step has.
+/// A number with the decimals of its step.
 fn decimal(value: f64, step: f64, largest: f64) -> String {
     if largest >= 1e6 || step < 0.999e-4 {
         return scientific(value, digits(largest / step));
@@ -281,7 +281,7 @@ fn decimal(value: f64, step: f64, largest: f64) -> String {
     signed(&format!("{value:.decimals$}"))
 }
 
-/// Significant digits after the first that tell steps apart.
+/// Significant digits, after the first, that distinguish steps.
 fn digits(ratio: f64) -> usize {
     ratio.log10().ceil().clamp(0.0, 12.0) as usize
 }
@@ -292,7 +292,7 @@ fn shortest(value: f64) -> String {
     signed(text.trim_end_matches('0').trim_end_matches('.'))
 }
 
-/// With the typographic minus, and no minus before zero.
+/// Uses the typographic minus, and no minus for zero.
 fn signed(text: &str) -> String {
     match text.strip_prefix('-') {
         Some(rest) if rest.chars().all(|letter| "0.".contains(letter)) => rest.to_owned(),
@@ -301,7 +301,7 @@ fn signed(text: &str) -> String {
     }
 }
 
-/// As 10⁻³ or 2.5×10⁷.
+/// Scientific notation: 10⁻³ or 2.5×10⁷.
 fn scientific(value: f64, digits: usize) -> String {
     if value == 0.0 {
         return "0".to_owned();
@@ -321,14 +321,14 @@ fn scientific(value: f64, digits: usize) -> String {
     }
 }
 
-/// A digit of an exponent, or its minus.
+/// A superscript digit or minus.
 fn raised(sign: char) -> char {
     let pairs = "-0123456789".chars().zip("⁻⁰¹²³⁴⁵⁶⁷⁸⁹".chars());
     let found = pairs.into_iter().find(|(plain, _)| *plain == sign);
     found.map_or(sign, |(_, raised)| raised)
 }
 
-/// Seconds as m:ss or h:mm:ss, with the decimals that steps of `step` seconds need.
+/// Seconds as m:ss or h:mm:ss, with the decimals for steps of `step` seconds.
 pub(super) fn clock(seconds: f64, step: f64) -> String {
     let decimals = if step >= 0.999 {
         0
@@ -336,7 +336,7 @@ pub(super) fn clock(seconds: f64, step: f64) -> String {
         (-(step * 1.001).log10().floor()).clamp(1.0, 6.0) as usize
     };
     let unit = power(decimals as i32);
-    // Rounded once, in the smallest unit shown, so that 59.99 is 1:00 and never 0:60.
+    // Round once, in the smallest unit shown, so that 59.99 is 1:00 and never 0:60.
     let ticks = (seconds.abs() * unit).round();
     let whole = (ticks / unit).floor();
     let part = ticks - whole * unit;

@@ -1,8 +1,8 @@
 //! Colours and the two themes.
 //!
-//! The series' hues are those of Okabe and Ito, "Color Universal Design" (2008), which remain
-//! apart under the common colour vision deficiencies; hues too near the background are left out
-//! of that theme's list.
+//! The hues of series follow Okabe and Ito, "Color Universal Design" (2008), which common colour
+//! vision deficiencies can distinguish; hues too near a theme's background are left out of its
+//! list.
 
 use footlight_show::units::srgb_decode;
 
@@ -11,7 +11,7 @@ use footlight_show::units::srgb_decode;
 pub struct Colour {
     /// Red, green, blue.
     pub rgb: [u8; 3],
-    /// 0 shows nothing, 1 hides what lies below.
+    /// 0 is transparent, 1 opaque.
     pub alpha: f32,
 }
 
@@ -25,7 +25,7 @@ impl Colour {
         }
     }
 
-    /// The same hue with another coverage.
+    /// The colour with another coverage.
     pub const fn faded(self, alpha: f32) -> Colour {
         Colour {
             rgb: self.rgb,
@@ -33,7 +33,7 @@ impl Colour {
         }
     }
 
-    /// `share` of the way to `other`, in display-coded values.
+    /// Interpolates to `other` by `share`, in display-coded values.
     pub(super) fn toward(self, other: Colour, share: f32) -> Colour {
         let mut rgb = self.rgb;
         for (channel, goal) in rgb.iter_mut().zip(other.rgb) {
@@ -55,10 +55,10 @@ impl Colour {
         (one.max(two) + 0.05) / (one.min(two) + 0.05)
     }
 
-    /// The colour itself, or the nearest step toward `ink` that can be told from `ground`.
+    /// The colour, moved toward `ink` in steps until it is distinguishable from `ground`.
     ///
-    /// WCAG asks 3:1 of graphical objects; 2.4:1 keeps more of the hue, and the curves that use
-    /// it have an area beside the line.
+    /// WCAG asks 3:1 of graphical objects; 2.4:1 keeps more of the hue, and the curves that use it
+    /// also have a filled area.
     pub(super) fn legible(self, ground: Colour, ink: Colour) -> Colour {
         (0..=10)
             .map(|tenth| self.toward(ink, tenth as f32 / 10.0))
@@ -67,12 +67,12 @@ impl Colour {
     }
 }
 
-/// The linear value of a display code, to 0..1.
+/// The linear value of a display code, 0 to 1.
 pub(super) fn linear(code: u8) -> f32 {
     srgb_decode(f64::from(code) / 255.0) as f32
 }
 
-/// What a chart lies on: a page, or a dark desk.
+/// Background of a chart: a page, or a dark desk.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Theme {
     /// Dark ink on white.
@@ -86,7 +86,7 @@ pub enum Theme {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Palette {
     pub(super) ground: Colour,
-    /// The field that a strip or plot lies on.
+    /// Background of a strip or plot.
     pub(super) field: Colour,
     pub(super) grid: Colour,
     pub(super) frame: Colour,
@@ -97,7 +97,7 @@ pub(super) struct Palette {
 }
 
 impl Palette {
-    /// The hue of the series with this index; they repeat.
+    /// The hue of the series with this index; hues repeat.
     pub(super) fn hue(&self, index: usize) -> Colour {
         let mut hues = self.hues.iter().cycle().copied();
         hues.nth(index).unwrap_or(self.ink)

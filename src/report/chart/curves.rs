@@ -1,4 +1,4 @@
-//! Levels over time, one strip a row: how desks show automation.
+//! Levels over time, one strip per row, like automation on a desk.
 
 use super::axis::{Ruler, clock};
 use super::colour::{Colour, Palette, Theme};
@@ -9,14 +9,14 @@ use super::rows::{NAME, SMALL, WIDTH, merged, name_column, row_name, span, time_
 use super::trace::{cut, thinned};
 use super::{font, lane};
 
-/// Rows beyond this are counted, not drawn.
+/// Most rows drawn; the rest are counted.
 const MOST_ROWS: usize = 512;
 /// The height of one line of cue names.
 const TIER: f32 = 15.0;
 
-/// Where things are.
+/// Positions of a chart's parts.
 struct Layout {
-    /// All strips together.
+    /// The area of all strips.
     field: Frame,
     pitch: f32,
     gap: f32,
@@ -66,7 +66,7 @@ impl Layout {
 fn layout(data: &CurveChart, count: usize) -> (Layout, f32) {
     let rows = data.rows.iter().take(count);
     let (names, left) = name_column(rows.map(|row| &row.name), lane::name_width(data));
-    // Few rows are tall enough to read levels from; many keep the page short.
+    // Few rows are tall enough to read levels; many keep the page short.
     let pitch = (560.0 / count.max(1) as f32).floor().clamp(26.0, 84.0);
     let moves = data.rows.iter().any(|row| !row.moves.is_empty());
     let gap = match (pitch >= 48.0, moves) {
@@ -100,7 +100,7 @@ fn strips(drawing: &mut Drawing, layout: &Layout, count: usize, palette: &Palett
     for index in 0..count.max(1) {
         let strip = layout.strip(index);
         drawing.rectangle(strip, palette.field);
-        // The scale's ends on every tall strip, else on the first only.
+        // Label the scale's ends on every tall strip, else only on the first.
         if layout.pitch >= 48.0 || index == 0 {
             let x = strip.right() + 6.0;
             for (level, y) in [("100", strip.y + 4.0), ("0", strip.bottom() - 4.0)] {
@@ -131,7 +131,7 @@ fn curve(
     (start, end): (f64, f64),
     palette: &Palette,
 ) {
-    // Half the line's width inside the strip at both ends of the scale.
+    // Keep half the line's width inside the strip at both ends of the scale.
     let (top, base) = (strip.y + 1.0, strip.bottom() - 1.0);
     let place = |(time, level): (f64, f64)| -> Option<Point> {
         let level = level.clamp(0.0, 1.0) as f32;
@@ -149,7 +149,7 @@ fn curve(
     let colour = given.map_or(palette.hue(0), |hue| {
         hue.legible(palette.field, palette.ink)
     });
-    // The area keeps the colour as given where it shows; the line must always be told from the
+    // The area keeps the given colour if visible; the line must always be distinguishable from the
     // field.
     let area_colour = match given {
         Some(hue) if hue.contrast(palette.field) >= 1.2 => hue.faded(0.45),
@@ -166,8 +166,8 @@ fn curve(
     drawing.polyline(&points, Stroke::solid(colour, 1.5));
 }
 
-/// The lines of the cues and, in two tiers over the field, those names that have room: a name
-/// that meets its left neighbour goes up a tier where its line can pass, else it is left out.
+/// Draws the lines of the cues and their names in two tiers above the field. A name that meets its
+/// left neighbour goes up a tier if its line can pass, else it is left out.
 fn cue_lines(
     drawing: &mut Drawing,
     cues: &[(f64, String)],
@@ -206,7 +206,7 @@ fn cue_lines(
     }
 }
 
-/// The playhead's line and its time under the field.
+/// The playhead's line, and its time under the field.
 struct Playhead {
     x: f32,
     label: Label,
@@ -236,7 +236,7 @@ impl Playhead {
     }
 }
 
-/// The times under the field, but for those that would touch another or the playhead's.
+/// Draws the times under the field, except those that would touch another label or the playhead's.
 fn time_labels(
     drawing: &mut Drawing,
     ruler: &Ruler,

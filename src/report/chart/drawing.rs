@@ -1,16 +1,16 @@
-//! The list of marks that every chart becomes.
+//! The list of marks that make up a chart.
 
 use super::colour::{Colour, Palette};
 use super::frame::{Frame, Point};
 use super::{ChartError, font};
 use footlight_show::printable::visible;
 
-/// The room around a chart.
+/// Margin around a chart.
 pub(super) const MARGIN: f32 = 16.0;
 /// The size of a chart's title.
 pub(super) const TITLE: f32 = 17.0;
 
-/// One step of a path, absolute pixels.
+/// One step of a path, in absolute pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Step {
     /// Begins a contour.
@@ -18,17 +18,17 @@ pub(super) enum Step {
     Line(f32, f32),
     /// A cubic Bezier curve: two control points and the end.
     Cubic([f32; 6]),
-    /// Back to where the contour began.
+    /// Closes the contour.
     Close,
 }
 
-/// How a path's line is drawn; joins and ends are round unless it is dashed.
+/// Style of a line; joins and ends are round unless it is dashed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Stroke {
     pub(super) colour: Colour,
     /// Pixels.
     pub(super) width: f32,
-    /// Pixels on and pixels off.
+    /// Lengths of dash and gap, pixels.
     pub(super) dash: Option<(f32, f32)>,
 }
 
@@ -52,7 +52,7 @@ impl Stroke {
     }
 }
 
-/// Which point of a text stands at its place.
+/// Alignment of a text to its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Anchor {
     /// Its left end.
@@ -62,7 +62,7 @@ pub(super) enum Anchor {
     End,
 }
 
-/// A display-coded RGB8 picture whose bytes fill its size.
+/// A display-coded RGB8 image whose bytes fit its size.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Picture {
     width: usize,
@@ -71,10 +71,10 @@ pub(super) struct Picture {
 }
 
 impl Picture {
-    /// A picture of `width` x `height` pixels, row 0 on top, three bytes a pixel.
+    /// An image of `width` x `height` pixels, row 0 on top, three bytes per pixel.
     ///
     /// # Errors
-    /// [`ChartError::Picture`] unless both sides are at least 1 and the bytes fill them.
+    /// [`ChartError::Picture`] unless both sides are at least 1 and the bytes fit.
     pub(super) fn new(width: usize, height: usize, rgb: Vec<u8>) -> Result<Picture, ChartError> {
         let needed = width.saturating_mul(height).saturating_mul(3);
         if needed == 0 || rgb.len() != needed {
@@ -88,7 +88,7 @@ impl Picture {
         Ok(Picture { width, height, rgb })
     }
 
-    /// Pixels a row and rows.
+    /// Columns and rows.
     pub(super) fn size(&self) -> (usize, usize) {
         (self.width, self.height)
     }
@@ -98,14 +98,14 @@ impl Picture {
     }
 }
 
-/// One thing drawn, over all before it.
+/// One mark, drawn over all previous ones.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Mark {
     Rectangle {
         frame: Frame,
         fill: Colour,
     },
-    /// The inside of a path (nonzero winding).
+    /// The filled inside of a path (nonzero winding).
     Area {
         steps: Vec<Step>,
         fill: Colour,
@@ -116,23 +116,23 @@ pub(super) enum Mark {
         stroke: Stroke,
     },
     Text(Label),
-    /// A picture stretched over a frame.
+    /// An image stretched over a frame.
     Picture {
         frame: Frame,
         picture: Picture,
     },
 }
 
-/// A laid out chart: marks in the order they are drawn.
+/// A laid out chart: marks in drawing order.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Drawing {
     /// Width and height, in the units of the marks.
     pub(super) size: (f32, f32),
-    /// Pixels for each unit of the marks.
+    /// Pixels per unit of the marks.
     pub(super) scale: f32,
-    /// What the marks lie on.
+    /// Background colour.
     pub(super) ground: Colour,
-    /// From the bottom up.
+    /// Marks from the bottom up.
     pub(super) marks: Vec<Mark>,
 }
 
@@ -156,7 +156,7 @@ impl Drawing {
         drawing
     }
 
-    /// The same drawing painted with `factor` times the pixels a side, for fine displays.
+    /// Multiplies the painted pixels per side by `factor`, for fine displays.
     #[must_use]
     pub fn magnified(mut self, factor: f32) -> Drawing {
         if factor.is_finite() && factor > 0.0 {
@@ -183,17 +183,17 @@ impl Drawing {
         self.path(contour(points), stroke);
     }
 
-    /// The line along a path.
+    /// Draws a line along a path.
     pub(super) fn path(&mut self, steps: Vec<Step>, stroke: Stroke) {
         self.marks.push(Mark::Line { steps, stroke });
     }
 
-    /// The inside of straight lines from point to point and back to the first.
+    /// Fills the polygon of these points.
     pub(super) fn polygon(&mut self, points: &[Point], fill: Colour) {
         self.area(closed(points), fill);
     }
 
-    /// The inside of a path.
+    /// Fills the inside of a path.
     pub(super) fn area(&mut self, steps: Vec<Step>, fill: Colour) {
         self.marks.push(Mark::Area { steps, fill });
     }
@@ -205,13 +205,13 @@ impl Drawing {
         }
     }
 
-    /// A text around a place.
+    /// Draws a text centred on a position.
     pub(super) fn text_around(&mut self, text: &str, at: Point, size: f32, colour: Colour) {
         let label = Label::new(text, at, size, colour);
         self.text(label.anchored(Anchor::Middle).centred());
     }
 
-    /// Every text with the box it fills.
+    /// Every text with its bounding box.
     #[cfg(test)]
     pub(super) fn text_boxes(&self) -> Vec<(String, Frame)> {
         let boxed = |mark: &Mark| match mark {
@@ -222,7 +222,7 @@ impl Drawing {
     }
 }
 
-/// The steps from point to point.
+/// Path steps from point to point.
 fn contour(points: &[Point]) -> Vec<Step> {
     let step = |(index, &(x, y)): (usize, &Point)| match index {
         0 => Step::Move(x, y),
@@ -231,7 +231,7 @@ fn contour(points: &[Point]) -> Vec<Step> {
     points.iter().enumerate().map(step).collect()
 }
 
-/// The steps from point to point and back to the first.
+/// Path steps from point to point and back to the first.
 pub(super) fn closed(points: &[Point]) -> Vec<Step> {
     let mut steps = contour(points);
     steps.push(Step::Close);
@@ -241,9 +241,9 @@ pub(super) fn closed(points: &[Point]) -> Vec<Step> {
 /// One line of text.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Label {
-    /// The anchor's place on the baseline.
+    /// The anchor's position on the baseline.
     pub(super) at: Point,
-    /// Pixels an em.
+    /// Font size, pixels per em.
     pub(super) size: f32,
     pub(super) anchor: Anchor,
     pub(super) text: String,
@@ -251,7 +251,7 @@ pub(super) struct Label {
 }
 
 impl Label {
-    /// A text that begins at a point of its baseline.
+    /// A text that starts at a position on the baseline.
     pub(super) fn new(text: &str, at: Point, size: f32, colour: Colour) -> Label {
         Label {
             at,
@@ -267,13 +267,13 @@ impl Label {
         self
     }
 
-    /// Stands the middle of its digits, not its baseline, at the place.
+    /// Centres the digits vertically at the position, instead of the baseline.
     pub(super) fn centred(mut self) -> Label {
         self.at.1 += font::MIDDLE * self.size;
         self
     }
 
-    /// The box that it fills.
+    /// The bounding box.
     pub(super) fn frame(&self) -> Frame {
         let width = font::width(&self.text, self.size);
         let left = match self.anchor {
@@ -286,7 +286,7 @@ impl Label {
     }
 }
 
-/// The middle of the pixel that `x` lies in: a line of one pixel there is sharp.
+/// Centre of the pixel containing `x`: a line of one pixel there is sharp.
 pub(super) fn crisp(x: f32) -> f32 {
     x.floor() + 0.5
 }

@@ -1,39 +1,39 @@
-//! Text: widths, shortening, glyph outlines, from a table of DejaVu Sans' glyphs.
+//! Text: widths, shortening and glyph outlines, from a table of DejaVu Sans' glyphs.
 //!
 //! The table holds ASCII, Latin-1, Latin Extended-A and the mathematical signs that charts use;
-//! anything else shows as the font's empty box in PNG, and as itself in SVG (where the reader's
-//! fonts stand in). No shaping and no kerning: digits of DejaVu have one width, and SVG text
-//! states the measured length so that another font fills the same place.
+//! other characters show as the font's empty box in PNG, and unchanged in SVG (in the reader's
+//! fonts). There is neither shaping nor kerning: digits of DejaVu have equal widths, and SVG text
+//! states its measured length so that another font fills the same space.
 //!
-//! The outlines were read from the font once, with skrifa: to do so in the program cost every build
-//! half a minute.
+//! The outlines were extracted from the font with skrifa; doing that at build time cost half a
+//! minute.
 
 use std::sync::LazyLock;
 use tiny_skia::{Path, PathBuilder};
 
 use super::frame::Point;
 
-/// A glyph a line: the letter's code point (hexadecimal; first `notdef`, the empty box), its advance,
-/// its outline as absolute M, L, Q and Z commands of SVG, y upward; in font units.
+/// One glyph per line: the letter's code point (hexadecimal; first `notdef`, the empty box), its
+/// advance, its outline as absolute M, L, Q and Z commands of SVG, y upward; in font units.
 static TABLE: &str = include_str!("DejaVuSans-glyphs.txt");
-/// Font units an em.
+/// Font units per em.
 const UNITS: f32 = 2048.0;
 
 /// Height of accented capitals over the baseline, in ems.
 pub(super) const ASCENT: f32 = 0.94;
 /// Depth of descenders below the baseline, in ems.
 pub(super) const DESCENT: f32 = 0.24;
-/// Half the height of a digit: from the baseline to the middle of a label, in ems.
+/// Half the height of a digit, in ems: from the baseline to the middle of a label.
 pub(super) const MIDDLE: f32 = 0.365;
 
-/// What is drawn for one letter, in font units.
+/// Outline and advance of a letter, in font units.
 #[derive(Clone, Copy, Debug, Default)]
 struct Glyph {
     advance: f32,
     outline: &'static str,
 }
 
-/// The table's glyphs by letter, and the empty box.
+/// The glyphs by letter, and the empty box.
 #[derive(Debug, Default)]
 struct Face {
     /// Sorted by letter.
@@ -61,7 +61,7 @@ static FACE: LazyLock<Face> = LazyLock::new(|| {
 });
 
 fn glyph(letter: char) -> Glyph {
-    // A soft line break or tab in a name must not become a box.
+    // A line break or tab in a name must not become a box.
     let letter = if letter.is_control() { ' ' } else { letter };
     let found = FACE
         .glyphs
@@ -70,18 +70,18 @@ fn glyph(letter: char) -> Glyph {
     found.map_or(FACE.empty_box, |(_, glyph)| *glyph)
 }
 
-/// The advance of each letter of `text` at `size` pixels an em.
+/// The advance of each letter of `text` at `size` pixels per em.
 fn advances(text: &str, size: f32) -> Vec<f32> {
     let scale = size / UNITS;
     text.chars().map(|c| glyph(c).advance * scale).collect()
 }
 
-/// How wide `text` is at `size` pixels an em.
+/// Width of `text` at `size` pixels per em.
 pub(super) fn width(text: &str, size: f32) -> f32 {
     advances(text, size).iter().sum()
 }
 
-/// `text`, or its beginning and "…", no wider than `room`; empty where not even one letter fits.
+/// `text`, or its beginning and "…", no wider than `room`; empty when not even one letter fits.
 pub(super) fn fit(text: &str, size: f32, room: f32) -> String {
     let advances = advances(text, size);
     if advances.iter().sum::<f32>() <= room {
@@ -105,7 +105,7 @@ pub(super) fn fit(text: &str, size: f32, room: f32) -> String {
     }
 }
 
-/// `text` in at most `most` lines no wider than `room`, broken at spaces, the last shortened.
+/// Wraps `text` to at most `most` lines no wider than `room`, broken at spaces, the last shortened.
 pub(super) fn wrap(text: &str, size: f32, room: f32, most: usize) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     let mut words = text.split_whitespace().peekable();
@@ -118,7 +118,7 @@ pub(super) fn wrap(text: &str, size: f32, room: f32, most: usize) -> Vec<String>
             } else {
                 format!("{line} {word}")
             };
-            // The last line takes all that is left and is shortened below.
+            // The last line takes the rest and is shortened below.
             if !last && !line.is_empty() && width(&longer, size) > room {
                 break;
             }
@@ -130,8 +130,8 @@ pub(super) fn wrap(text: &str, size: f32, room: f32, most: usize) -> Vec<String>
     lines
 }
 
-/// The outlines of `text` from a point of its baseline on (pixels, y down); `None` where nothing
-/// is drawn.
+/// The outlines of `text` from a position on the baseline (pixels, y down); `None` when nothing is
+/// drawn.
 pub(super) fn outline(text: &str, size: f32, (x, y): Point) -> Option<Path> {
     let scale = size / UNITS;
     let mut path = PathBuilder::new();
@@ -170,7 +170,7 @@ enum Command {
     Close,
 }
 
-/// The commands of an outline; ends at the first that cannot be read.
+/// The commands of an outline; ends at the first unreadable one.
 struct Commands(&'static str);
 
 impl Commands {
@@ -226,7 +226,7 @@ mod tests {
 
     #[test]
     fn widths_are_the_fonts_and_scale_with_the_size() {
-        // DejaVu Sans: digits are 1303 units of 2048 wide.
+        // In DejaVu Sans, digits are 1303 of 2048 units wide.
         let digit = 1303.0 / 2048.0;
         assert!((width("0", 100.0) - 100.0 * digit).abs() < 0.1);
         assert!((width("1234", 10.0) - 40.0 * digit).abs() < 0.05);

@@ -1,6 +1,6 @@
-//! Places and rectangles.
+//! Positions and rectangles.
 
-/// A place in pixels, y down.
+/// A position in pixels, y down.
 pub(super) type Point = (f32, f32);
 
 /// A rectangle, pixels, y down.
@@ -35,12 +35,12 @@ impl Frame {
         (self.x + self.width / 2.0, self.y + self.height / 2.0)
     }
 
-    /// Whether `x` lies between left and right, or at most half a pixel beside them.
+    /// True when `x` lies between left and right, or at most half a pixel outside.
     pub(super) fn spans(&self, x: f32) -> bool {
         (self.x - 0.5..=self.right() + 0.5).contains(&x)
     }
 
-    /// Whether the insides share a point.
+    /// True when the insides overlap.
     pub(super) fn overlaps(&self, other: &Frame) -> bool {
         self.x < other.right()
             && other.x < self.right()
@@ -48,7 +48,7 @@ impl Frame {
             && other.y < self.bottom()
     }
 
-    /// Whether `other` lies within, edges included.
+    /// True when `other` lies within, edges included.
     pub(super) fn holds(&self, other: &Frame) -> bool {
         self.x <= other.x
             && self.y <= other.y

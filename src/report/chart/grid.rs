@@ -1,5 +1,5 @@
-//! Values in a grid whose columns are tied to moments on an axis of time: key settings, say, each
-//! of which may serve several moments.
+//! Values in a grid whose columns are tied to moments on an axis of time. Key settings are an
+//! example: each may serve several moments.
 
 use std::collections::BTreeSet;
 
@@ -11,65 +11,65 @@ use super::frame::{Frame, Point};
 use super::lane::diamond;
 use super::rows::{NAME, SMALL, WIDTH, merged, name_column, row_name, span, time_ruler};
 
-/// Numbers by rows and columns, and when each column counts.
+/// Numbers by rows and columns, and the moments of each column.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Grid {
-    /// Over everything; empty for none.
+    /// Title; empty for none.
     pub title: String,
-    /// What a column is, such as `key`; its numbers from 1 stand over the grid.
+    /// Kind of the columns, such as `key`; their numbers from 1 stand over the grid.
     pub column: String,
     /// Names of the rows, from the top down.
     pub rows: Vec<String>,
-    /// The columns from the left, a number for each row; 1 is the full scale, more is drawn beyond
-    /// it, less than nothing in another hue.
+    /// The columns from the left, one number per row. 1 is full scale; larger values are drawn
+    /// brighter, negative ones in another hue.
     pub columns: Vec<Vec<f64>>,
     /// Moments of the columns.
     pub ties: Vec<Tie>,
     /// Seconds at the left end of the axis.
     pub start: f64,
-    /// Seconds at its right end.
+    /// Seconds at the right end.
     pub end: f64,
-    /// Seconds and name of what stands under the axis.
+    /// Seconds and name of each label under the axis.
     pub cues: Vec<(f64, String)>,
 }
 
 /// A moment of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tie {
-    /// Which column, from 0.
+    /// Index of the column.
     pub column: usize,
     /// Seconds.
     pub time: f64,
-    /// How it stands there.
+    /// Relation of the column to the moment.
     pub stand: Stand,
 }
 
-/// How a column stands at its moment.
+/// Relation of a column to its moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stand {
-    /// The values are met there.
+    /// The curve takes the values there.
     Met,
-    /// The same, at a moment put in between.
+    /// The curve takes the values there, at an inserted knot.
     Inserted,
-    /// They draw the curve towards themselves and are not met.
+    /// The values attract the curve, which does not reach them.
     Near,
 }
 
-/// Rows beyond this are counted, not drawn.
+/// Most rows drawn; the rest are counted.
 const MOST_ROWS: usize = 256;
-/// Narrower cells could not be told apart: columns then share one, which shows the largest.
+/// Least width of a cell: narrower columns share a cell, which shows the largest value.
 const NARROWEST: f32 = 3.0;
 const WIDEST: f32 = 160.0;
-/// Of more ties than this only some are drawn: they would hide each other.
+/// Most ties drawn: more would hide each other.
 const MOST_TIES: usize = 4000;
-/// The height in which ties run from the grid to the axis.
+/// Height of the ties between the grid and the axis.
 const TIES: f32 = 96.0;
 
-/// Where things are.
+/// Positions of the grid's parts.
 struct Layout {
     field: Frame,
     pitch: f32,
-    /// Columns in a cell.
+    /// Columns per cell.
     share: usize,
     /// Width of a cell.
     cell: f32,
@@ -122,7 +122,7 @@ pub fn grid(data: &Grid, theme: Theme) -> Drawing {
     drawing
 }
 
-/// The colour of a value; nothing at all is the field's own, anything is told from it.
+/// Colour of a value. Zero has the background colour; any other value is visibly different.
 fn shade(value: f64, palette: &Palette) -> Colour {
     let strength = |v: f64| (0.12 + 0.88 * v.clamp(0.0, 1.0)) as f32;
     match value {
@@ -144,7 +144,7 @@ fn cells(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palette)
             let values = group.iter().filter_map(|c| c.get(row).copied());
             let colour = shade(values.fold(0.0, larger), palette);
             if colour != palette.field {
-                // On whole units, so that cells without a gap leave no seams.
+                // In whole units, so that cells without a gap leave no seams.
                 let edge = |index: usize| (layout.field.x + index as f32 * layout.cell).floor();
                 let gap = if layout.cell > 6.0 { 1.0 } else { 0.0 };
                 let (x, right) = (edge(index), edge(index + 1));
@@ -159,7 +159,7 @@ fn cells(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palette)
     }
 }
 
-/// The columns' numbers where there is room.
+/// Numbers the columns if there is room.
 fn numbers(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palette) {
     let y = layout.field.y - 6.0;
     let at = (layout.field.x - 10.0, y);
@@ -187,7 +187,7 @@ fn numbers(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palett
     }
 }
 
-/// The axis of time, and lines to it from the columns.
+/// Draws the axis of time, and lines to it from the columns.
 fn ties(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palette) {
     let field = layout.field;
     let ruler = time_ruler(span(data.start, data.end), field);
@@ -243,7 +243,7 @@ fn strand(
     }
 }
 
-/// Names under the times, those that have room.
+/// Draws the cue names under the times, as far as there is room.
 fn cues(drawing: &mut Drawing, data: &Grid, ruler: &Ruler, layout: &Layout, palette: &Palette) {
     let y = layout.axis + 38.0;
     if data.cues.is_empty() {
@@ -265,7 +265,7 @@ fn cues(drawing: &mut Drawing, data: &Grid, ruler: &Ruler, layout: &Layout, pale
     }
 }
 
-/// What colours and lines mean, in a line over the grid.
+/// Explains colours and lines above the grid.
 fn legend(drawing: &mut Drawing, data: &Grid, layout: &Layout, palette: &Palette) {
     let y = layout.field.y - 30.0;
     let mut x = MARGIN;

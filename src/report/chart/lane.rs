@@ -1,5 +1,4 @@
-//! What stands beside the curves: the bars of their moves, the lane of knots, and what these marks
-//! mean.
+//! Additions to a chart of curves: bars of moves, the lane of knots, and the legend.
 
 use super::axis::Ruler;
 use super::colour::{Colour, Palette};
@@ -9,14 +8,14 @@ use super::font;
 use super::frame::{Frame, Point};
 use super::rows::{SMALL, WIDTH};
 
-/// The gap under a strip that its moves' bars need.
+/// Gap under a strip for the bars of moves.
 pub(super) const BAR: f32 = 7.0;
-/// The height of the lane of knots.
+/// Height of the lane of knots.
 const LANE: f32 = 14.0;
 const GAP: f32 = 9.0;
 const NAME: &str = "knots";
 
-/// What the knots add to the field.
+/// Height that the knots add to the field.
 pub(super) fn height(data: &CurveChart) -> f32 {
     if data.knots.is_empty() {
         0.0
@@ -25,7 +24,7 @@ pub(super) fn height(data: &CurveChart) -> f32 {
     }
 }
 
-/// What the lane's name needs.
+/// Width of the lane's name.
 pub(super) fn name_width(data: &CurveChart) -> f32 {
     if data.knots.is_empty() {
         0.0
@@ -34,12 +33,12 @@ pub(super) fn name_width(data: &CurveChart) -> f32 {
     }
 }
 
-/// What the legend needs under the times.
+/// Height of the legend under the times.
 pub(super) fn legend_height(data: &CurveChart) -> f32 {
     if entries(data).is_empty() { 0.0 } else { 20.0 }
 }
 
-/// A bar with firm ends for each move, in the gap under a strip.
+/// Draws a bar for each move, in the gap under a strip.
 pub(super) fn moves(
     drawing: &mut Drawing,
     moves: &[(f64, f64)],
@@ -55,7 +54,7 @@ pub(super) fn moves(
         };
         let clamp = |x: f32| x.clamp(strip.x, strip.right());
         let ends = (clamp(from), clamp(to));
-        // However many moves there are, those of the same pixels are one bar.
+        // Moves on equal pixels become one bar.
         let pixels = Some((ends.0.floor(), ends.1.floor()));
         if pixels != before {
             bar(drawing, ends, y, palette);
@@ -73,7 +72,7 @@ fn bar(drawing: &mut Drawing, (from, to): (f32, f32), y: f32, palette: &Palette)
     }
 }
 
-/// The lane at the foot of the field.
+/// Draws the lane at the bottom of the field.
 pub(super) fn knots(
     drawing: &mut Drawing,
     knots: &[Knot],
@@ -89,7 +88,7 @@ pub(super) fn knots(
     let middle = lane.y + LANE / 2.0;
     let label = Label::new(NAME, (lane.x - 10.0, middle), SMALL, palette.quiet);
     drawing.text(label.anchored(Anchor::End).centred());
-    // Those put in between lie over the others.
+    // Inserted knots are drawn over the others.
     let ordered = [false, true].map(|i| knots.iter().filter(move |k| k.inserted == i));
     let mut before = None;
     for knot in ordered.into_iter().flatten() {
@@ -105,7 +104,7 @@ pub(super) fn knots(
     }
 }
 
-/// An upright line, or for a knot put in between a diamond.
+/// Draws an upright line, or a diamond for an inserted knot.
 fn sign(drawing: &mut Drawing, (x, y): Point, inserted: bool, palette: &Palette) {
     if inserted {
         return diamond(drawing, (x, y), palette.hue(1));
@@ -127,11 +126,11 @@ enum Sign {
     Playhead,
 }
 
-/// The signs that the chart has, with their meaning.
+/// The signs used in the chart, with their meaning.
 fn entries(data: &CurveChart) -> Vec<(Sign, &'static str)> {
     let knot = |inserted| data.knots.iter().any(|k| k.inserted == inserted);
     let moves = data.rows.iter().any(|row| !row.moves.is_empty());
-    // The playhead explains itself; it is named where the rest is.
+    // The playhead is self-explanatory; it is named only in a legend with other signs.
     let rest = moves || !data.knots.is_empty();
     let all = [
         (moves, Sign::Move, "a part's move"),
@@ -147,7 +146,7 @@ fn entries(data: &CurveChart) -> Vec<(Sign, &'static str)> {
     there.map(|(_, sign, words)| (sign, words)).collect()
 }
 
-/// What the signs mean, in a line under the times.
+/// Explains the signs under the times.
 pub(super) fn legend(drawing: &mut Drawing, data: &CurveChart, field: Frame, palette: &Palette) {
     let y = field.bottom() + 35.0;
     let mut x = field.x;

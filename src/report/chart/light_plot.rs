@@ -1,4 +1,4 @@
-//! A light plot: the rig and the set from above and from the side, to one scale on A4.
+//! A light plot: rig and set from above and from the side, to one scale on A4.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -9,27 +9,27 @@ use super::frame::{Frame, Point};
 use super::marker::disc;
 use footlight_show::geometry::{Vec3, bounds, newell, vec3};
 
-/// What a light plot shows; lengths are metres, X to stage left, Y upstage, Z up.
+/// Data of a light plot; lengths are metres, X to stage left, Y upstage, Z up.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LightPlot {
-    /// The show.
+    /// The show's title.
     pub title: String,
-    /// Lights with a place.
+    /// Lights with a position.
     pub lights: Vec<PlottedLight>,
     /// The set.
     pub surfaces: Vec<PlottedSurface>,
 }
 
-/// A light at its place.
+/// A light at its position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlottedLight {
     /// Where it hangs.
     pub at: Vec3,
-    /// The point that it is focused on.
+    /// The point at which it is focused.
     pub aim: Option<Vec3>,
     /// Its channel, or its name.
     pub label: String,
-    /// It is a moving head.
+    /// True for a moving head.
     pub moves: bool,
 }
 
@@ -38,39 +38,39 @@ pub struct PlottedLight {
 pub struct PlottedSurface {
     /// Its corners in order.
     pub vertices: Vec<Vec3>,
-    /// The channel or name of the light that it is, if it shines.
+    /// Channel or name of the light that it is, if it emits.
     pub label: Option<String>,
 }
 
-/// Pixels of a metre on paper: 96 an inch, as SVG has them.
+/// Pixels per metre on paper: 96 per inch, as in SVG.
 const METRE: f64 = 96.0 / 0.0254;
 /// A4 upright.
 const A4: (f32, f32) = (794.0, 1123.0);
-/// Room for the title and for the foot.
+/// Space for the title and for the foot.
 const HEAD: f32 = 44.0;
 const FOOT: f32 = 40.0;
-/// Room for the name of a view.
+/// Space for the name of a view.
 const NAME: f32 = 20.0;
-/// Room for symbols and labels around the places of a view.
+/// Space for symbols and labels around a view.
 const RIM: f32 = 26.0;
 /// Half the length of a light's symbol.
 const SYMBOL: f32 = 6.0;
 const TEXT: f32 = 10.0;
 /// The widest label.
 const LONGEST: f32 = 120.0;
-/// Width of the edges of surfaces that shine.
+/// Line width of emitting surfaces.
 const SHINING: f32 = 1.6;
-/// Edges shorter than this are left out.
+/// Least length of an edge drawn.
 const SHORTEST: f32 = 2.0;
 
 /// One of the two views.
 struct View {
     from_side: bool,
-    /// The room of the places on paper.
+    /// Area of the stage on paper.
     frame: Frame,
-    /// The corner of the stage at the lower left corner of the frame.
+    /// Stage position of the lower left corner.
     low: Vec3,
-    /// Pixels of a metre of the stage.
+    /// Pixels per metre of the stage.
     scale: f64,
 }
 
@@ -93,7 +93,7 @@ impl View {
         }
     }
 
-    /// The room of symbols and labels.
+    /// Area for symbols and labels.
     fn room(&self) -> Frame {
         let Frame {
             x,
@@ -105,7 +105,7 @@ impl View {
     }
 }
 
-/// Draws the plot; also the denominator of its scale.
+/// Draws the plot; also returns the denominator of its scale.
 pub fn light_plot(data: &LightPlot, theme: Theme) -> (Drawing, u64) {
     let palette = theme.palette();
     let (views, denominator) = layout(data);
@@ -121,7 +121,7 @@ pub fn light_plot(data: &LightPlot, theme: Theme) -> (Drawing, u64) {
     (drawing, denominator)
 }
 
-/// The view from above over the one from the side, and the denominator of their scale.
+/// The top view above the side view, and the denominator of their scale.
 fn layout(data: &LightPlot) -> ([View; 2], u64) {
     let [low, high] = extent(data);
     let Vec3 {
@@ -149,7 +149,7 @@ fn layout(data: &LightPlot) -> ([View; 2], u64) {
     ([plan, side], denominator)
 }
 
-/// The box around all lights and surfaces, at least a metre along each axis.
+/// Bounding box of all lights and surfaces, at least a metre along each axis.
 fn extent(data: &LightPlot) -> [Vec3; 2] {
     let lights = data.lights.iter().map(|light| light.at);
     let surfaces = data
@@ -160,7 +160,7 @@ fn extent(data: &LightPlot) -> [Vec3; 2] {
     [low, high.max(low + vec3(1.0, 1.0, 1.0))]
 }
 
-/// The least denominator of a scale rule that is no less than `least`.
+/// The least denominator of a scale ruler that is at least `least`.
 fn round_scale(least: f64) -> u64 {
     let steps = [10, 15, 20, 25, 30, 40, 50, 75];
     let decades = (0..12).map(|power| 10_u64.pow(power));
@@ -168,7 +168,7 @@ fn round_scale(least: f64) -> u64 {
     all.find(|scale| *scale as f64 >= least).unwrap_or(u64::MAX)
 }
 
-/// The edges of the set, thin, and those of surfaces that shine, strong.
+/// Draws the edges of the set thin, those of emitting surfaces strong.
 fn set(drawing: &mut Drawing, data: &LightPlot, view: &View, palette: &Palette) {
     for shines in [false, true] {
         let mut edges = BTreeSet::new();
@@ -176,7 +176,7 @@ fn set(drawing: &mut Drawing, data: &LightPlot, view: &View, palette: &Palette) 
             let points: Vec<Point> = surface.vertices.iter().map(|at| view.point(*at)).collect();
             let ends = points.iter().zip(points.iter().cycle().skip(1));
             for (a, b) in ends.filter(|(a, b)| (a.0 - b.0).hypot(a.1 - b.1) >= SHORTEST) {
-                // In half pixels, so that edges that cover each other are drawn once.
+                // In half pixels, so that coincident edges are drawn once.
                 let [a, b] =
                     [a, b].map(|p| ((2.0 * p.0).round() as i64, (2.0 * p.1).round() as i64));
                 edges.insert((a.min(b), a.max(b)));
@@ -199,7 +199,7 @@ fn set(drawing: &mut Drawing, data: &LightPlot, view: &View, palette: &Palette) 
     }
 }
 
-/// Lights whose symbols would cover each other.
+/// Lights whose symbols would overlap.
 struct Cluster<'d> {
     at: Point,
     lights: Vec<&'d PlottedLight>,
@@ -211,7 +211,8 @@ impl Cluster<'_> {
     }
 }
 
-/// Aim lines, then a symbol and a label for each cluster of lights, then labels of surfaces that shine.
+/// Draws aim lines, then a symbol and a label for each cluster of lights, then labels of emitting
+/// surfaces.
 fn lights(drawing: &mut Drawing, data: &LightPlot, view: &View, palette: &Palette) {
     let mut clusters: Vec<Cluster<'_>> = Vec::new();
     for light in &data.lights {
@@ -248,7 +249,7 @@ fn lights(drawing: &mut Drawing, data: &LightPlot, view: &View, palette: &Palett
     }
 }
 
-/// A dashed line from a light to its aim, as far as there is room.
+/// Draws a dashed line from a light to its aim, clipped to the area.
 fn aim_line(drawing: &mut Drawing, (from, to): (Point, Point), room: Frame, palette: &Palette) {
     let along = |t: f32| (from.0 + t * (to.0 - from.0), from.1 + t * (to.1 - from.1));
     let mut ends = (0..=64).rev().map(|part| along(part as f32 / 64.0));
@@ -258,7 +259,7 @@ fn aim_line(drawing: &mut Drawing, (from, to): (Point, Point), room: Frame, pale
     drawing.area(disc(end, 1.2), palette.quiet);
 }
 
-/// The labels of surfaces that shine, each at its largest polygon.
+/// Labels of emitting surfaces, each at its largest polygon.
 fn shining<'d>(data: &'d LightPlot, view: &View) -> impl Iterator<Item = (&'d str, Point)> {
     let mut largest: BTreeMap<&str, (f64, Vec3)> = BTreeMap::new();
     for PlottedSurface { vertices, label } in &data.surfaces {
@@ -274,8 +275,8 @@ fn shining<'d>(data: &'d LightPlot, view: &View) -> impl Iterator<Item = (&'d st
     placed.map(|(name, (_, at))| (name, view.point(at)))
 }
 
-/// A fixed light: a lantern that points to its aim, or a square where that is along the view. A moving
-/// head: a circle around a dot.
+/// Draws a fixed light as a lantern that points to its aim, or a square when the aim is along the
+/// view; a moving head as a circle around a dot.
 fn symbol(drawing: &mut Drawing, at: Point, aim: Point, moves: bool, palette: &Palette) {
     let line = Stroke::solid(palette.ink, 1.2);
     if moves {
@@ -300,8 +301,8 @@ fn symbol(drawing: &mut Drawing, at: Point, aim: Point, moves: bool, palette: &P
     drawing.path(outline, line);
 }
 
-/// Writes a text near a place, where it covers no symbol and no other text; further away it has a line
-/// to the place. A text without room is left out.
+/// Draws a text near a position, where it covers no symbol and no other text, with a line to the
+/// position if it is further away. A text without space is left out.
 fn label(
     drawing: &mut Drawing,
     (at, text): (Point, &str),
@@ -334,7 +335,7 @@ fn label(
     taken.push(frame);
 }
 
-/// Channels in their order, three and more that follow each other as a range; then names.
+/// Joins channels in order, three or more consecutive ones as a range; then names.
 fn joined(labels: Vec<&str>) -> String {
     let mut numbers: Vec<u32> = labels
         .iter()
@@ -359,7 +360,7 @@ fn joined(labels: Vec<&str>) -> String {
     all.collect::<Vec<_>>().join(", ")
 }
 
-/// Scale bar, scale, and what the symbols mean.
+/// Draws the scale bar, the scale, and the legend.
 fn foot(drawing: &mut Drawing, denominator: u64, palette: &Palette) {
     let (y, scale) = (A4.1 - MARGIN - 6.0, METRE / denominator as f64);
     let decades = (-1..12).map(|power| 10_f64.powi(power));
@@ -436,7 +437,8 @@ mod tests {
         assert!(plan.room().bottom() < side.room().y && side.room().bottom() < A4.1 - FOOT);
     }
 
-    /// Forty lights at four pipes: every channel is written once in the plan, and no text covers another.
+    /// Forty lights on four pipes: every channel is written once in the plan, and no text covers
+    /// another.
     #[test]
     fn labels_do_not_cover_each_other() {
         let at = |n: u32| vec3(0.5 * f64::from(n % 10), f64::from(n / 10), 5.0);

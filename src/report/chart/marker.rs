@@ -1,13 +1,13 @@
-//! The shapes on points.
+//! Shapes of points.
 
 use super::colour::Colour;
 use super::drawing::{Drawing, Step, Stroke, closed};
 use super::frame::Point;
 
-/// The shape on a point.
+/// Shape of a point.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Marker {
-    /// A disc.
+    /// A filled disc.
     #[default]
     Circle,
     /// A square.
@@ -18,13 +18,13 @@ pub enum Marker {
     Diamond,
     /// A circle.
     Ring,
-    /// The line alone.
+    /// No shape, only the line.
     None,
 }
 
 impl Marker {
-    /// Draws itself `size` times its usual size, with a rim of the ground's colour, so that it
-    /// stands off lines and other markers.
+    /// Draws the shape `size` times its usual size, with a rim of the background's colour, so that
+    /// it stands out from lines and other markers.
     pub(super) fn draw(
         self,
         drawing: &mut Drawing,
@@ -55,7 +55,7 @@ impl Marker {
     }
 }
 
-/// A circle of four cubics; 0.5523 keeps them within 0.03 % of the radius.
+/// A circle of four cubics; the factor 0.5523 keeps them within 0.03 % of the radius.
 pub(super) fn disc((x, y): Point, radius: f32) -> Vec<Step> {
     let (r, k) = (radius, radius * 0.5523);
     vec![

@@ -1,11 +1,11 @@
-//! The forms that a drawing leaves in.
+//! Output of a drawing: pixels, PNG, SVG.
 
 use super::drawing::Drawing;
 use super::{ChartError, paint, svg};
 use footlight_picture::png;
 
 impl Drawing {
-    /// Pixels a row, rows, and the painted pixels: RGB8, row 0 on top.
+    /// Columns, rows, and the painted pixels: RGB8, row 0 on top.
     ///
     /// # Errors
     /// [`ChartError::TooLarge`] over the module's limit.
@@ -22,7 +22,7 @@ impl Drawing {
         Ok(png::encode(width, height, &rgb)?)
     }
 
-    /// The drawing as an SVG document. Text stays text.
+    /// The drawing as an SVG document, with text as text.
     pub fn svg(&self) -> String {
         svg::document(self)
     }

@@ -1,4 +1,4 @@
-//! Marks to pixels, by tiny-skia.
+//! Paints marks to pixels with tiny-skia.
 
 use tiny_skia::{
     FillRule, LineCap, LineJoin, Paint, Path, PathBuilder, Pixmap, Rect, StrokeDash, Transform,
@@ -10,12 +10,12 @@ use super::frame::Frame;
 use super::{ChartError, font};
 use footlight_picture::shrink::resampled;
 
-/// The most pixels a side: 256 MB at most for a square.
+/// Most pixels of a side: at most 256 MB for a square.
 const MOST_PIXELS: usize = 1 << 13;
-/// The most pixels of a long, narrow chart's longer side.
+/// Most pixels of the longer side of a long, narrow chart.
 const LONGEST_SIDE: usize = 1 << 15;
 
-/// Pixels a row, rows, RGB8.
+/// Columns, rows, RGB8.
 pub(super) fn rgb8(drawing: &Drawing) -> Result<(usize, usize, Vec<u8>), ChartError> {
     let scale = drawing.scale;
     let (width, height) = drawing.size;
@@ -36,7 +36,7 @@ pub(super) fn rgb8(drawing: &Drawing) -> Result<(usize, usize, Vec<u8>), ChartEr
     for mark in &drawing.marks {
         paint(&mut pixmap, mark, scale);
     }
-    // The ground is opaque, so every pixel is: the premultiplied bytes are the colours.
+    // The background is opaque, so every pixel is: premultiplied bytes equal the colours.
     let mut rgb = vec![0; columns as usize * rows as usize * 3];
     let colours = rgb.as_chunks_mut::<3>().0.iter_mut();
     for (colour, pixel) in colours.zip(pixmap.pixels()) {
@@ -115,7 +115,7 @@ fn path(steps: &[Step]) -> Option<Path> {
     builder.finish()
 }
 
-/// Lays the picture over the pixels nearest to its frame; what lies outside is cut off.
+/// Copies the image to the pixels nearest to its frame, clipped to the drawing.
 fn copy(pixmap: &mut Pixmap, picture: &Picture, frame: &Frame, scale: f32) {
     let edge = |place: f32| (place * scale).round().max(0.0) as usize;
     let (columns, rows) = (pixmap.width() as usize, pixmap.height() as usize);

@@ -1,7 +1,7 @@
-//! Measurements: series on linear, log or time axes, several panels side by side.
+//! Measurements: series on linear, log or time axes, in several panels.
 //!
-//! A series keeps its colour, by its name, through all panels of a drawing, and one legend names
-//! it for all of them.
+//! A series has one colour, by its name, in all panels of a drawing, and one legend names all
+//! series.
 
 use super::axis::{Axis, Ruler, Tick};
 use super::colour::{Colour, Palette, Theme};
@@ -14,58 +14,58 @@ use super::trace::thinned;
 /// One plot.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Panel {
-    /// Over the plot; empty for none.
+    /// Title; empty for none.
     pub title: String,
-    /// Along the foot.
+    /// The horizontal axis.
     pub x: Axis,
-    /// Along the left.
+    /// The vertical axis.
     pub y: Axis,
-    /// From the bottom up.
+    /// Series from the bottom up.
     pub series: Vec<Series>,
-    /// A value of y with its name, as a tolerance: a dashed line across.
+    /// A labelled value of y, such as a tolerance: a dashed line across.
     pub reference: Option<(f64, String)>,
 }
 
-/// Points joined in the order given.
+/// Points joined in order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Series {
-    /// Its name in the legend; the same name has the same colour in every panel.
+    /// Its name in the legend, which determines its colour in every panel.
     pub name: String,
-    /// x and y. A point that the axes have no place for (NaN, or zero on logs) breaks the line.
+    /// x and y. A point that the axes cannot show (NaN, or zero on logs) breaks the line.
     pub points: Vec<(f64, f64)>,
-    /// What stands on each point.
+    /// Shape of its points.
     pub marker: Marker,
-    /// A word beside each point, in their order; left out where there is no room for it.
+    /// A label for each point, in order; left out when there is no room.
     pub labels: Vec<String>,
 }
 
 const HEADING: f32 = 13.0;
 const SMALL: f32 = 11.5;
 const PLOT_HEIGHT: f32 = 250.0;
-/// With more points the markers would hide the line.
+/// With more points, markers are left out because they would hide the line.
 const MOST_MARKERS: usize = 80;
-/// With more points the markers are smaller, to leave line between them.
+/// With more points, markers are smaller, to leave the line visible.
 const CROWD: usize = 14;
-/// The room under a plot for the words of its axis.
+/// Space under a plot for the labels of its axis.
 const FOOT: f32 = 42.0;
-/// Panels in a row.
+/// Panels per row.
 const PAIR: usize = 2;
-/// Series after these repeat the hues, with dashes.
+/// Number of hues; further series repeat them, dashed.
 const HUES: usize = 7;
 
-/// Where a panel stands.
+/// Position of a panel.
 struct Place<'a> {
     panel: &'a Panel,
-    /// The plot with the room left and right of it.
+    /// The plot including the margins left and right.
     frame: Frame,
     /// The baseline of its title.
     title: f32,
-    /// The series that share its colours.
+    /// Names of the series that share its colours.
     names: Vec<&'a str>,
 }
 
-/// Draws panels side by side: 420 units for each, 640 for one alone. Of more than two, two stand in
-/// a row and each has a legend and colours of its own.
+/// Draws panels side by side: 420 units for each, 640 for a single one. More than two are drawn two
+/// per row, each with its own legend and colours.
 pub fn panels(title: &str, data: &[Panel], theme: Theme) -> Drawing {
     let palette = theme.palette();
     let each = if data.len() <= 1 { 640.0 } else { 420.0 };
@@ -94,13 +94,14 @@ pub fn panels(title: &str, data: &[Panel], theme: Theme) -> Drawing {
     drawing
 }
 
-/// Where a row's plots begin, its titles and what stands between them and the plots over them.
+/// Top of a row's plots, below its titles and the content that ends at `below`.
 fn plot_top(row: &[Panel], below: f32) -> f32 {
     let headed = row.iter().any(|panel| !panel.title.is_empty());
     below + if headed { 48.0 } else { 28.0 }
 }
 
-/// Panels side by side, the titles from `top` down, the plots under what ends at `below`.
+/// Places panels side by side, with titles from `top` down and plots under the content that ends at
+/// `below`.
 fn row<'a>(
     panels: &'a [Panel],
     each: f32,
@@ -118,7 +119,8 @@ fn row<'a>(
     panels.iter().enumerate().map(place).collect()
 }
 
-/// Two panels in a row, each with its own legend between title and plot; the foot of all.
+/// Places two panels per row, each with its own legend between title and plot; also returns the
+/// bottom.
 fn gallery(data: &[Panel], each: f32, top: f32) -> (Vec<Entry>, Vec<Place<'_>>, f32) {
     let (mut entries, mut places, mut top) = (Vec::new(), Vec::new(), top);
     for pair in data.chunks(PAIR) {
@@ -127,7 +129,7 @@ fn gallery(data: &[Panel], each: f32, top: f32) -> (Vec<Entry>, Vec<Place<'_>>, 
             let room = Frame::new(index as f32 * each, top + 26.0, each, 0.0);
             let (more, under) = legend(std::slice::from_ref(panel), room, SMALL);
             entries.extend(more);
-            // The title's own room is counted where the plots begin.
+            // `plot_top` adds the space of the title again.
             below = below.max(under - 24.0);
         }
         places.extend(row(pair, each, top, below, names));
@@ -136,7 +138,7 @@ fn gallery(data: &[Panel], each: f32, top: f32) -> (Vec<Entry>, Vec<Place<'_>>, 
     (entries, places, top - 14.0)
 }
 
-/// The names of all series in the order of their first appearance.
+/// The names of all series in order of first appearance.
 fn names(data: &[Panel]) -> Vec<&str> {
     let mut names: Vec<&str> = Vec::new();
     for series in data.iter().flat_map(|panel| &panel.series) {
@@ -147,7 +149,7 @@ fn names(data: &[Panel]) -> Vec<&str> {
     names
 }
 
-/// The line of the series that has this place among the names.
+/// The line style of the series with this index.
 fn stroke(index: usize, palette: &Palette) -> Stroke {
     Stroke {
         colour: palette.hue(index),
@@ -165,7 +167,7 @@ struct Entry {
     index: usize,
 }
 
-/// The legend's names in lines across `room`, and the y below them.
+/// The legend's entries in lines across `room`, and the y below them.
 fn legend(data: &[Panel], room: Frame, size: f32) -> (Vec<Entry>, f32) {
     let (left, right) = (room.x + MARGIN, room.right() - MARGIN);
     let (mut x, mut y) = (left, room.y);
@@ -204,15 +206,15 @@ impl Entry {
     }
 }
 
-/// A series in pixels.
+/// A series in pixel coordinates.
 struct Trace<'a> {
     series: &'a Series,
-    /// Points without a gap between them.
+    /// Runs of points without gaps.
     runs: Vec<Vec<Point>>,
     colour: Colour,
 }
 
-/// One panel's plot in pixels.
+/// A panel's plot in pixel coordinates.
 struct Plot {
     frame: Frame,
     x: Ruler,
@@ -231,7 +233,7 @@ fn draw_panel(drawing: &mut Drawing, place: &Place<'_>, palette: &Palette) {
     let at = (left, frame.y - 12.0);
     drawing.text(Label::new(&label, at, SMALL, palette.quiet));
     let label = font::fit(&panel.x.label, SMALL, room);
-    // Centred under the plot, but inside the panel where the label is long.
+    // Centred under the plot, but inside the panel when the label is long.
     let half = font::width(&label, SMALL) / 2.0;
     let middle = plot.frame.centre().0;
     let middle = middle.min(frame.right() - MARGIN - half).max(left + half);
@@ -261,7 +263,7 @@ fn draw_panel(drawing: &mut Drawing, place: &Place<'_>, palette: &Palette) {
             runs,
             colour,
         } = trace;
-        // A point alone has no line to show it.
+        // A single point has no line to show it.
         let count = runs.iter().map(Vec::len).sum::<usize>();
         let few = count <= MOST_MARKERS;
         let size = if count > CROWD { 0.75 } else { 1.0 };
@@ -284,7 +286,7 @@ fn draw_panel(drawing: &mut Drawing, place: &Place<'_>, palette: &Palette) {
 
 impl Plot {
     fn new(panel: &Panel, frame: Frame) -> Plot {
-        // Only points that both axes take are seen, so only they may stretch the axes.
+        // Only points visible on both axes may stretch the axes.
         let seen = |&&(x, y): &&(f64, f64)| panel.x.scale.takes(x) && panel.y.scale.takes(y);
         let all = || panel.series.iter().flat_map(|series| &series.points);
         let points = || all().filter(seen);
@@ -348,8 +350,8 @@ impl Plot {
             .collect()
     }
 
-    /// Words beside the points, each on the side where it hides the least, none over another or
-    /// over the name of the reference line.
+    /// Draws labels of points, each on the side where it hides the least, none over another or over
+    /// the name of the reference line.
     fn labels(
         &self,
         drawing: &mut Drawing,
@@ -370,7 +372,7 @@ impl Plot {
                     ((x - 9.0, y + 15.0), Anchor::End),
                     ((x, y - 12.0), Anchor::Middle),
                     ((x, y + 20.0), Anchor::Middle),
-                    // Under the top of the plot, beside a line that falls.
+                    // Under the top of the plot, beside a falling line.
                     ((x + 12.0, y + 1.0), Anchor::Start),
                     ((x - 12.0, y + 1.0), Anchor::End),
                 ];
@@ -389,8 +391,8 @@ impl Plot {
         }
     }
 
-    /// The reference line, its name at the end and side where it hides the least; the frame of its
-    /// name, or `None` if the axis has no place for the line.
+    /// Draws the reference line, its name at the end and side where it hides the least. Returns the
+    /// frame of the name, or `None` if the axis cannot show the line.
     fn reference(
         &self,
         drawing: &mut Drawing,
@@ -421,11 +423,10 @@ impl Plot {
     }
 }
 
-/// Pixels from sample to sample of a line.
+/// Distance between samples of a line, pixels.
 const SAMPLED: f32 = 4.0;
 
-/// How much of the lines comes near the frame: samples of their segments, and points, which count
-/// more.
+/// Amount of the lines near the frame: samples of their segments, and points, which weigh more.
 fn met(traces: &[Trace<'_>], frame: &Frame) -> usize {
     let runs = traces.iter().flat_map(|trace| &trace.runs);
     runs.map(|run| met_by_run(run, frame)).sum()

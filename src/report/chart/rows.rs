@@ -1,4 +1,4 @@
-//! Rows along an axis of time: what charts of curves and grids share.
+//! Rows along an axis of time, shared by charts of curves and grids.
 
 use super::axis::{Ruler, Scale};
 use super::colour::Palette;
@@ -6,14 +6,14 @@ use super::drawing::{Anchor, Drawing, Label, MARGIN};
 use super::font;
 use super::frame::{Frame, Point};
 
-/// The width of a chart.
+/// Width of a chart.
 pub(super) const WIDTH: f32 = 840.0;
-/// The size of names.
+/// Font size of names.
 pub(super) const NAME: f32 = 12.0;
-/// The size of everything else.
+/// Font size of other text.
 pub(super) const SMALL: f32 = 11.0;
 
-/// The span of an axis of time, seconds; a second where it is none.
+/// The span of an axis of time, seconds; one second for an empty span.
 pub(super) fn span(start: f64, end: f64) -> (f64, f64) {
     if start.is_finite() && end.is_finite() {
         (start, end)
@@ -27,8 +27,8 @@ pub(super) fn time_ruler(span: (f64, f64), field: Frame) -> Ruler {
     Ruler::exact(Scale::Time, span, (field.x, field.right()), 9)
 }
 
-/// The width of the column of names, that of `least` or more and a fifth of the page at most, and
-/// where the field beside it begins.
+/// Width of the column of names, at least `least` and at most a fifth of the page, and the left
+/// edge of the field.
 pub(super) fn name_column<'n>(names: impl Iterator<Item = &'n String>, least: f32) -> (f32, f32) {
     let widths = names.map(|name| font::width(name, NAME));
     let width = widths.fold(least, f32::max).min(WIDTH / 5.0).ceil();
@@ -36,7 +36,7 @@ pub(super) fn name_column<'n>(names: impl Iterator<Item = &'n String>, least: f3
     (width, MARGIN + width + gap)
 }
 
-/// A name in its column, `middle` high, shortened to the column.
+/// Draws a name in its column, centred at the height `middle`, shortened to the column.
 pub(super) fn row_name(
     drawing: &mut Drawing,
     name: &str,
@@ -49,7 +49,7 @@ pub(super) fn row_name(
     drawing.text(label.anchored(Anchor::End).centred());
 }
 
-/// The cues inside the field from left to right, those of one pixel under one name.
+/// The cues inside the field from left to right; cues on one pixel share a label.
 pub(super) fn merged(cues: &[(f64, String)], ruler: &Ruler, field: Frame) -> Vec<(f32, String)> {
     let mut placed: Vec<(f32, &str)> = cues
         .iter()

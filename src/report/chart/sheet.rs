@@ -1,4 +1,4 @@
-//! A contact sheet: pictures in a grid, each over its caption.
+//! A contact sheet: images in a grid, each with a caption.
 
 use super::ChartError;
 use super::colour::{Palette, Theme};
@@ -6,45 +6,46 @@ use super::drawing::{Drawing, Label, MARGIN, Picture, TITLE};
 use super::font;
 use super::frame::{Frame, Point};
 
-/// Pictures to be compared.
+/// Images to compare.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sheet {
-    /// Over everything; empty for none.
+    /// Title; empty for none.
     pub title: String,
-    /// In rows from the top left.
+    /// Images in rows from the top left.
     pub tiles: Vec<Tile>,
-    /// Pictures a row; chosen by their number without.
+    /// Images per row; `None` chooses by their number.
     pub columns: Option<usize>,
-    /// A last line under all, as what the captions' figures mean; empty for none.
+    /// A last line below the images, such as an explanation of the captions' figures; empty for
+    /// none.
     pub legend: String,
 }
 
-/// One picture.
+/// One image.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tile {
-    /// Pixels a row and rows.
+    /// Columns and rows.
     pub size: (usize, usize),
     /// Display-coded RGB8, row 0 on top.
     pub rgb: Vec<u8>,
-    /// Under the picture: at most two lines, the rest is cut.
+    /// Caption: at most two lines, the rest is cut.
     pub caption: String,
 }
 
-/// The sheet's width, unless a given number of columns needs more.
+/// Width of the sheet, unless a given number of columns needs more.
 const WIDTH: f32 = 840.0;
 const GUTTER: f32 = 12.0;
 const CAPTION: f32 = 12.0;
 const LINE: f32 = 16.0;
-/// Narrower cells could not hold a caption.
+/// Least width of a cell, to hold a caption.
 const NARROWEST: f32 = 120.0;
-/// The longest legend, in lines.
+/// Most lines of the legend.
 const LEGEND_LINES: usize = 4;
 
-/// Where things are.
+/// Positions of the sheet's parts.
 struct Layout {
     columns: usize,
     width: f32,
-    /// Of a picture's cell, without its caption.
+    /// Size of an image's cell, without its caption.
     cell: (f32, f32),
     caption_lines: usize,
     top: f32,
@@ -53,7 +54,7 @@ struct Layout {
 /// Draws the sheet.
 ///
 /// # Errors
-/// [`ChartError::Picture`] for the first tile whose bytes do not fill its size.
+/// [`ChartError::Picture`] for the first tile whose bytes do not fit its size.
 pub fn sheet(data: &Sheet, theme: Theme) -> Result<Drawing, ChartError> {
     let palette = theme.palette();
     let layout = layout(data);
@@ -97,10 +98,9 @@ fn layout(data: &Sheet) -> Layout {
     let widest = data.tiles.iter().map(|tile| tile.size.0).max().unwrap_or(0);
     let gutters = (columns - 1) as f32 * GUTTER;
     let room = ((WIDTH - 2.0 * MARGIN - gutters) / columns as f32).floor();
-    // Never enlarged but to hold a caption; never wider than the page unless columns are forced.
+    // Enlarged only to hold a caption; wider than the page only if columns are given.
     let cell = room.min(widest as f32).max(NARROWEST);
-    // As high as the picture in the middle of the order of heights: one upright picture among
-    // many wide ones does not stretch every row.
+    // The median height, so that one upright image among many wide ones does not stretch every row.
     let heights = data.tiles.iter().map(|tile| height(tile.size, cell));
     let mut heights: Vec<f32> = heights.collect();
     heights.sort_by(f32::total_cmp);
@@ -118,13 +118,13 @@ fn layout(data: &Sheet) -> Layout {
     }
 }
 
-/// The height of a picture as wide as the cell, at most three times that.
+/// Height of an image as wide as the cell, at most three times the width.
 fn height((width, height): (usize, usize), cell: f32) -> f32 {
     let ratio = height.max(1) as f32 / width.max(1) as f32;
     (cell * ratio.min(3.0)).ceil().max(1.0)
 }
 
-/// The size a picture is shown at in a cell; enlarged by whole numbers only, to keep its pixels.
+/// Displayed size of an image in a cell; enlarged only by whole numbers, to keep its pixels.
 fn shown((width, height): (usize, usize), cell: (f32, f32)) -> (f32, f32) {
     let (width, height) = (width.max(1) as f32, height.max(1) as f32);
     let factor = (cell.0 / width).min(cell.1 / height);

@@ -1,7 +1,7 @@
-//! Marks to SVG (1.1, with SVG 2's plain `href`).
+//! Writes marks as SVG (1.1, with SVG 2's plain `href`).
 //!
-//! Texts state their measured length (`textLength`), so the layout holds whatever font the
-//! reader has. Pictures are embedded as PNG.
+//! Texts state their measured length (`textLength`), so the layout holds in any font. Images are
+//! embedded as PNG.
 
 use std::fmt::Write;
 
@@ -135,7 +135,7 @@ fn data(steps: &[Step]) -> String {
     out
 }
 
-/// At most two decimals and no trailing zeros: a hundredth of a pixel.
+/// Rounded to hundredths of a pixel, without trailing zeros.
 fn number(value: f32) -> String {
     let value = if value.is_finite() { value } else { 0.0 };
     let text = format!("{value:.2}");
@@ -147,7 +147,7 @@ fn number(value: f32) -> String {
     }
 }
 
-/// The text with XML's own characters escaped and those XML forbids left out.
+/// Escapes text for XML, without the characters that XML forbids.
 fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for letter in text.chars() {
@@ -165,7 +165,7 @@ fn escaped(text: &str) -> String {
     out
 }
 
-/// The picture as it is, or where the encoder refuses it an empty frame in its place.
+/// Embeds the image as PNG, or an empty frame if the encoder refuses it.
 fn embedded(out: &mut String, frame: &Frame, picture: &Picture) {
     let (width, height) = picture.size();
     let Ok(png) = png::encode(width, height, picture.rgb()) else {
@@ -176,7 +176,7 @@ fn embedded(out: &mut String, frame: &Frame, picture: &Picture) {
         );
         return;
     };
-    // A picture that is enlarged shows its pixels, as when painted.
+    // An enlarged image shows its pixels, as when painted.
     let rendering = if frame.width > width as f32 {
         " image-rendering=\"pixelated\""
     } else {

@@ -1,4 +1,4 @@
-//! Whole layouts: nothing overlaps, nothing is clipped, nothing breaks.
+//! Whole layouts: no overlaps, no clipping, no failures.
 
 use super::drawing::Mark;
 use super::frame::Frame;
@@ -12,8 +12,8 @@ fn assert_clear(drawing: &Drawing) {
     for (index, (text, frame)) in boxes.iter().enumerate() {
         assert!(page.holds(frame), "{text:?} {frame:?} leaves {page:?}");
         for (other, taken) in boxes.iter().skip(index + 1) {
-            // The box is that of the font's tallest letters: lines one under another may share
-            // the space of accents and descenders.
+            // Bounding boxes use the font's tallest letters: lines below each other may share the
+            // space of accents and descenders.
             let body = |frame: &Frame| Frame {
                 y: frame.y + 0.18 * frame.height,
                 height: 0.64 * frame.height,
@@ -25,8 +25,8 @@ fn assert_clear(drawing: &Drawing) {
     }
 }
 
-/// Tags nest, attributes are quoted, `&` begins an entity: enough to catch what a writer of
-/// elements and escapes can get wrong.
+/// Checks that tags nest, attributes are quoted, and `&` begins an entity: enough to catch errors
+/// in a writer of elements and escapes.
 fn assert_well_formed(svg: &str) {
     let mut open: Vec<&str> = Vec::new();
     let mut rest = svg;
@@ -212,7 +212,7 @@ fn a_cell_is_as_dark_as_its_value_and_columns_that_share_one_show_the_largest() 
         end: 1.0,
         ..Grid::default()
     };
-    // Cells begin at x = 16, y = 16 + 42; four of 160 units.
+    // Cells begin at x = 16, y = 16 + 42; there are four of 160 units.
     let shade = |data: &Grid, x: usize| {
         let (width, _, rgb) = grid(data, Theme::Light).rgb8().unwrap();
         i32::from(rgb[((16 + 42 + 10) * width + 16 + x) * 3])
@@ -306,7 +306,7 @@ fn a_strip_is_filled_as_high_as_its_level() {
         ..CurveChart::default()
     };
     let (width, _, rgb) = curves(&data, Theme::Light).rgb8().unwrap();
-    // The strip: no title, no cues, so from y = 16 + 6 down 84 - 8.
+    // The strip, without title and cues: from y = 16 + 6 down 84 - 8.
     let (top, height) = (22, 76);
     let redness = |y: usize| {
         let at = (y * width + 333) * 3;
@@ -385,7 +385,7 @@ fn panels_leave_out_what_has_no_place_and_break_the_line_there() {
         }],
         ..Panel::default()
     };
-    // Strokes of a series are 2 wide: the legend's and the run of two; the point alone is a disc.
+    // Strokes of a series are 2 wide: the legend's and the run of two; the single point is a disc.
     let lines = |panel: &Panel| {
         let drawing = panels("", std::slice::from_ref(panel), Theme::Light);
         assert_clear(&drawing);
@@ -480,7 +480,7 @@ fn the_svg_embeds_pictures_as_png_and_the_png_is_one() {
     let drawing = sheet(&data, Theme::Light).unwrap();
     let svg = drawing.svg();
     assert_well_formed(&svg);
-    // "\x89PNG\r\n\x1a\n" begins so in base64.
+    // Base64 of "\x89PNG\r\n\x1a\n".
     assert!(svg.contains("href=\"data:image/png;base64,iVBORw0KGgo"));
     assert!(drawing.png().unwrap().starts_with(b"\x89PNG\r\n\x1a\n"));
 }

@@ -1,9 +1,9 @@
-//! Polylines on their way to the page: cut to a span, thinned to what pixels can show.
+//! Polylines for drawing: cut to a span, thinned to visible detail.
 
 use super::frame::Point;
 
-/// A line with no more than four points in any pixel column: the first, the lowest, the highest
-/// and the last, in their order, which cover the same pixels as all of them.
+/// Thins a line to at most four points per pixel column: the first, the lowest, the highest and the
+/// last, in order, which cover the same pixels as all points.
 ///
 /// The points' x must not decrease.
 pub(super) fn thinned(points: &[Point]) -> Vec<Point> {
@@ -28,10 +28,9 @@ pub(super) fn thinned(points: &[Point]) -> Vec<Point> {
 
 /// The curve through `points` (time, level) from `start` to `end`.
 ///
-/// Between points it is straight, two points at one time are a jump, and the first and last
-/// levels hold before and after. Points with a time or level that is no finite number are left
-/// out; the rest are put in the order of time, those of one time in the order given. Empty where
-/// no point is left or the span is not a span.
+/// Between points it is straight; two points at one time are a jump; the first and last levels
+/// extend outwards. Points that are not finite are dropped; the rest are sorted by time, stably.
+/// Empty when no point is left or the span is invalid.
 pub(super) fn cut(points: &[(f64, f64)], start: f64, end: f64) -> Vec<(f64, f64)> {
     let mut curve: Vec<(f64, f64)> = points
         .iter()
@@ -63,7 +62,7 @@ pub(super) fn cut(points: &[(f64, f64)], start: f64, end: f64) -> Vec<(f64, f64)
     inside
 }
 
-/// The level at `time` of the segment; its ends' own where the time is an end.
+/// The level at `time` on the segment; exact at its ends.
 fn between(from: (f64, f64), to: (f64, f64), time: f64) -> f64 {
     if time == from.0 || from.1 == to.1 {
         from.1

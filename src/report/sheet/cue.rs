@@ -1,4 +1,4 @@
-//! The cue sheet: what each cue does, in the order of the show.
+//! The cue sheet: the actions of each cue, in the order of the show.
 
 use super::level::{self, by_bank, clock, motion, time};
 use super::pose::aims;
@@ -58,7 +58,7 @@ fn cue_rows(show: &Show, cue: &Cue, at: &CueTime, before: Option<&Cue>) -> Vec<V
         let head = i == 0;
         let only = |text: String| if head { text } else { String::new() };
         let number = if !part.written && !head {
-            // A move with timing of its own: no part was written.
+            // A move with its own timing, not written as a part.
             String::new()
         } else if part.written && part.number > 1 {
             format!("{} part {}", cue.number, part.number)
@@ -102,7 +102,7 @@ fn starts(cue: &Cue, at: &CueTime, before: Option<&Cue>) -> String {
     }
 }
 
-/// Paths have times of their own; without any, the part's times count.
+/// True when a part fades something; paths have their own times.
 pub fn fades(part: &Part) -> bool {
     let fade =
         |m: &footlight_show::model::Move| matches!(m.motion, footlight_show::model::Motion::To(_));
@@ -116,7 +116,7 @@ fn up_down(part: &Part) -> String {
     level::up_down(part)
 }
 
-/// The curve's name where something fades along another than a straight line.
+/// Name of the fade curve, if anything fades along another than a straight line.
 fn fade(show: &Show, part: &Part) -> String {
     match part.curve {
         curve if curve != Fade::LINEAR && fades(part) => curve.name(show).to_owned(),
@@ -141,7 +141,7 @@ fn does(show: &Show, cue: &Cue, part: &Part, head: bool) -> String {
         }
     }
     words.extend(aims(show, &part.moves));
-    // The banks of a group, which one move gives an effect, in one word.
+    // One entry for all banks of a group that get an effect by one move.
     for alike in part.effects.chunk_by(|a, b| a.id == b.id) {
         let banks = alike
             .iter()
@@ -155,7 +155,7 @@ fn does(show: &Show, cue: &Cue, part: &Part, head: bool) -> String {
     words.join(", ")
 }
 
-/// The effect that a bank gets, `none` where one ends: `wave spread`.
+/// Name of a bank's new effect, `none` for an end: `wave spread`.
 pub fn effect(show: &Show, change: &EffectChange) -> String {
     let effect = change.effect.and_then(|e| show.effects.get(e));
     let name = effect.map_or("none", |e| e.name.as_str());

@@ -1,4 +1,4 @@
-//! What changed between two versions of a show, in a designer's words and in light.
+//! Changes between two versions of a show, in a designer's words and in light.
 
 mod shift;
 
@@ -21,21 +21,21 @@ use footlight_show::units::{Time, percent};
 /// One change.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShowChange {
-    /// What changed: `cue 12`, `bank lamps`.
+    /// The changed item: `cue 12`, `bank lamps`.
     pub what: String,
-    /// How: `lamps 40 -> 55 at 0:31`.
+    /// The change: `lamps 40 -> 55 at 0:31`.
     pub how: String,
 }
 
-/// As a line: `cue 12: lamps 40 -> 55 at 0:31`.
+/// One line: `cue 12: lamps 40 -> 55 at 0:31`.
 impl std::fmt::Display for ShowChange {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}: {}", self.what, self.how)
     }
 }
 
-/// How far a bank's curve moved, in light relative to full. Each cue is compared with the cue of its
-/// number, from GO to the next cue's GO, so that a cue which is only later changes nothing.
+/// Change of a bank's curve, in light relative to full. Each cue is compared with the cue of its
+/// number, from GO to the next GO, so that a mere delay is no change.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CurveChange {
     /// The bank (`sky.r` for one emitter of an rgb bank).
@@ -44,25 +44,26 @@ pub struct CurveChange {
     pub norm: f64,
     /// The largest difference.
     pub largest: f64,
-    /// Where that is, in the new version.
+    /// Time of the largest difference, in the new version.
     pub at: Time,
 }
 
-/// Everything that changed.
+/// All changes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ShowDifference {
     /// In the order of the new version's text, removals last; cues after the rest.
     pub changes: Vec<ShowChange>,
     /// Banks of both versions whose curves differ, the largest norm first.
     pub curves: Vec<CurveChange>,
-    /// Something that pictures depend on changed: the stage, surfaces, lights, banks or view.
+    /// True when something changed on which images depend: the stage, surfaces, lights, banks or
+    /// view.
     pub pictures: bool,
-    /// Poses of lit heads whose reflected light no picture of the old version has.
+    /// Number of poses of lit heads whose reflected light no image of the old version has.
     pub poses: usize,
 }
 
 impl ShowDifference {
-    /// Nothing changed in the language's terms.
+    /// True when nothing changed in the language's terms.
     pub fn is_empty(&self) -> bool {
         self.changes.is_empty() && self.curves.is_empty()
     }
@@ -95,12 +96,12 @@ impl ShowDifference {
     }
 }
 
-/// To hundredths of a second: where a curve is farthest from another is no written time.
+/// Rounded to hundredths of a second: the time of the largest difference is not a written time.
 fn rounded(at: Time) -> Time {
     Time::from_micros((at.micros() as f64 / 1e4).round() as i64 * 10_000)
 }
 
-/// What changed from `old` to `new`.
+/// The changes from `old` to `new`.
 pub fn difference(old: &Version, new: &Version) -> ShowDifference {
     let mut out = ShowDifference::default();
     declarations(&old.text(), &new.text(), &mut out);
@@ -120,7 +121,7 @@ pub fn difference(old: &Version, new: &Version) -> ShowDifference {
     out
 }
 
-/// The poses in which reflected light is rendered, each with its head's light.
+/// The poses for reflected light, each with its head's light.
 fn bounced(version: &Version) -> Vec<(&str, Pose)> {
     let heads = pose::heads(&version.show);
     let all = version.timeline.bounced().iter();
@@ -131,12 +132,12 @@ fn bounced(version: &Version) -> Vec<(&str, Pose)> {
     poses
 }
 
-/// Statement words whose declarations pictures depend on.
+/// Statement words of declarations on which images depend.
 const SEEN: [&str; 7] = [
     "stage", "surface", "figure", "view", "light", "bank", "fixed",
 ];
 
-/// Changes of everything but cues, by the canonical text of each declaration.
+/// Adds changes of everything except cues, by the canonical text of each declaration.
 fn declarations(old: &str, new: &str, out: &mut ShowDifference) {
     let (old, new) = (lang::declarations(old), lang::declarations(new));
     let before: BTreeMap<&str, &str> = old.iter().map(|(k, t)| (k.as_str(), t.as_str())).collect();
@@ -174,7 +175,7 @@ fn cues(old: &Version, new: &Version, out: &mut Vec<ShowChange>) {
         found.ok()
     };
     let mut stated = Shifts::of("at", false);
-    // With another default time each cue moves by another time.
+    // A changed default time changes the times of cues.
     let default = |show: &Show| {
         let mut parts = show.cues.iter().flat_map(|cue| &cue.parts);
         let found = parts.find(|part| part.by_default == [true; 2]);
@@ -199,7 +200,7 @@ fn cues(old: &Version, new: &Version, out: &mut Vec<ShowChange>) {
             if let (Trigger::At(was), Trigger::At(now)) = (was.trigger, cue.trigger) {
                 stated.add(&what, (was, now), out);
             }
-            // A clock time that changed has stated when GO moved already.
+            // A changed clock time was reported and includes the GO.
             if was.trigger == cue.trigger {
                 followed.add(&what, (go(&old.timeline, k), go(&new.timeline, i)), out);
             }
@@ -227,7 +228,7 @@ fn go(timeline: &Timeline, cue: usize) -> Time {
 
 /// Changes of label, note, trigger, links and flags.
 fn heads(was: &Cue, now: &Cue) -> Vec<String> {
-    // All that a cue has: a new field does not compile until it is compared.
+    // All fields of a cue: a new field does not compile until it is compared.
     let Cue {
         id: _,
         number: _,
@@ -251,7 +252,7 @@ fn heads(was: &Cue, now: &Cue) -> Vec<String> {
         Trigger::Go => "GO".to_owned(),
         Trigger::At(time) => format!("at {}", clock(time)),
     };
-    // One clock time after another is told with those of the cues around it.
+    // Changes from one clock time to another are reported together with neighbouring cues.
     let both_at = matches!((was.trigger, now.trigger), (Trigger::At(_), Trigger::At(_)));
     if was.trigger != now.trigger && !both_at {
         out.push(format!(
@@ -284,7 +285,7 @@ fn heads(was: &Cue, now: &Cue) -> Vec<String> {
 fn parts((old, was): (&Show, &Cue), (new, now): (&Show, &Cue), go: Time) -> Vec<String> {
     let mut out = Vec::new();
     let (before, after) = (moves(old, was), moves(new, now));
-    // Heads that aim elsewhere in the same words, since a point or a head moved.
+    // Heads that aim elsewhere in equal words, because a point or a head moved.
     let mut elsewhere = Alike::default();
     for (
         key @ (name, _),
@@ -359,7 +360,7 @@ fn parts((old, was): (&Show, &Cue), (new, now): (&Show, &Cue), go: Time) -> Vec<
     out
 }
 
-/// Names of which one line says the same.
+/// Names that share a line.
 #[derive(Default)]
 struct Alike<'s>(Vec<(String, Vec<&'s str>)>);
 
@@ -377,7 +378,7 @@ impl<'s> Alike<'s> {
     }
 }
 
-/// Where in a cue a move stands.
+/// Position of a move in a cue.
 fn place(part: &Part) -> String {
     match (part.written, part.number) {
         (false, _) => "in times of its own".to_owned(),
@@ -386,17 +387,17 @@ fn place(part: &Part) -> String {
     }
 }
 
-/// What a bank or a head does in a cue.
+/// Action of a bank or a head in a cue.
 struct Moved<'s> {
-    /// The part that says so.
+    /// The part that contains it.
     part: &'s Part,
     words: String,
-    /// Where a head points then.
+    /// Target of the head then.
     place: Option<Vec3>,
 }
 
-/// What each bank and each head does in a cue, by name; of a head that does several things, each by its
-/// first axis.
+/// Actions of each bank and each head in a cue, by name; several actions of a head are keyed by
+/// their first axis.
 fn moves<'s>(show: &'s Show, cue: &'s Cue) -> BTreeMap<(&'s str, Option<Axis>), Moved<'s>> {
     let (first, heads) = (show.first_parameters(), pose::heads(show));
     let mut out = BTreeMap::new();
@@ -422,7 +423,7 @@ fn moves<'s>(show: &'s Show, cue: &'s Cue) -> BTreeMap<(&'s str, Option<Axis>), 
     out
 }
 
-/// The effect that each bank gets in a cue, `none` where one ends.
+/// The new effect of each bank in a cue, `none` for an end.
 fn effects<'s>(show: &'s Show, cue: &Cue) -> BTreeMap<&'s str, String> {
     let changes = cue.parts.iter().flat_map(|part| &part.effects);
     let named = changes.filter_map(|change| {
@@ -433,7 +434,7 @@ fn effects<'s>(show: &'s Show, cue: &Cue) -> BTreeMap<&'s str, String> {
 }
 
 fn timing((old, was): (&Show, &Part), (new, now): (&Show, &Part)) -> Vec<String> {
-    // All that a part has: a new field does not compile until it is compared.
+    // All fields of a part: a new field does not compile until it is compared.
     let Part {
         id: _,
         number: _,
@@ -466,7 +467,7 @@ fn timing((old, was): (&Show, &Part), (new, now): (&Show, &Part)) -> Vec<String>
         let (before, after) = (time(was.delay), time(now.delay));
         out.push(format!("{which}delay {before} -> {after}"));
     }
-    // Where both are the default's, the line of `default` or of its value tells the change.
+    // When both are defaults, the line of `default` or of its value reports the change.
     let is_up = was.up != now.up && !(was.by_default[0] && now.by_default[0]);
     let is_down = was.down != now.down && !(was.by_default[1] && now.by_default[1]);
     match (is_up, is_down) {
@@ -492,7 +493,7 @@ fn timing((old, was): (&Show, &Part), (new, now): (&Show, &Part)) -> Vec<String>
     out
 }
 
-/// A stretch of both versions that is compared: where it starts in each, and how long it is.
+/// A stretch of both versions to compare: its start in each, and its length.
 #[derive(Clone, Copy)]
 struct Stretch {
     old: Time,
@@ -500,8 +501,7 @@ struct Stretch {
     length: Time,
 }
 
-/// Each cue that both versions have, from GO to the next one's GO, or to the end, whichever of the two
-/// versions is shorter.
+/// Each cue of both versions, from GO to the next GO or the end, in the shorter of the two lengths.
 fn stretches(old: &Version, new: &Version) -> Vec<Stretch> {
     let lasts = |timeline: &Timeline, cue: usize| {
         let next = timeline.cues().get(cue + 1).map(|next| next.go);
@@ -522,7 +522,7 @@ fn stretches(old: &Version, new: &Version) -> Vec<Stretch> {
     both.collect()
 }
 
-/// Banks of both versions whose curves differ within the cues that both have.
+/// Banks of both versions whose curves differ within common cues.
 fn curves(old: &Version, new: &Version) -> Vec<CurveChange> {
     let names = |show: &Show| -> Vec<String> {
         show.coordinates()
@@ -556,8 +556,8 @@ fn curves(old: &Version, new: &Version) -> Vec<CurveChange> {
     out
 }
 
-/// Norm and largest value of the difference of two curves over some stretches, exactly: on each span
-/// between knots of either it is a polynomial. `None` when they are the same.
+/// Norm and largest value of the difference of two curves over some stretches, exact, because it is
+/// a polynomial between knots. `None` when they are equal.
 fn apart(a: &[CurvePiece], b: &[CurvePiece], stretches: &[Stretch]) -> Option<(f64, f64, Time)> {
     let (mut square, mut largest, mut length) = (0.0, 0.0_f64, 0.0);
     let mut at = Time::ZERO;
@@ -599,7 +599,8 @@ fn apart(a: &[CurvePiece], b: &[CurvePiece], stretches: &[Stretch]) -> Option<(f
     (largest > 1e-12).then(|| ((square.max(0.0) / length).sqrt(), largest, at))
 }
 
-/// A curve between two times with no knot between them; held before its start and after its end.
+/// A curve between two times without a knot between them; constant before its start and after its
+/// end.
 fn over(pieces: &[CurvePiece], start: Time, end: Time) -> Bernstein {
     let after = pieces.partition_point(|p| p.start <= start);
     match after.checked_sub(1).and_then(|i| pieces.get(i)) {

@@ -9,7 +9,7 @@ pub fn number(value: f64) -> String {
     trimmed(&format!("{value:.2}"))
 }
 
-/// A time as a cue sheet has it: seconds below a minute, a clock above.
+/// A time in the form of a cue sheet: seconds below a minute, a clock above.
 pub fn time(time: Time) -> String {
     if time.micros().abs() < 60_000_000 {
         number(time.seconds())
@@ -26,7 +26,7 @@ pub fn up_down(part: &Part) -> String {
     }
 }
 
-/// How a cue starts the next: `follow 4`.
+/// The link to the next cue: `follow 4`.
 pub fn link(link: Link) -> String {
     match link {
         Link::Follow(after) => format!("follow {}", time(after)),
@@ -34,7 +34,7 @@ pub fn link(link: Link) -> String {
     }
 }
 
-/// A time of day of the sequence: `0:04`, `1:02:03.5`.
+/// A time of the sequence as a clock: `0:04`, `1:02:03.5`.
 pub fn clock(time: Time) -> String {
     let text = time.to_string();
     let Some(seconds) = text.strip_suffix('s') else {
@@ -62,7 +62,7 @@ pub fn hex(emitters: &[f64]) -> String {
     format!("#{r:02x}{g:02x}{b:02x}")
 }
 
-/// A bank's level in percent, of an rgb bank with its colour: white is left out, and so is full
+/// A bank's level in percent, with its colour for an rgb bank: white is left out, and so is full
 /// before another colour.
 pub fn level(levels: &[f64]) -> String {
     let Some((level, colour)) = levels.split_first() else {
@@ -79,7 +79,7 @@ pub fn level(levels: &[f64]) -> String {
     }
 }
 
-/// The moves of a part, those of one bank together: the bank and its moves.
+/// The moves of a part, grouped by bank.
 pub fn by_bank<'s>(show: &'s Show, moves: &'s [Move]) -> Vec<(usize, Vec<&'s Move>)> {
     let first = show.first_parameters();
     let mut out: Vec<(usize, Vec<&Move>)> = Vec::new();
@@ -97,8 +97,8 @@ pub fn by_bank<'s>(show: &'s Show, moves: &'s [Move]) -> Vec<(usize, Vec<&'s Mov
     out
 }
 
-/// What the moves of one bank do, in words: `lamps 85`, `sky 60 #203060`, `fire along 4 knots in
-/// 8 s to 14`.
+/// Describes the moves of one bank: `lamps 85`, `sky 60 #203060`, `fire along 4 knots in 8 s to
+/// 14`.
 pub fn motion(bank: &Bank, first: usize, moves: &[&Move]) -> String {
     let level = moves.iter().find(|m| m.parameter == first);
     let colour: Vec<&Move> = moves

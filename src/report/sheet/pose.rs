@@ -6,7 +6,7 @@ use super::level::number;
 use footlight_show::geometry::Vec3;
 use footlight_show::model::{Axis, Head, Luminaire, Move, Pose, Show};
 
-/// Directions that differ by less are one.
+/// Difference below which directions are equal.
 const SAME: f64 = 1e-9;
 
 /// A head of a show with its light.
@@ -31,7 +31,7 @@ pub fn heads(show: &Show) -> Vec<Moving<'_>> {
 }
 
 impl Moving<'_> {
-    /// The point of the show that the head points to in a pose.
+    /// The point of the show at which the head points in a pose.
     fn point<'s>(&self, show: &'s Show, pose: Pose) -> Option<(&'s str, Vec3)> {
         let (from, to) = (
             self.light.kind.place()?,
@@ -44,8 +44,8 @@ impl Moving<'_> {
         found.map(|point| (point.name.as_str(), point.at))
     }
 
-    /// The place that the head points to in a pose: a point of the show, or where the axis of the
-    /// beam meets the floor, z = 0.
+    /// The target of the head in a pose: a point of the show, or where the axis of the beam meets
+    /// the floor, z = 0.
     pub fn place(&self, show: &Show, pose: Pose) -> Option<Vec3> {
         if let Some((_, at)) = self.point(show, pose) {
             return Some(at);
@@ -58,7 +58,7 @@ impl Moving<'_> {
         (along > 0.0 && along < 100.0).then(|| from + to * along)
     }
 
-    /// Some axes of a pose: `to band`, `pan 30 tilt -20`, `beam 12 field 18`.
+    /// Describes some axes of a pose: `to band`, `pan 30 tilt -20`, `beam 12 field 18`.
     pub fn words(&self, show: &Show, pose: Pose, axes: &[Axis]) -> String {
         let both = axes.contains(&Axis::Pan) && axes.contains(&Axis::Tilt);
         let point = self.point(show, pose).filter(|_| both);
@@ -75,7 +75,7 @@ impl Moving<'_> {
         words.join(" ")
     }
 
-    /// A whole pose; the zoom where it is not the light's own.
+    /// Describes a whole pose; the zoom only if it differs from the light's own.
     pub fn whole(&self, show: &Show, pose: Pose) -> String {
         let home = self.head.home;
         let is_own = |axis| (pose.angle(axis) - home.angle(axis)).abs() < SAME;
@@ -88,8 +88,8 @@ impl Moving<'_> {
     }
 }
 
-/// Where the moves of a part point each head: its index, the axes that they move, and the pose at
-/// their end, in which other axes are at home.
+/// Poses to which the moves of a part turn each head: its index, the axes moved, and the final
+/// pose, with other axes at home.
 pub fn turned(show: &Show, moves: &[Move]) -> Vec<(usize, Vec<Axis>, Pose)> {
     let first = show.first_pose();
     let mut out: BTreeMap<usize, (Vec<Axis>, [f64; 4])> = BTreeMap::new();
@@ -115,8 +115,8 @@ pub fn turned(show: &Show, moves: &[Move]) -> Vec<(usize, Vec<Axis>, Pose)> {
     out.into_iter().filter_map(pose).collect()
 }
 
-/// Where the moves of a part point heads, in words: `mh1 to band`, and `heads to band` where all
-/// two or more heads of a bank do alike.
+/// Describes the aims of a part's moves: `mh1 to band`, or `heads to band` when all heads of a bank
+/// (at least two) move alike.
 pub fn aims(show: &Show, moves: &[Move]) -> Vec<String> {
     let heads = heads(show);
     let mut by_bank: BTreeMap<usize, Vec<(&str, String)>> = BTreeMap::new();
@@ -143,8 +143,8 @@ pub fn aims(show: &Show, moves: &[Move]) -> Vec<String> {
     out
 }
 
-/// How far one place is from another, in the words of the stage: `1.2 m further left`. Left is stage
-/// left. `None` where no direction has 5 cm.
+/// Displacement between two positions in stage terms: `1.2 m further left`. Left is stage left.
+/// `None` below 5 cm in every direction.
 pub fn further(was: Vec3, is: Vec3) -> Option<String> {
     let by = is - was;
     let ways = [

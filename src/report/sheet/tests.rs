@@ -159,7 +159,7 @@ fn parts_that_were_not_written_are_not_named() {
     assert_eq!(lines, ["cue 1: fire time 3 -> 4"]);
 }
 
-/// The kinds of changes of a cue that no other line tells.
+/// Changes of a cue that no other line reports.
 #[test]
 fn effects_and_notes_are_compared() {
     let rig = "effect candle = flicker\neffect storm = pulse\n";
@@ -214,7 +214,7 @@ fn a_cue_between_moves_nothing_but_the_clock() {
         lines,
         ["cue 2.5: added at 0:17", "cues 3 to 5: GO 7 s later"]
     );
-    // The sky alone stays lit in the cues behind it.
+    // Only the sky stays lit in later cues.
     let names: Vec<&str> = found.curves.iter().map(|c| c.name.as_str()).collect();
     assert!(
         names.iter().all(|name| name.starts_with("sky")),
@@ -252,7 +252,7 @@ fn one_change_of_times_is_one_line() {
              cue 4 {{ lamps 40 }}\ncue 5 {{ up 2 lamps 50 }}\n"
         )
     };
-    // A time of its own is told, though it is the default's too.
+    // A cue's own time is reported even if it equals the default.
     assert_eq!(
         lines(
             &cues("default time 4\n", "time 4"),
@@ -315,7 +315,7 @@ fn a_difference_says_how_far_a_head_is_aimed() {
         found("mh1 to house", "mh1 to band"),
         ["cue 2: mh1 to house -> to band at 0:10, 8 m further upstage"]
     );
-    // A point that moved turns all heads that aim there, whose reflected light is another.
+    // A moved point turns all heads that aim there, so that their reflected light changes.
     let moved = HEADS.replace("band = 0, 2, 1", "band = 1, 4, 1");
     assert_eq!(
         found("band = 0, 2, 1", "band = 1, 4, 1")[1..],

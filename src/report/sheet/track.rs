@@ -1,4 +1,4 @@
-//! The track sheet: what every bank holds when every cue is complete, and how it came to.
+//! The track sheet: level of every bank at every cue's completion, and its origin.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use crate::table::Table;
 use footlight_host::work::{Cancelled, Work};
 use footlight_show::model::{Bank, Cue, Motion, Move, Show};
 
-/// How a bank comes to its level in a cue.
+/// Origin of a bank's level in a cue.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Held {
     /// No cue has moved it yet.
@@ -16,13 +16,13 @@ pub enum Held {
     Up,
     /// The cue moves it to a lower level.
     Down,
-    /// The cue moves an rgb bank to another colour that is neither, or turns a head.
+    /// The cue moves an rgb bank to another colour of equal brightness, or turns a head.
     Changed,
-    /// It goes along a path.
+    /// It follows a path.
     Path,
-    /// The cue after a `cueonly` one puts it back.
+    /// The cue after a `cueonly` one restores it.
     Restored,
-    /// The cue states the level that it has already, or blocks or asserts all levels.
+    /// The cue restates its current level, or blocks or asserts all levels.
     Blocked,
     /// It keeps the level of an earlier cue.
     Tracked,
@@ -43,7 +43,7 @@ impl Held {
         }
     }
 
-    /// The word behind a level where signs would be lost.
+    /// The word after a level, for formats without signs.
     pub fn word(self) -> &'static str {
         match self {
             Held::Unused => "",
@@ -58,20 +58,20 @@ impl Held {
     }
 }
 
-/// What every bank holds when every cue is complete.
+/// Levels of every bank at every cue's completion.
 #[derive(Clone, Copy, Debug)]
 pub struct TrackSheet<'s> {
     show: &'s Show,
     work: Work<'s>,
 }
 
-/// Bytes of a cell and of its text, about.
+/// Approximate bytes of a cell and of its text.
 const CELL_BYTES: usize = 16;
 
 const LEGEND: &str = "↑ up  ↓ down  → another colour  ~ along a path  ↺ put back after a cueonly cue  ■ blocked: restated  · tracked";
 
 impl TrackSheet<'_> {
-    /// Cues by banks, with a sign before each level.
+    /// A table of cues by banks, with a sign before each level.
     ///
     /// # Errors
     /// On cancel.
@@ -79,7 +79,7 @@ impl TrackSheet<'_> {
         self.with(LEGEND, |text, held| format!("{}{text}", held.sign()))
     }
 
-    /// Cues by banks, with a word behind each level.
+    /// A table of cues by banks, with a word after each level.
     ///
     /// # Errors
     /// On cancel.
@@ -89,7 +89,7 @@ impl TrackSheet<'_> {
         })
     }
 
-    /// Bytes that a table takes with its text, about.
+    /// Approximate size of a table with its text, bytes.
     pub fn bytes(&self) -> usize {
         let (cues, banks) = (self.show.cues.len(), self.show.banks.len());
         let banks = banks + self.show.heads().len();
@@ -133,13 +133,13 @@ impl TrackSheet<'_> {
     }
 }
 
-/// The track sheet of a show. Levels track by what is written, whether or not a fade is later
-/// interrupted; the fixed lights are left out.
+/// The track sheet of a show. Levels track as written, even when a fade is interrupted later; the
+/// fixed lights are left out.
 pub fn track_sheet<'s>(show: &'s Show, work: Work<'s>) -> TrackSheet<'s> {
     TrackSheet { show, work }
 }
 
-/// Whether a cue turns the head at an index.
+/// True when a cue turns the head with this index.
 fn turns(show: &Show, index: usize) -> bool {
     let first = show.first_pose_of(index);
     let turns = |one: &Move| (first..first + 4).contains(&one.parameter);
@@ -154,18 +154,18 @@ struct Track<'s> {
     /// Its first parameter.
     first: usize,
     parameters: Vec<Tracked>,
-    /// A cue has moved it.
+    /// True once a cue has moved it.
     used: bool,
 }
 
 /// A parameter between cues.
 #[derive(Clone, Copy)]
 struct Tracked {
-    /// What it holds.
+    /// Its value.
     now: f64,
-    /// What it would hold without cueonly cues.
+    /// Its value without cueonly cues.
     lasting: f64,
-    /// The next cue puts it back.
+    /// True when the next cue restores it.
     restore: bool,
 }
 
@@ -226,12 +226,12 @@ impl<'s> Track<'s> {
         }
     }
 
-    /// The bank's level or the head's pose after a cue, and how it came to it; `moved` has the cue's
+    /// The bank's level or the head's pose after a cue, and its origin; `moved` has the cue's
     /// motions by parameter.
     fn cell(&mut self, show: &Show, cue: &Cue, moved: &BTreeMap<usize, &Motion>) -> (String, Held) {
         let was = self.light();
         let (mut paths, mut back) = (Vec::new(), false);
-        // A colour alone brings a bank that is out to full, emitters that are not said dark.
+        // A plain colour brings a bank that is out to full, with unnamed emitters dark.
         let colour = (1..self.parameters.len()).any(|e| moved.contains_key(&(self.first + e)));
         let out = self.parameters.first().is_some_and(|level| {
             if level.restore {
@@ -278,7 +278,7 @@ impl<'s> Track<'s> {
     }
 }
 
-/// How a bank comes from `was` to `is`; `moves` has whether each of its moves is a path.
+/// How a bank comes from `was` to `is`; `moves` is true for each move along a path.
 fn held(moves: &[bool], back: bool, used: bool, block: bool, was: &[f64], is: &[f64]) -> Held {
     let up = was.iter().zip(is).any(|(w, i)| i > w);
     let down = was.iter().zip(is).any(|(w, i)| i < w);

@@ -1,26 +1,27 @@
-//! Cues whose times moved alike, in one line.
+//! One line for cues whose times moved alike.
 
 use super::ShowChange;
 use crate::sheet::level::{clock, number};
 use footlight_show::units::Time;
 
-/// Cues in a row whose clock time, or whose GO, moved by the same time, which one line says.
+/// Consecutive cues whose clock time, or GO, moved by one amount, reported in one line.
 #[derive(Default)]
 pub(super) struct Shifts {
-    /// What moved: `at` or `GO`.
+    /// The time that moved: `at` or `GO`.
     word: &'static str,
-    /// One line says cues that moved in the same direction, though by different times.
+    /// True when one line covers moves in one direction by different times.
     is_loose: bool,
     moved: Time,
-    /// The least and the largest move of the line, in seconds.
+    /// The least and the largest move in the line, seconds.
     range: [f64; 2],
     first: String,
-    /// Where the line stands.
+    /// Index of the line.
     line: usize,
 }
 
 impl Shifts {
-    /// No cue yet. `word` says what moves, and a loose line takes moves by different times.
+    /// Starts without cues. `word` names the time that moves; a loose line covers moves by
+    /// different times.
     pub fn of(word: &'static str, is_loose: bool) -> Shifts {
         Shifts {
             word,
@@ -29,7 +30,7 @@ impl Shifts {
         }
     }
 
-    /// Adds the line of a cue that moved, or lets the line before say it too.
+    /// Adds the line of a cue that moved, or extends the line before.
     pub fn add(&mut self, what: &str, (was, now): (Time, Time), out: &mut Vec<ShowChange>) {
         let moved = now - was;
         let way_of = |moved: Time| shift(moved).1;
@@ -70,7 +71,7 @@ impl Shifts {
     }
 }
 
-/// Seconds of a move in time, and its direction.
+/// Seconds and direction of a move in time.
 fn shift(moved: Time) -> (f64, &'static str) {
     let way = if moved.micros() > 0 {
         "later"
