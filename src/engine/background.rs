@@ -1,11 +1,11 @@
-//! Refinement in the background, driven by the same [`Refiner`] as the blocking call.
+//! Refinement in the background, driven by the [`Refiner`] that the blocking call uses.
 //!
-//! The engine stays the only owner of document and pool. What is rendered in the background is one
-//! job at a time, with all that it needs; [`Engine::poll`] takes its images in and starts the next
-//! one, planned from the show as it is then. So edits and previews are served at once in between,
-//! every finished image improves the next preview, and an edit changes what is still to come.
-//! Images are rendered one at a time: a job of several would keep the first waiting for the last.
-//! A refinement owns its goal, its way and its view: the engine may look from another meanwhile.
+//! The engine stays the only owner of document and pool. One job at a time is rendered in the
+//! background, with everything that it needs; [`Engine::poll`] takes its images and starts the next
+//! job, planned from the current show. So edits and previews are served in between, every finished
+//! image improves the next preview, and an edit changes the remaining plan. Images are rendered one
+//! at a time: in a larger job the first would wait for the last. A refinement owns its goal, its
+//! method and its view: the engine may look from another view meanwhile.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
@@ -24,10 +24,10 @@ use footlight_host::work::{Progress, Work};
 use footlight_show::units::ErrorUnit;
 use footlight_transport::{Quality, Setup, Transport, TransportError};
 
-/// How long a wait goes on before it looks at progress and cancel again.
+/// Time between two checks of progress and cancellation while waiting.
 const GLANCE: Duration = Duration::from_millis(40);
 
-/// How far a job is, and the way to stop it.
+/// Progress of a job, and its cancellation.
 #[derive(Debug, Default)]
 struct JobProgress {
     stop: AtomicBool,
@@ -56,12 +56,12 @@ impl Progress for JobProgress {
     }
 }
 
-/// A job that is at work elsewhere. Dropped, it is given up.
+/// A running background job. Dropping it cancels it.
 struct PendingJob {
     task: PendingTask,
     progress: StopOnDrop,
     from: Receiver<Outcome>,
-    /// What came back before it was asked for.
+    /// An outcome received early.
     outcome: Option<Outcome>,
 }
 
@@ -91,12 +91,12 @@ impl PendingTask {
 }
 
 impl PendingJob {
-    /// Waits at most `patience` for it; true once it is there.
+    /// Waits at most `patience` for the outcome; true once it has arrived.
     fn wait(&mut self, patience: Duration) -> Result<bool, Error> {
         if self.outcome.is_some() {
             return Ok(true);
         }
-        // A look reads no clock: some platforms have none.
+        // Without patience no clock is read: some platforms have none.
         let received = if patience.is_zero() {
             self.from.try_recv().map_err(|e| e == TryRecvError::Empty)
         } else {
@@ -128,89 +128,88 @@ pub(super) struct BackgroundRefinement {
 }
 
 impl BackgroundRefinement {
-    /// The view that it refines.
+    /// The view being refined.
     pub fn view(&self) -> &ViewName {
         &self.refiner.wanted.view
     }
 }
 
-/// How far a refinement in the background is.
+/// Status of a refinement in the background.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Status {
-    /// Images that it has added.
+    /// Number of images added.
     pub rendered: usize,
-    /// Seconds that they took.
+    /// Their rendering time, seconds.
     pub seconds: f64,
-    /// Predicted error of the sequence, relative; `None` before the coarse images are there.
+    /// Predicted error of the sequence, relative; `None` before the coarse images exist.
     pub error: Option<f64>,
-    /// The call of the operator that is at work.
+    /// The current call of the operator.
     pub job: Option<JobStatus>,
-    /// What is predicted to follow.
+    /// The predicted remainder.
     pub ahead: Option<Ahead>,
 }
 
-/// A call of the operator that is at work in the background.
+/// A call of the operator in the background.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JobStatus {
-    /// Images that it renders; 0 where it measures those that are there.
+    /// Number of images being rendered; 0 when it measures existing ones.
     pub images: usize,
-    /// Whether these are refined images, or coarse ones.
+    /// True for refined images, false for coarse ones.
     pub refined: bool,
     /// Their step of quality.
     pub quality: Quality,
     /// Seconds since it began.
     pub spent: f64,
-    /// Seconds that it is predicted to take; 0 where that is not known.
+    /// Predicted duration, seconds; 0 if unknown.
     pub predicted: f64,
-    /// The loop that it is in: its name, steps done and steps in all.
+    /// The current loop: its name, steps done and steps in all.
     pub task: (String, usize, usize),
 }
 
-/// What a refinement in the background is predicted to do yet.
+/// Predicted remainder of a refinement in the background.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ahead {
-    /// Images that follow.
+    /// Number of further images.
     pub images: usize,
-    /// Seconds until the last of them is there.
+    /// Seconds until the last one is finished.
     pub seconds: f64,
-    /// The error that they leave, relative.
+    /// Predicted error after them, relative.
     pub error: f64,
 }
 
-/// What happened without a call that returned it.
+/// An event that no call returned.
 #[derive(Debug)]
 pub enum Event {
-    /// A refinement in the background ended, or failed; with the predicted error of the sequence
-    /// then, where it is known.
+    /// A refinement in the background ended, or failed.
     RefinementEnded {
-        /// What it did.
+        /// Its summary.
         done: RefinementSummary,
-        /// Why it failed, if it did.
+        /// The reason of a failure.
         failed: Option<Error>,
-        /// Predicted error of the sequence, relative.
+        /// Predicted error of the sequence, relative, if known.
         error: Option<f64>,
         /// Refined images in the pool.
         refined: usize,
     },
-    /// Files that the show names had changed on disk, and were read again.
+    /// Files of the show changed on disk and were read again.
     FilesReread,
 }
 
 impl Engine {
-    /// True while a refinement goes on in the background.
+    /// True while a refinement runs in the background.
     pub fn is_busy(&self) -> bool {
         self.background.is_some()
     }
 
-    /// True while a refinement of this view goes on in the background.
+    /// True while a refinement of this view runs in the background.
     pub(super) fn is_refining(&self, view: &ViewName) -> bool {
         self.background.as_ref().is_some_and(|b| b.view() == view)
     }
 
-    /// Refuses what would render the same images twice.
+    /// Refuses a call that could render an image twice.
     ///
     /// # Errors
-    /// [`Error::Busy`] while a refinement goes on in the background.
+    /// [`Error::Busy`] while a refinement runs in the background.
     pub fn idle(&self) -> Result<(), Error> {
         match self.background {
             None => Ok(()),
@@ -218,10 +217,10 @@ impl Engine {
         }
     }
 
-    /// Begins a refinement in the background, coarse images included where there are none yet; call
-    /// [`Engine::poll`] now and then (some ten times a second), which takes in what is finished and
-    /// starts what is next. An edit does not end it: what follows is planned from the show as it is
-    /// then. [`Engine::picture`] waits only while coarse images are still to come.
+    /// Begins a refinement in the background, including coarse images if there are none yet. Call
+    /// [`Engine::poll`] regularly (some ten times a second) to take finished images and start the
+    /// next. An edit does not end the refinement: what follows is planned from the current show.
+    /// [`Engine::picture`] waits only for coarse images.
     ///
     /// ```
     /// # use footlight_engine::{Engine, Goal, Host};
@@ -236,8 +235,8 @@ impl Engine {
     /// ```
     ///
     /// # Errors
-    /// [`Error::Busy`] when one is running already, [`Error::NoBackground`] when the host runs
-    /// nothing in the background, [`Error::NoSetup`].
+    /// [`Error::Busy`] when one is running, [`Error::NoBackground`] when the host runs nothing in
+    /// the background, [`Error::NoSetup`].
     pub fn start(&mut self, wanted: impl Into<Refinement>) -> Result<(), Error> {
         self.idle()?;
         if self.host.background.is_none() {
@@ -254,14 +253,14 @@ impl Engine {
         Ok(())
     }
 
-    /// Takes in what was rendered in the background and starts what comes next; what happened since
-    /// it was called last. Cheap while nothing is finished.
+    /// Takes finished background images and starts the next job; returns the events since the last
+    /// call. Cheap while nothing is finished.
     pub fn poll(&mut self) -> Vec<Event> {
         self.go_on();
         std::mem::take(&mut self.events)
     }
 
-    /// Takes in what is finished and starts what is next.
+    /// Takes finished images and starts the next job.
     fn go_on(&mut self) {
         let Some(mut background) = self.background.take() else {
             return;
@@ -275,7 +274,7 @@ impl Engine {
         }
     }
 
-    /// Does a step of a refinement; what there is to say where it has ended.
+    /// Advances a refinement; returns an event when it has ended.
     fn go_on_with(&mut self, background: &mut BackgroundRefinement) -> Option<Event> {
         let failed = match self.advance(background) {
             Ok(None) => return None,
@@ -300,8 +299,8 @@ impl Engine {
         })
     }
 
-    /// Collects and starts jobs as far as that goes without waiting; the reason where the refinement
-    /// has ended.
+    /// Collects and starts jobs as far as possible without waiting; returns the reason when the
+    /// refinement has ended.
     fn advance(&mut self, background: &mut BackgroundRefinement) -> Result<Option<Ended>, Error> {
         loop {
             if let Some(mut job) = background.job.take() {
@@ -347,8 +346,7 @@ impl Engine {
         }
     }
 
-    /// Takes in what a job rendered or measured: of one that was cancelled its operator alone, which is
-    /// no error.
+    /// Takes the result of a job; of a cancelled job only its operator, which is no error.
     fn collect(
         &mut self,
         background: &mut BackgroundRefinement,
@@ -391,7 +389,7 @@ impl Engine {
                 threads,
                 memory,
             };
-            // It may not be wanted any more.
+            // The receiver may be gone.
             let _ = send.send(run(renderer.as_ref(), work));
         }));
         Ok(PendingJob {
@@ -402,8 +400,8 @@ impl Engine {
         })
     }
 
-    /// Gives up a job whose images the show has no use for any more: they would show another scene,
-    /// or from another place. In another light they are of use again.
+    /// Cancels a job whose images the show can no longer use, because they would show another scene
+    /// or view. A change of light alone keeps it.
     pub(super) fn drop_useless_job(&mut self) {
         let Some(background) = &self.background else {
             return;
@@ -417,15 +415,15 @@ impl Engine {
         }
     }
 
-    /// Waits while the refinement in the background is at work and `enough` is not true, reporting
-    /// its progress as that of the foreground.
+    /// Waits while the refinement in the background is running and `enough` is false, reporting its
+    /// progress as foreground progress.
     pub(super) fn wait_until(&mut self, enough: impl Fn(&Engine) -> bool) -> Result<(), Error> {
         self.go_on();
         while !enough(self) {
             let Some(job) = self.background.as_mut().and_then(|b| b.job.as_mut()) else {
                 break;
             };
-            // Where the platform cannot wait, the caller looks again later.
+            // On a platform that cannot wait, the caller polls again later.
             let patience = if cfg!(target_family = "wasm") {
                 Duration::ZERO
             } else {
@@ -448,11 +446,11 @@ impl Engine {
     }
 
     /// Waits until the refinement in the background has ended. On platforms without threads it only
-    /// looks whether it has.
+    /// checks.
     ///
     /// # Errors
-    /// [`Error::Cancelled`] when the host's progress says so, [`Error::OutOfTime`]; the refinement
-    /// then goes on.
+    /// [`Error::Cancelled`] when the host's progress cancels, [`Error::OutOfTime`]; the refinement
+    /// then continues.
     pub fn wait(&mut self) -> Result<(), Error> {
         self.timed(|engine| engine.wait_until(|_| false))
     }
@@ -468,7 +466,7 @@ impl Engine {
         self.go_on();
     }
 
-    /// The call of the operator that is at work in the background, if any.
+    /// The current call of the operator in the background, if any.
     fn job(&self) -> Option<JobStatus> {
         let job = self.background.as_ref()?.job.as_ref()?;
         let (images, refined, quality, started, predicted) = match &job.task {
@@ -493,21 +491,21 @@ impl Engine {
         })
     }
 
-    /// How far the refinement in the background is, if there is one.
+    /// Status of the refinement in the background, if any.
     pub fn status(&self) -> Option<Status> {
         let job = self.job();
         let refiner = &self.background.as_ref()?.refiner;
         Some(Status {
             rendered: refiner.done.images,
             seconds: refiner.done.seconds,
-            // Why it cannot be predicted is said where the refinement ends of it.
+            // If the prediction fails, the refinement ends with that error.
             error: self.estimate_of(&refiner.wanted).predicted_error().ok(),
             ahead: self.ahead(refiner, job.as_ref()),
             job,
         })
     }
 
-    /// What is predicted to follow.
+    /// The predicted remainder.
     fn ahead(&self, refiner: &Refiner, job: Option<&JobStatus>) -> Option<Ahead> {
         let spent = job.map_or(0.0, |job| job.spent);
         let estimate = self.estimate_of(&refiner.wanted);
@@ -521,7 +519,7 @@ impl Engine {
         }
         let forecast = estimate.forecast_by(ErrorUnit::Light).ok()??;
         let ahead = Mixtures::of(&forecast, &refiner.left(), estimate.refined());
-        // The first is being rendered already.
+        // The first image is already being rendered.
         (ahead.images > 0).then(|| Ahead {
             images: ahead.images,
             seconds: (ahead.seconds - spent).max(0.0),

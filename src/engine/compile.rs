@@ -1,5 +1,5 @@
-//! From a text to all that follows from it: show, curves, key settings, diagnostics and the setup
-//! to render. The only place where a text is compiled.
+//! Compiles a text to its show, curves, key settings, diagnostics and render setup. Texts are
+//! compiled only here.
 
 use super::setup::{self, Loaded, Source};
 use super::{Error, decode};
@@ -11,24 +11,24 @@ use footlight_show::model::Show;
 use footlight_show::timeline::{KeySequence, Timeline};
 use footlight_transport::Setup;
 
-/// Everything that follows from a show's text. It never changes: an edit compiles another.
+/// Everything that follows from a show's text. Immutable: an edit compiles a new value.
 #[derive(Debug)]
 pub struct Compiled {
     /// The model with its curves, and warnings.
     pub version: Version,
-    /// The key settings, made so that none is negative.
+    /// The key settings, none of them negative.
     pub keys: KeySequence,
     pub(super) loaded: Option<Loaded>,
 }
 
 impl Compiled {
-    /// What a renderer is given; `None` where the show has no stage or no view.
+    /// The scene and rig for a renderer; `None` when the show has no stage or no view.
     pub fn setup(&self) -> Option<&Setup> {
         self.loaded.as_ref().map(|loaded| &loaded.setup)
     }
 }
 
-/// A text with its curves, without what its stage needs.
+/// A text with its curves, without data of the stage.
 #[derive(Debug)]
 pub struct Version {
     /// The model.
@@ -56,14 +56,14 @@ impl Version {
         })?)
     }
 
-    /// The text with all that it includes.
+    /// The text including its includes.
     pub fn text(&self) -> String {
         let texts = self.diagnostics.sources.texts();
         texts.collect::<Vec<_>>().join("\n")
     }
 }
 
-/// The model that a text means, with its places and warnings.
+/// The model of a text, with its spans and warnings.
 struct Model {
     show: Show,
     spans: SpanMap,
@@ -91,7 +91,7 @@ fn read(source: Source<'_>) -> Result<Model, Error> {
     }
 }
 
-/// A model with its curves, unless these or its diagnostics have errors.
+/// A model with its curves, or an error if these or its diagnostics have errors.
 fn checked(model: Model) -> Result<Version, Error> {
     let Model {
         show,
@@ -112,16 +112,14 @@ fn checked(model: Model) -> Result<Version, Error> {
     }
 }
 
-/// Compiles a text as a whole, with the files that it names; `old` gives what it still has in
-/// common with them.
+/// Compiles a whole text with the files that it names, reusing what is unchanged from `old`.
 ///
 /// # Errors
-/// [`Error::Show`] with every error of the text, its curves and its files; nothing is kept of such
-/// a text. [`Error::TooManyKeys`].
+/// [`Error::Show`] with every error of the text, its curves and its files; [`Error::TooManyKeys`].
 pub(super) fn compile(source: Source<'_>, old: Option<&Loaded>) -> Result<Compiled, Error> {
     let mut model = read(source)?;
     model.show.look_from(source.view.unwrap_or_default());
-    // All errors in one run: of the files as well as of the curves.
+    // Report all errors in one run, of files as well as curves.
     let loaded = setup::load(&model.show, &model.spans, source, old);
     let (mut loaded, found) = loaded.unwrap_or_else(|errors| (None, errors));
     model.diagnostics.list.extend(found);

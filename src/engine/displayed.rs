@@ -1,8 +1,8 @@
-//! What an error of light shows as.
+//! Converts errors of light to displayed errors.
 //!
-//! An error of a moment is taken to be spread evenly over its picture. It then shows most where the
-//! picture is darkest, as the display's code rises steepest there: at the 99th percentile of the
-//! pixels, with the slope at the 1st percentile of their darkest channels.
+//! The error of a moment is assumed to be spread evenly over its image. It is then most visible
+//! where the image is darkest, because the display's code rises steepest there: the 99th percentile
+//! over the pixels uses the slope at the 1st percentile of their darkest channels.
 
 use super::Error;
 use super::estimate::Estimate;
@@ -11,18 +11,18 @@ use crate::pool::Pool;
 use footlight_picture::Image;
 use footlight_picture::tone;
 
-/// The part of a picture's pixels that are darker than the one that counts.
+/// Share of pixels darker than the one that counts.
 const DARK: f64 = 0.01;
-/// Pixels of a picture that are looked at: few, as every moment's is made.
+/// Sampled pixels of an image: few, because every moment is rendered.
 const LOOKED_AT: usize = 3600;
-/// Numbers that are added up in all; of very many moments fewer pixels are looked at.
+/// Most numbers added up in all; with very many moments, fewer pixels are sampled.
 const MOST: usize = 500_000_000;
-/// Fewer than these would not tell a percentile.
+/// Fewest samples for a percentile.
 const LEAST: usize = 400;
-/// Steps of 255 that an error of all light shows as: the median of the shipped shows.
+/// Steps of 255 for an error of all light: the median of the shipped shows.
 pub(super) const OF_ALL_LIGHT: f64 = 500.0;
 
-/// The largest channels and darkest pixel that count of a moment's picture.
+/// Brightness statistics of a moment's image.
 struct Look {
     /// Root mean square.
     light: f64,
@@ -31,8 +31,7 @@ struct Look {
 }
 
 impl Estimate<'_> {
-    /// Turns moments whose errors count relative to their light into those whose errors count in
-    /// steps of 255 as displayed.
+    /// Converts moments from errors relative to their light to errors in displayed steps of 255.
     ///
     /// # Errors
     /// Cancel; [`Error::Plan`].
@@ -55,7 +54,7 @@ impl Estimate<'_> {
             moment.scale *= steps;
         }
         if pool.is_relative() && largest > 0.0 {
-            // Errors are not spread evenly: the worst moment shows about this.
+            // Errors are not spread evenly; this is the typical value at the worst moment.
             let by = OF_ALL_LIGHT / largest;
             moments.iter_mut().for_each(|m| m.scale *= by);
         }

@@ -1,8 +1,9 @@
-//! A document: a show's text, what it means, and its history.
+//! A document: a show's text, its meaning, and its history.
 //!
 //! Invariants: the text always compiles; an edit compiles the whole new text before anything
-//! changes, so that an error never drops the last good show; what an edit does not touch is kept
-//! (geometry while the stage files are the same). It renders nothing and has no prompt.
+//! changes, so that an error never drops the last good show; an edit keeps everything that it does
+//! not affect (geometry while the stage files are unchanged). A document renders nothing and has no
+//! prompt.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -21,13 +22,13 @@ use footlight_show::timeline::{KeySequence, Timeline};
 use footlight_show::units::Time;
 use footlight_transport::Setup;
 
-/// The largest text that is read, in bytes.
+/// Most bytes of a text.
 pub const TEXT_LIMIT: u64 = 64 << 20;
 
-/// Bytes of earlier texts that `undo` may hold.
+/// Most bytes of earlier texts kept for `undo`.
 const PAST: usize = 64 << 20;
 
-/// A show's text with everything that follows from it, and the edits made to it.
+/// A show's text with everything that follows from it, and its edits.
 ///
 /// ```
 /// use footlight_engine::Document;
@@ -51,35 +52,35 @@ pub struct Document {
     name: String,
     path: Option<PathBuf>,
     text: String,
-    /// The text as it was last read or saved.
+    /// The text as last read or saved.
     saved: String,
-    /// The view to look from, by name; the show's first without it.
+    /// Name of the current view; `None` uses the show's first.
     view: Option<String>,
-    /// Bytes that its stage, images and luminaires may take.
+    /// Most bytes of its stage, images and luminaires.
     memory: usize,
-    /// Counts the texts that meant something else than the one before.
+    /// Incremented when the text changes its meaning.
     revision: u64,
     compiled: Arc<Compiled>,
     past: Vec<String>,
     future: Vec<String>,
 }
 
-/// What an edit came to.
+/// Result of an edit.
 #[derive(Clone, Debug, Default)]
 pub struct Edited {
-    /// The declarations that changed, in order; empty where a whole text was taken.
+    /// The changed declarations, in order; empty when a whole text was replaced.
     pub changes: Vec<Change>,
-    /// The difference to the text before, in order; empty where a whole text was taken.
+    /// The difference to the previous text, in order; empty when a whole text was replaced.
     pub splices: Vec<Splice>,
-    /// Warnings that the text before did not give.
+    /// Warnings that the previous text did not give.
     pub warnings: Diagnostics,
-    /// Files that the show names had changed on disk, and were read again.
+    /// True when files of the show had changed on disk and were read again.
     pub reread: bool,
 }
 
 impl Document {
-    /// A document from its text; `name` is what diagnostics call it. Files that the show names are
-    /// read from `files`.
+    /// Creates a document from its text; `name` appears in diagnostics. Files that the show names
+    /// are read from `files`.
     ///
     /// # Errors
     /// [`Error::Show`] with every error of the text and of the files it names;
@@ -88,7 +89,7 @@ impl Document {
         Document::within(name, text, files, usize::MAX)
     }
 
-    /// Like [`Document::new`], with a stage, images and luminaires of at most `memory` bytes.
+    /// Like [`Document::new`], with a limit of `memory` bytes for stage, images and luminaires.
     ///
     /// # Errors
     /// As [`Document::new`].
@@ -121,7 +122,7 @@ impl Document {
         })
     }
 
-    /// The document in a file, read through `store`.
+    /// Opens the document in a file, read through `store`.
     ///
     /// # Errors
     /// [`Error::File`] when it cannot be read, else as [`Document::new`].
@@ -138,23 +139,23 @@ impl Document {
         Ok(document)
     }
 
-    /// Bytes that its stage, images and luminaires take, about.
+    /// Approximate bytes of its stage, images and luminaires.
     pub(super) fn loaded_bytes(&self) -> usize {
         let loaded = self.compiled.loaded.as_ref();
         loaded.map_or(0, Loaded::bytes)
     }
 
-    /// Sets the bytes that its stage, images and luminaires may take, from the next edit on.
+    /// Sets the limit for stage, images and luminaires, from the next edit on.
     pub(super) fn allow(&mut self, memory: usize) {
         self.memory = memory;
     }
 
-    /// What diagnostics call it.
+    /// Its name in diagnostics.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// The file that it was read from or saved to.
+    /// The file from which it was read or to which it was saved.
     pub fn path(&self) -> Option<&Path> {
         self.path.as_deref()
     }
@@ -164,12 +165,12 @@ impl Document {
         &self.text
     }
 
-    /// The text as it was last read or saved.
+    /// The text as last read or saved.
     pub fn saved_text(&self) -> &str {
         &self.saved
     }
 
-    /// True when the text has edits that were not saved.
+    /// True when the text has unsaved edits.
     pub fn is_unsaved(&self) -> bool {
         self.text != self.saved
     }
@@ -202,13 +203,12 @@ impl Document {
         &self.compiled.keys
     }
 
-    /// What is legal in the show but surely not meant, with the texts that it points into.
+    /// Warnings, with the texts that they point into.
     pub fn diagnostics(&self) -> &Diagnostics {
         &self.compiled.version.diagnostics
     }
 
-    /// The line at which a statement of the show's own file begins, from 1; `None` for those of files
-    /// that it includes.
+    /// Line of a statement in the show's own file, from 1; `None` for statements in included files.
     pub fn line_of(&self, id: NodeId) -> Option<usize> {
         let span = self.compiled.version.spans.get(id)?;
         let before = self.text.as_bytes().get(..span.start as usize)?;
@@ -216,7 +216,7 @@ impl Document {
         (span.file == 0).then_some(lines + 1)
     }
 
-    /// The statement or words that `id` stands for, without a text of its own.
+    /// Label of the statement or words of `id`.
     pub(super) fn place(&self, id: NodeId) -> Option<Label> {
         let span = self.compiled.version.spans.get(id)?;
         Some(Label {
@@ -226,24 +226,23 @@ impl Document {
         })
     }
 
-    /// Everything that follows from the text, to be held while the document changes.
+    /// Everything that follows from the text, for use while the document changes.
     pub fn compiled(&self) -> Arc<Compiled> {
         Arc::clone(&self.compiled)
     }
 
-    /// What a renderer is given; `None` where the show has no stage or no view.
+    /// The scene and rig for a renderer; `None` when the show has no stage or no view.
     pub fn setup(&self) -> Option<&Setup> {
         self.compiled.setup()
     }
 
-    /// What a renderer would be given if the view of this name were looked from; `None` where there is
-    /// none, or it cannot be looked from.
+    /// The setup for the view of this name; `None` when there is none, or it is not usable.
     pub(super) fn setup_from(&self, view: &str) -> Option<Setup> {
         self.compiled.loaded.as_ref()?.setup_from(self.show(), view)
     }
 
-    /// A setup of the show with its heads as fixed lights in these poses, a source for each coordinate of
-    /// [`Show::coordinates`]; without heads as it is.
+    /// A setup with the show's heads as fixed lights in these poses, with a source for each
+    /// coordinate of [`Show::coordinates`]; unchanged without heads.
     pub(super) fn standing(&self, setup: &Setup, poses: &[Pose]) -> Result<Setup, Error> {
         let Some(loaded) = self.compiled.loaded.as_ref().filter(|_| !poses.is_empty()) else {
             return Ok(setup.clone());
@@ -256,25 +255,26 @@ impl Document {
         })
     }
 
-    /// The name of the view that is looked from; `None` when the show has none.
+    /// Name of the current view; `None` when the show has none.
     pub fn view(&self) -> Option<&str> {
         self.show().view().map(|view| view.name.as_str())
     }
 
-    /// The light of each coordinate at a time, behind the dimmers and relative to full: what
-    /// [`Engine::picture_of`](super::Engine::picture_of) takes. Times as in
+    /// The light of each coordinate at a time, after the dimmers and relative to full, as input for
+    /// [`Engine::picture_of`](super::Engine::picture_of). Times as in
     /// [`Engine::levels`](super::Engine::levels).
     pub fn setting(&self, time: Time) -> Vec<f64> {
         self.timeline().evaluate(time)
     }
 
-    /// The poses of heads at home, as their lights are declared.
+    /// The home poses of heads, as declared.
     pub fn home(&self) -> Vec<Pose> {
         let heads = self.show().heads().into_iter();
         heads.map(|(_, head, _)| head.home).collect()
     }
 
-    /// The setting of a bank alone at full, heads in these poses; `fixed` is all fixed lights together.
+    /// The setting of a bank alone at full, with heads in these poses; `fixed` means all fixed
+    /// lights together.
     ///
     /// # Errors
     /// [`Error::NoSuchBank`].
@@ -301,14 +301,14 @@ impl Document {
         Ok(self.timeline().with_bounced(&own, poses))
     }
 
-    /// The tone of some images: the show's own exposure, or one from these.
+    /// Tone for some images: the show's own exposure, or an automatic one for them.
     pub fn tone_of<'i>(&self, images: impl IntoIterator<Item = &'i Image>) -> Tone {
         let own = self.show().preview.exposure;
         let bias = self.show().preview.bias;
         self.tone_at(own.unwrap_or_else(|| tone::auto_exposure(images.into_iter()) + bias))
     }
 
-    /// The show's own curve at an exposure, stops.
+    /// The show's tone curve at an exposure in stops.
     pub fn tone_at(&self, exposure: f64) -> Tone {
         let preview = &self.show().preview;
         Tone {
@@ -317,24 +317,24 @@ impl Document {
         }
     }
 
-    /// Another number whenever the text has come to mean something else.
+    /// A number that changes when the text changes its meaning.
     pub fn revision(&self) -> u64 {
         self.revision
     }
 
-    /// How many edits [`Document::undo`] can take back.
+    /// Number of edits that [`Document::undo`] can revert.
     pub fn edits(&self) -> usize {
         self.past.len()
     }
 
-    /// Makes an edit as the smallest change of the text. A declaration replaces the one of its kind
-    /// and name, or is added at its place.
+    /// Applies an edit as the smallest change of the text. A declaration replaces the one of its
+    /// kind and name, or is added at its place.
     ///
     /// # Errors
-    /// [`Error::Show`]; the document is then as it was.
+    /// [`Error::Show`]; the document is then unchanged.
     pub fn apply(&mut self, edit: &Edit, files: &dyn Files) -> Result<Edited, Error> {
         let edited = edit::apply(&self.text, edit).map_err(|list| {
-            // What was typed is what the places are in.
+            // Places refer to the typed text.
             let typed = match edit {
                 Edit::Declare(text) => text.as_str(),
                 _ => "",
@@ -348,7 +348,7 @@ impl Document {
         Ok(done)
     }
 
-    /// Takes another text as a whole.
+    /// Replaces the whole text.
     ///
     /// # Errors
     /// As [`Document::apply`].
@@ -376,22 +376,22 @@ impl Document {
         }
     }
 
-    /// Looks from the view of this name.
+    /// Makes the view of this name current.
     ///
     /// # Errors
     /// [`Error::NoSuchView`]; as [`Document::new`] when a file that the show names has become
-    /// unreadable. Nothing has changed then.
+    /// unreadable. The document is then unchanged.
     pub(super) fn look_from(&mut self, name: &str, files: &dyn Files) -> Result<Edited, Error> {
         self.check_view(name)?;
         let text = self.text.clone();
         self.compile(&text, Some(name.to_owned()), files)
     }
 
-    /// Takes the last edit back.
+    /// Reverts the last edit.
     ///
     /// # Errors
-    /// [`Error::NothingToUndo`]; [`Error::Show`] where the earlier text does not compile any more,
-    /// because files changed. The document is then as it was.
+    /// [`Error::NothingToUndo`]; [`Error::Show`] when the earlier text no longer compiles, because
+    /// files changed. The document is then unchanged.
     pub fn undo(&mut self, files: &dyn Files) -> Result<Edited, Error> {
         let text = self.past.last().ok_or(Error::NothingToUndo)?.clone();
         let done = self.compile(&text, self.view.clone(), files)?;
@@ -400,7 +400,7 @@ impl Document {
         Ok(done)
     }
 
-    /// Makes the edit again that was taken back last.
+    /// Applies the last reverted edit again.
     ///
     /// # Errors
     /// [`Error::NothingToRedo`], else as [`Document::undo`].
@@ -412,7 +412,7 @@ impl Document {
         Ok(done)
     }
 
-    /// Brings the text into its canonical layout; false where it had it already.
+    /// Formats the text in its canonical layout; false if nothing changed.
     ///
     /// # Errors
     /// [`Error::Show`].
@@ -425,8 +425,8 @@ impl Document {
         Ok(changes)
     }
 
-    /// Writes the text to `path`. Its own file is replaced only when it still holds what was read
-    /// from it, another one never.
+    /// Writes the text to `path`. The document's own file is replaced only if its content is still
+    /// as read, another existing file never.
     ///
     /// # Errors
     /// [`Error::ChangedOnDisk`], [`Error::FileExists`], [`Error::File`].
@@ -449,13 +449,13 @@ impl Document {
         Ok(())
     }
 
-    /// True for the show's own file and those that it was read from.
+    /// True for the show's own file and the files that it reads.
     pub fn reads(&self, path: &Path, files: &dyn Files) -> bool {
         let own = self.path.as_deref();
         own.is_some_and(|own| files::is_same(own, path)) || files.has_read(path)
     }
 
-    /// The text becomes another that was compiled already; `undo` has the old one.
+    /// Replaces the text by one already compiled; `undo` restores the old one.
     fn change_text(&mut self, text: String) {
         self.past.push(std::mem::replace(&mut self.text, text));
         self.future.clear();
@@ -465,14 +465,13 @@ impl Document {
         }
     }
 
-    /// Forgets what `undo` and `redo` would bring back.
+    /// Clears the history of `undo` and `redo`.
     pub fn forget_history(&mut self) {
         self.past.clear();
         self.future.clear();
     }
 
-    /// Takes over what a text means, looked at from a view. Files that changed on disk are read
-    /// again.
+    /// Compiles a text for a view. Files that changed on disk are read again.
     fn compile(
         &mut self,
         text: &str,
@@ -506,10 +505,10 @@ impl Document {
     }
 }
 
-/// The text of a show's file.
+/// Decodes a show's file.
 ///
 /// # Errors
-/// [`Error::Show`] when it is no text, or too large.
+/// [`Error::Show`] when it is not text, or too large.
 pub fn decode(name: &str, bytes: &[u8]) -> Result<String, Error> {
     lang::decode(name, bytes).map_err(|diagnostic| {
         Error::Show(Diagnostics {
@@ -519,7 +518,7 @@ pub fn decode(name: &str, bytes: &[u8]) -> Result<String, Error> {
     })
 }
 
-/// The canonical layout of a text.
+/// Formats a text in its canonical layout.
 ///
 /// # Errors
 /// [`Error::Show`] when it does not parse.

@@ -1,5 +1,4 @@
-//! What can go wrong in the engine, as values that a caller can match on; in words it says the way out
-//! that can be typed at the prompt.
+//! Errors of the engine, as values for callers; their messages name the line to type at the prompt.
 
 use std::path::PathBuf;
 
@@ -17,7 +16,7 @@ use footlight_show::units::{CueNumber, Time};
 use footlight_stage::stage_file::SceneError;
 use footlight_transport::TransportError;
 
-/// Why a call of the engine failed. Nothing has changed then, but that finished images are kept.
+/// Error of an engine call. State is unchanged, except that finished images are kept.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
     /// The show, its stage files or an edit has errors; [`Diagnostics::render`] writes them.
@@ -26,23 +25,23 @@ pub enum Error {
     /// A stage's file cannot be read.
     #[error("{0}")]
     Stage(#[from] SceneError),
-    /// The show has more key settings than memory is meant for.
+    /// The show has more key settings than the limit.
     #[error("{0}: make fewer cues of fewer banks")]
     TooManyKeys(#[from] TooManyKeys),
-    /// The show has no stage, or no view to look at it from.
+    /// The show has no stage or no view.
     #[error("{NO_SETUP}")]
     NoSetup,
     /// No coarse image is rendered yet; see [`Engine::coarse`](super::Engine::coarse).
     #[error("{NO_SETUP}")]
     NotRendered,
-    /// The background is still rendering the images that are needed; see
+    /// The background is still rendering the images needed; see
     /// [`Host::impatient`](super::Host::impatient).
     #[error(
         "the first pictures are still being rendered: `status` shows how far they are, `wait` waits \
          for them, `stop now` gives them up"
     )]
     NotYet,
-    /// Memory does not hold the key images, without which nothing plays.
+    /// Memory does not hold the key images, which playback needs.
     #[error("{}; {}", .0.needs(), .0.remedy())]
     KeyImages(ManyKeys),
     /// The show has no bank.
@@ -51,19 +50,19 @@ pub enum Error {
     /// There is no bank of this name.
     #[error("{}", no_bank(name, *fixed, known))]
     NoSuchBank {
-        /// What was asked for.
+        /// The name requested.
         name: String,
-        /// Whether it names fixed lights, which are lit all together.
+        /// True when it names one of the fixed lights, which are lit all together.
         fixed: bool,
-        /// The names there are.
+        /// The existing names.
         known: Vec<String>,
     },
     /// There is no view of this name.
     #[error("{}", no_view(name, known))]
     NoSuchView {
-        /// What was asked for.
+        /// The name requested.
         name: String,
-        /// The names there are.
+        /// The existing names.
         known: Vec<String>,
     },
     /// There is no cue of this number.
@@ -78,57 +77,57 @@ pub enum Error {
     /// The show has no cue.
     #[error("the show has no cue")]
     NoCues,
-    /// The last cue has run: nothing follows it.
+    /// The last cue has run.
     #[error("the last cue has run: `back`, or `goto` a cue")]
     LastCue,
-    /// No cue stands before the current one.
+    /// The current cue is the first.
     #[error("there is no cue before this")]
     FirstCue,
     /// A time outside the show.
     #[error("{time} is outside the show, which runs from {start} to {end}")]
     OutsideShow {
-        /// What was asked for.
+        /// The time requested.
         time: Time,
-        /// Where the show begins.
+        /// Start of the show.
         start: Time,
-        /// Where it ends.
+        /// End of the show.
         end: Time,
     },
     /// Moves that set no level.
     #[error("that sets no level: `set lamps 40`")]
     NoLevels,
-    /// Levels to try were read before an edit, and may belong to other banks now.
+    /// Levels to try were read before an edit and may now belong to other banks.
     #[error("the levels were read before an edit")]
     StaleMoves,
-    /// No level is being tried, so that none can be recorded.
+    /// No level is being tried that could be recorded.
     #[error("nothing is being tried; `set lamps 40` first, then `record 2.5 \"Label\"`")]
     NothingTried,
     /// There are no blind edits to keep or to drop.
     #[error("there are no blind edits")]
     NoBlindEdits,
-    /// Blind edits are neither kept nor dropped yet.
+    /// Blind edits have to be kept or dropped first.
     #[error(
         "there are blind edits and nothing was written: `record` keeps them, `blind off` drops them; \
          then save"
     )]
     BlindEdits,
-    /// There is no edit to take back.
+    /// There is no edit to revert.
     #[error("there is nothing to undo")]
     NothingToUndo,
-    /// There is no edit to make again.
+    /// There is no reverted edit.
     #[error("there is nothing to redo")]
     NothingToRedo,
-    /// The document has no file of its own yet.
+    /// The document has no file yet.
     #[error("the show has no file yet; say `save NAME.lxq`")]
     NoFile,
-    /// The show's file holds something else than what was read or saved last.
+    /// The show's file changed since it was last read or saved.
     #[error(
         "{} changed on disk since it was read; nothing was written. `save OTHER.lxq` keeps your edits \
          beside it",
         .0.display()
     )]
     ChangedOnDisk(PathBuf),
-    /// Another file is there already.
+    /// Another file exists.
     #[error("{} exists already and was not written; choose another name", .0.display())]
     FileExists(PathBuf),
     /// A refinement runs in the background already.
@@ -137,14 +136,13 @@ pub enum Error {
     /// The host runs nothing in the background.
     #[error("nothing can run in the background here; say it without `&`")]
     NoBackground,
-    /// A background task ended without giving its images back.
+    /// A background task ended without a result.
     #[error("the rendering broke off")]
     TaskLost,
     /// A file could not be read or written.
     #[error("{}", file(.0))]
     File(#[from] FileError),
-    /// The operator could not prepare or render; never its cancel, which is
-    /// [`Error::Cancelled`].
+    /// The operator could not prepare or render; cancellation is [`Error::Cancelled`].
     #[error(transparent)]
     Render(TransportError),
     /// An image could not be made or read.
@@ -153,19 +151,19 @@ pub enum Error {
     /// A reference image is missing or does not fit.
     #[error(transparent)]
     Reference(#[from] ReferenceError),
-    /// No levels come near to what is asked for.
+    /// No levels come near the target.
     #[error(transparent)]
     Solve(#[from] crate::solve::SolveError),
     /// A decomposition failed its own verification.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// The operator does not name the version of its images, so that they could not be told apart.
+    /// The operator gives no version of its images, so that they could not be told apart.
     #[error(
         "the renderer's pictures have no version, so that no two machines can tell whether theirs are \
          alike: name one with `--renderer-version`"
     )]
     NoVersion,
-    /// Images are kept in memory only.
+    /// Images are kept only in memory.
     #[error("pictures are stored nowhere: `--pool DIR` names a folder that all machines share")]
     NoPool,
     /// The images of a list do not fit into the pool's folder.
@@ -181,38 +179,38 @@ pub enum Error {
         /// Bytes allowed.
         limit: u64,
     },
-    /// A list of tasks cannot be read, or is of another form.
+    /// A list of tasks is unreadable, or has another format.
     #[error("`{}` is no list of tasks: {fault}", path.display())]
     NotTasks {
         /// Its file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The fault.
         fault: TaskFault,
     },
-    /// A list of tasks was made with another operator or for another scene.
+    /// A list of tasks was made for another operator or scene.
     #[error(
         "the tasks are for another {what} ({listed}) than there is here ({here}): nothing was \
          rendered; write them again with `plan --tasks`, with the program and the files that the \
          workers have"
     )]
     OtherTasks {
-        /// What differs.
+        /// The kind of difference.
         what: &'static str,
-        /// What the list says.
+        /// The list's value.
         listed: String,
-        /// What it is here.
+        /// The value here.
         here: String,
     },
-    /// An image that was rendered could not be stored.
+    /// A rendered image could not be stored.
     #[error("the image was not stored: {0}")]
     NotStored(String),
-    /// A farm did not do what it was told.
+    /// A farm failed.
     #[error("{0}")]
     Farm(String),
-    /// The embedding program asked to stop.
+    /// The embedding program cancelled.
     #[error("stopped; every picture that was finished for the pool is kept")]
     Cancelled(#[from] Cancelled),
-    /// The call took as long as [`Host::time`](super::Host::time) allows.
+    /// The call reached the limit [`Host::time`](super::Host::time).
     #[error(
         "stopped after {seconds} s, the limit of time; every picture that was finished is kept, and the \
          same again goes on from there (or give it more time: `--time-limit`)"
@@ -223,12 +221,12 @@ pub enum Error {
     },
 }
 
-/// Names what is missing where there is nothing to render.
+/// The missing parts of a show that cannot be rendered.
 const NO_SETUP: &str = "the show has no stage (or surfaces of its own) or no view to render; add \
     them, such as\n  stage \"set.obj\"\n  view house from 0, -12, 1.7 to 0, 0, 2 fov 28 size 640x360";
 
 impl ManyKeys {
-    /// Key images that memory does not hold.
+    /// Key images beyond the memory.
     pub fn needs(&self) -> String {
         format!(
             "to play, the show needs {} key images ({} MB), and {} MB are allowed",
@@ -238,7 +236,7 @@ impl ManyKeys {
         )
     }
 
-    /// Names the way to fewer or smaller ones.
+    /// Ways to fewer or smaller key images.
     pub fn remedy(&self) -> String {
         const NAMED: usize = 4;
         let memory = "a view of a smaller `size` needs less, `--memory MB` allows more";
@@ -303,57 +301,57 @@ fn no_bank(name: &str, fixed: bool, known: &[String]) -> String {
     format!("there is no bank `{name}`: {hint}")
 }
 
-/// What is wrong with a list of tasks.
+/// Fault in a list of tasks.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TaskFault {
-    /// It is not JSON of the form.
+    /// It is not JSON of this format.
     #[error("{0}")]
     Form(String),
-    /// It is of another version of the form than that which is read.
+    /// It has another version of the format (found, expected).
     #[error("its schema is {0}, this program reads {1}")]
     Schema(u32, u32),
-    /// The scene is no address.
+    /// The scene is not an address.
     #[error("its scene is no address")]
     Scene,
     /// Tasks are not numbered from 1.
     #[error("task {0} has another number")]
     Number(usize),
-    /// A task's picture is no address.
+    /// A task's image is not an address.
     #[error("the picture of task {0} is no address")]
     Picture(usize),
-    /// A task's setting has another length than the coordinates, or is not finite.
+    /// A task's setting does not fit the coordinates, or is not finite.
     #[error("the setting of task {0} does not fit the coordinates")]
     Setting(usize),
 }
 
-/// Why a reference cannot be used.
+/// Reason why a reference cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ReferenceError {
-    /// Neither the picture nor both halves are there.
+    /// Neither the image nor both halves exist.
     #[error(
         "`{}` has no reference for {}: it needs {bank}.exr, or both {bank}_A.exr and \
          {bank}_B.exr; it has {}",
         folder.display(), some(missing, "no bank"), some(files, "no .exr file")
     )]
     Missing {
-        /// Where they were looked for.
+        /// The folder searched.
         folder: PathBuf,
         /// The first bank without one.
         bank: String,
-        /// All of them.
+        /// All missing banks.
         missing: Vec<String>,
-        /// The .exr files that are there.
+        /// The existing .exr files.
         files: Vec<String>,
     },
-    /// It is no picture.
+    /// It is not an image.
     #[error("`{}`: {source}", path.display())]
     Picture {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The reader's error.
         source: PictureError,
     },
-    /// It has another size than the view.
+    /// Its size differs from the view's.
     #[error(
         "`{}` is {}x{}, the show's view is {}x{}; give the view that size",
         path.display(), found.0, found.1, expected.0, expected.1
@@ -371,7 +369,7 @@ pub enum ReferenceError {
     File(#[from] FileError),
 }
 
-/// The first names of a list, and how many more there are.
+/// The first names of a list, and the number of others.
 fn some(names: &[String], none: &str) -> String {
     const SHOWN: usize = 12;
     let shown = names.get(..SHOWN).unwrap_or(names);

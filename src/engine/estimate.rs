@@ -1,5 +1,5 @@
-//! What is known of the images from one view, without rendering: the ground of plan, forecast and
-//! the choice of a way.
+//! Estimates about the images of a view, without rendering: the basis for plan, forecast and choice
+//! of method.
 
 use super::Error;
 use super::displayed::OF_ALL_LIGHT;
@@ -12,24 +12,23 @@ use crate::pool::Pool;
 use footlight_show::units::ErrorUnit;
 use footlight_transport::{Cost, Quality, Transport as _};
 
-/// Times the usual effort of a measurement, at most.
+/// Largest multiple of the usual effort of a measurement.
 const MOST_EFFORT: usize = 256;
 
-/// A document and its images as they stand, looked at from one view. Its answers are functions of
-/// these and change nothing.
+/// Estimates about a document and its images, for one view. All answers are pure functions.
 #[derive(Clone, Copy)]
 pub struct Estimate<'e> {
     pub(super) document: &'e Document,
     pub(super) host: &'e Host,
     pub(super) images: &'e Images,
-    /// `None` where the view cannot be looked from.
+    /// `None` when the view is not usable.
     pub(super) of_view: Option<&'e ViewImages>,
-    /// How images are chosen.
+    /// The method for choosing images.
     pub(super) way: Way,
 }
 
 impl<'e> Estimate<'e> {
-    /// For a refinement, from its own view and by its own way.
+    /// Estimates for a refinement, with its own view and method.
     pub(super) fn new(
         document: &'e Document,
         host: &'e Host,
@@ -57,24 +56,24 @@ impl<'e> Estimate<'e> {
         self.of_view.map(|of_view| &of_view.rendering)
     }
 
-    /// Coarse and refined images, once there are any.
+    /// Coarse and refined images, if there are any.
     pub fn pool(&self) -> Option<&'e Pool> {
         self.known_rendering().and_then(|r| r.pool.as_ref())
     }
 
-    /// The pool, which must have been rendered.
+    /// The pool, if it was rendered.
     pub(super) fn rendered(&self) -> Result<&'e Pool, Error> {
         self.rendering()?.pool.as_ref().ok_or(Error::NotRendered)
     }
 
-    /// True where the pool is yet to be made, of other images than it has.
+    /// True when the pool must be made, of other images than it has.
     pub(super) fn is_pool_due(&self) -> bool {
         let base = self.coarse_steps();
         let rendering = self.known_rendering();
         rendering.is_some_and(|r| r.pool.is_none() || r.pool_base != Some(base))
     }
 
-    /// Number of refined images that serve the show.
+    /// Number of refined images that the show can use.
     pub fn refined(&self) -> usize {
         let least = self.least_refined();
         self.known_rendering()
@@ -86,21 +85,22 @@ impl<'e> Estimate<'e> {
         self.of_view.map_or(&[], |of_view| &of_view.steps)
     }
 
-    /// The two steps of quality at which sources are rendered alone, ascending; equal where one step
-    /// is enough. Images of the second serve as coarse ones; their difference from the first
-    /// estimates the error. What the show asks for unless another step was the cheaper way.
+    /// The two quality steps for rendering sources alone, ascending; equal when one step is enough.
+    /// The images of the second are the coarse images; their difference from the first estimates
+    /// the error. These are the show's steps unless another one was cheaper.
     pub fn coarse_steps(&self) -> [Quality; 2] {
         let chosen = self.known_rendering().and_then(|r| r.base);
         chosen.unwrap_or_else(|| self.coarse_pair())
     }
 
-    /// The two steps of quality that the show asks for.
+    /// The two quality steps of the show's settings.
     pub(super) fn coarse_pair(&self) -> [Quality; 2] {
         self.coarse_pair_at(self.document.show().preview.coarse)
     }
 
-    /// The step `coarse`, clamped to the scale, and the next finer one where only the difference of two
-    /// shows their error: the operator states none, or its images have noise.
+    /// The step `coarse`, clamped to the scale, and the next finer one if errors can only be
+    /// estimated from the difference of two steps: the operator states none, or its images have
+    /// noise.
     pub(super) fn coarse_pair_at(&self, coarse: u8) -> [Quality; 2] {
         let finest = self.finest().0;
         let cheap = coarse.clamp(1, finest);
@@ -109,28 +109,28 @@ impl<'e> Estimate<'e> {
         [cheap, cheap.saturating_add(u8::from(is_pair)).min(finest)].map(Quality)
     }
 
-    /// The finest step of the scale that the show's lights are rendered on.
+    /// The finest step of the operator's scale for these lights.
     pub fn finest(&self) -> Quality {
         let renderer = self.host.renderer.as_ref();
         self.known_rendering()
             .map_or_else(|| renderer.finest(), |r| r.finest(renderer))
     }
 
-    /// The coarsest step known not to fit into the memory, if there is one.
+    /// The coarsest step known to exceed the memory, if any.
     pub(super) fn too_large(&self) -> Option<TooLarge> {
         self.known_rendering()?.too_large
     }
 
-    /// The finest step that is not known to need more memory than there is.
+    /// The finest step not known to exceed the memory.
     pub(super) fn finest_that_fits(&self) -> Quality {
         let below = |large: TooLarge| Quality(large.quality.0 - 1);
         self.too_large()
             .map_or(self.finest(), |large| below(large).min(self.finest()))
     }
 
-    /// The step of quality of refined images: what the show asks for, or a finer one where the
-    /// difference of two coarse steps estimates errors. An image at one of these two would say nothing
-    /// of their error.
+    /// The quality step of refined images: the show's, or a finer one when errors are estimated
+    /// from the difference of two coarse steps. An image at one of these two would not tell their
+    /// error.
     pub fn refined_step(&self) -> Quality {
         let preview = &self.document.show().preview;
         self.refined_step_at(preview.coarse, preview.refined)
@@ -142,19 +142,18 @@ impl<'e> Estimate<'e> {
         Quality(refined.max(least).min(self.finest().0))
     }
 
-    /// The least step of quality of refined images that serve.
+    /// The least quality step of a usable refined image.
     pub(super) fn least_refined(&self) -> Quality {
         self.refined_step().max(self.coarse_steps()[1])
     }
 
-    /// True when the first images are as good as any: the scale has one step, so that nothing is
-    /// left to refine. So it is where every bank is an image.
+    /// True when coarse images are final because the scale has one step, for example when every
+    /// bank is an image.
     pub fn is_final(&self) -> bool {
         self.of_view.is_some() && self.finest() == Quality(1)
     }
 
-    /// The error of images of a step, as measured or as they usually are; `None` where the operator
-    /// knows nothing of it.
+    /// The error of images of a step, measured or typical; `None` if the operator gives none.
     pub(super) fn step_error(&self, quality: Quality, unit: ErrorUnit) -> Option<f64> {
         let renderer = self.host.renderer.as_ref();
         let of_light = self.known_rendering()?.step_error(renderer, quality)?;
@@ -164,12 +163,12 @@ impl<'e> Estimate<'e> {
         })
     }
 
-    /// True where more may be rendered for a goal than the images of sources alone that are there.
+    /// True when a goal may need more images than the existing ones of single sources.
     pub fn may_refine(&self, goal: &Goal) -> bool {
         !self.is_final() && (self.is_measuring_due(goal) || !goal.asks_for_a_way())
     }
 
-    /// True where images are measured on the way to a goal, the coarse ones first.
+    /// True when images are measured on the way to a goal, the coarse ones first.
     pub fn measures(&self, goal: &Goal) -> bool {
         let renderer = self.host.renderer.as_ref();
         let known = self.known_rendering();
@@ -178,8 +177,8 @@ impl<'e> Estimate<'e> {
             && known.is_some_and(|r| renderer.is_measurable(&r.setup))
     }
 
-    /// True where the images of sources alone are there, and what they are off by is yet to be measured, or
-    /// so uncertain that another measurement is worth its time.
+    /// True when images of single sources exist whose error is not measured yet, or so uncertain
+    /// that another measurement is worth its time.
     pub(super) fn is_measuring_due(&self, goal: &Goal) -> bool {
         let (known, step) = (self.known_rendering(), self.coarse_steps()[1]);
         let is_due = |rendering: &SetupImages| {
@@ -189,8 +188,8 @@ impl<'e> Estimate<'e> {
         self.measures(goal) && !self.is_pool_due() && known.is_some_and(is_due)
     }
 
-    /// True where four times the effort may decide if an error is within a goal, in a quarter of the time
-    /// that the way takes that is taken otherwise, or a fifth of what these images took.
+    /// True when four times the effort may decide if the error is within a goal, for less than a
+    /// quarter of the time of the alternative, or a fifth of the time of these images.
     fn is_worth_more(&self, rendering: &SetupImages, of: &MeasuredShow, goal: &Goal) -> bool {
         let until = goal.until.filter(|until| until.unit == ErrorUnit::Light);
         let (Some(until), Some(doubtful)) = (until, of.doubtful()) else {
@@ -207,7 +206,7 @@ impl<'e> Estimate<'e> {
         is_in_doubt && of.effort < MOST_EFFORT && 2.0 * of.seconds < worth
     }
 
-    /// Samples a pixel at a step of an operator with noise.
+    /// Samples per pixel at a step of an operator with noise.
     pub(super) fn samples(&self, quality: Quality) -> Option<f64> {
         let renderer = self.host.renderer.as_ref();
         self.known_rendering()?.layered(renderer).samples(quality)

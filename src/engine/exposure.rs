@@ -1,10 +1,10 @@
-//! The automatic exposure of a sequence, found again after an edit from what the edit changed.
+//! The automatic exposure of a sequence, updated incrementally after an edit.
 //!
 //! It follows from the bright light of every key image ([`tone::auto_exposure`]), of which only
-//! some pixels are looked at. A preview of these pixels alone is the same to the bit as the same
-//! pixels of a whole preview, and costs a sixteenth at 640x360; keys whose setting is known from
-//! before the edit cost nothing. So images, sequences and pages are exposed alike, and an image
-//! after an edit waits for no key image.
+//! some pixels are sampled. Blending only these pixels gives the bits of the full image's pixels at
+//! a sixteenth of the cost at 640x360; keys whose setting is unchanged by an edit cost nothing. So
+//! images, sequences and pages share one exposure, and an image after an edit waits for no key
+//! image.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -16,12 +16,12 @@ use footlight_picture::Image;
 use footlight_picture::tone::{self, Tone};
 use footlight_show::timeline::KeySequence;
 
-/// Key images that the exposure is found from; a show with effects has thousands, mostly alike.
+/// Most key images sampled; a show with effects has thousands, mostly alike.
 const MOST_KEYS: usize = 500;
 
-/// What is known of the key images of one pool.
+/// Brightness of the key images of one pool.
 struct Brightness {
-    /// The pool's images, to recognise it; being held here, no other can take their place.
+    /// The pool's images, which identify it; holding them here prevents reuse of their addresses.
     pictures: Vec<Arc<Image>>,
     thin: Pool,
     /// Bright light by the bits of a key's setting.
@@ -45,17 +45,17 @@ impl Brightness {
     }
 }
 
-/// The exposure of a sequence, and what finding it again takes.
+/// The exposure of a sequence, with data for its update.
 #[derive(Default)]
 pub(super) struct Exposure {
-    /// In stops, with the number of refined images that it was found with.
+    /// In stops, with the number of refined images at that time.
     found: Option<(f64, usize)>,
-    /// How bright each key is, from before the last edit.
+    /// Brightness of each key before the last edit.
     brightness: Option<Brightness>,
 }
 
 impl Exposure {
-    /// Lets go of the exposure, but not of what an edit left of its keys.
+    /// Drops the exposure, but keeps the brightness of keys.
     pub fn expire(&mut self) {
         self.found = None;
     }
@@ -63,7 +63,7 @@ impl Exposure {
 
 impl Engine {
     /// One tone for the whole sequence, so that images of different moments compare: the show's own
-    /// exposure, or one from all key images.
+    /// exposure, or an automatic one from all key images.
     ///
     /// # Errors
     /// As [`Engine::coarse`].
@@ -82,7 +82,7 @@ impl Engine {
         Ok(self.document.tone_at(exposure))
     }
 
-    /// The exposure, in stops, of the whole sequence as the pool shows it.
+    /// The automatic exposure, in stops, of the whole sequence with the current pool.
     fn auto_exposure(&mut self) -> Result<f64, Error> {
         self.coarse()?;
         if let Some(heads) = self.heads() {
@@ -118,7 +118,7 @@ impl Engine {
     }
 }
 
-/// The [`MOST_KEYS`] keys that are brightest by the sum of their banks' bright light.
+/// The [`MOST_KEYS`] brightest keys by the sum of their banks' bright light.
 fn brightest<'k>(
     keys: &'k KeySequence,
     thin: &Pool,

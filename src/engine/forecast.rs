@@ -1,7 +1,7 @@
-//! What the next refined images cost, and what they bring.
+//! Forecast of cost and benefit of the next refined images.
 //!
-//! Seconds are the operator's own prediction, scaled by how long the last rendering took against its
-//! prediction.
+//! Seconds are the operator's prediction, scaled by the ratio of time to prediction in the last
+//! rendering.
 
 use serde::Serialize;
 
@@ -12,50 +12,51 @@ use crate::pool::{Pool, Stated};
 use footlight_show::units::ErrorUnit;
 use footlight_transport::{Cost, Transport as _};
 
-/// An image that could be refined next.
+/// A candidate for refinement.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct NextImage {
-    /// What is to be rendered: one number for each coordinate.
+    /// Its setting: one number for each coordinate.
     pub setting: Vec<f64>,
-    /// Predicted seconds, once those before it are rendered; none where it is `stored`.
+    /// Predicted seconds, once those before it are rendered; none if it is `stored`.
     pub seconds: f64,
-    /// Whether it is at hand, in memory or in the store, or a sum of what is.
+    /// True when it exists in memory or in the store, or is a sum of existing images.
     pub stored: bool,
     /// Predicted error of the sequence after it and those before it, relative.
     pub error: f64,
 }
 
-/// What refinement has before it.
+/// Forecast of a refinement.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Forecast {
-    /// The step of quality that refined images are rendered at.
+    /// Quality step of refined images.
     pub quality: u8,
-    /// Predicted error of the sequence as the pool stands, relative.
+    /// Predicted error of the sequence with the current pool, relative.
     pub error: f64,
-    /// The most useful first; none when nothing is left to improve.
+    /// The next images, the most useful first; empty when nothing is left to improve.
     pub steps: Vec<NextImage>,
-    /// Whether errors rest on what the operator states.
+    /// True when errors rest on the operator's statement.
     #[serde(skip)]
     pub is_stated: bool,
 }
 
-/// Settings that are left to refine, each with the error after it.
+/// Remaining settings to refine, each with the error after it.
 pub(super) type Ahead = Vec<(Vec<f64>, f64)>;
 
 impl Estimate<'_> {
-    /// What refinement has before it: for each next image its setting, the seconds that it is
-    /// predicted to take and the error that it is predicted to leave.
+    /// Forecast of refinement: setting, predicted seconds and predicted remaining error of each
+    /// next image.
     ///
     /// # Errors
-    /// [`Error::NotRendered`] before the coarse images are rendered ([`Engine::coarse`](crate::Engine::coarse)).
+    /// [`Error::NotRendered`] before the coarse images are rendered
+    /// ([`Engine::coarse`](crate::Engine::coarse)).
     pub fn forecast(&self) -> Result<Forecast, Error> {
         self.rendered()?;
         let forecast = self.forecast_by(ErrorUnit::Light)?;
         forecast.ok_or(Error::NotRendered)
     }
 
-    /// Gives the forecast with errors in a unit. Before there are images it follows from the levels and what the
-    /// operator states; `None` where it states nothing.
+    /// Like [`Estimate::forecast`] with errors in a given unit. Before there are images it follows
+    /// from the levels and the operator's stated error; `None` without one.
     pub(super) fn forecast_by(&self, unit: ErrorUnit) -> Result<Option<Forecast>, Error> {
         let rendering = self.rendering()?;
         let quality = self.refined_step();
@@ -103,7 +104,7 @@ impl Estimate<'_> {
         }))
     }
 
-    /// Settings that are left to refine on the images that are there.
+    /// Remaining settings to refine, based on the existing images.
     fn next_images(&self, pool: &Pool, unit: ErrorUnit) -> Result<Ahead, Error> {
         let is_as_fine = pool.is_stated() && self.coarse_steps()[1] >= self.refined_step();
         let fits = self.refined_step() <= self.finest_that_fits();
@@ -118,8 +119,8 @@ impl Estimate<'_> {
         Ok(settings.into_iter().zip(errors).collect())
     }
 
-    /// Settings to refine before there is any image, as levels alone order them, and the error of the
-    /// coarse images as it is stated.
+    /// Settings to refine before there is any image, ordered by levels alone, and the stated error
+    /// of the coarse images.
     pub(super) fn next_unseen(&self, unit: ErrorUnit) -> Result<Option<(f64, Ahead)>, Error> {
         let ([_, fine], step) = (self.coarse_pair(), self.refined_step());
         let (Some(coarse), Some(refined)) =
@@ -143,7 +144,8 @@ impl Estimate<'_> {
         Ok(Some((coarse, settings.into_iter().zip(errors).collect())))
     }
 
-    /// Seconds that a unit of the operator's cost takes here now, by the operator's own small task.
+    /// Seconds per unit of the operator's cost on this machine now, from the operator's own small
+    /// task.
     pub(super) fn measure_pace(&self) -> Result<f64, Error> {
         let rendering = self.rendering()?;
         let operator = rendering.layered(self.host.renderer.as_ref());
@@ -151,8 +153,8 @@ impl Estimate<'_> {
     }
 }
 
-/// Prices mixtures one after the other, in the operator's units: the first one prepares the step, and each
-/// pays for the sources that none before it has lit.
+/// Prices mixtures one after the other, in the operator's units: the first one includes preparing
+/// the step, and each the sources first lit by it.
 pub(super) struct Price {
     cost: Cost,
     lit: Vec<bool>,
@@ -166,7 +168,7 @@ impl Price {
         }
     }
 
-    /// Marks the sources that a setting lights and counts those that were dark before.
+    /// Marks the sources that a setting lights and counts the new ones.
     fn light(&mut self, setting: &[f64]) -> usize {
         let pairs = self.lit.iter_mut().zip(setting);
         let fresh = pairs.filter(|(lit, s)| !**lit && **s != 0.0);
@@ -219,7 +221,7 @@ mod tests {
     fn an_error_needs_the_images_until_it_is_confirmed() {
         let images = |error, refined| Mixtures::of(&forecast(0.1), &until(error), refined).images;
         assert_eq!(images(0.04, 2), 5);
-        // An error that is not confirmed takes the images that confirm it.
+        // An unconfirmed error costs the images that confirm it.
         assert_eq!(images(0.9, 0), 2);
         let nothing = Forecast {
             steps: Vec::new(),

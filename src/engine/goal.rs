@@ -1,14 +1,14 @@
-//! What refinement is asked for, and what it came to: plain values.
+//! Goals and results of refinement: plain values.
 
 use footlight_show::units::{ErrorUnit, Time, Tolerance};
 use footlight_transport::Quality;
 use serde::Serialize;
 
-/// How a sequence becomes good enough.
+/// Method for reaching a sufficient quality.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Way {
-    /// Whichever is predicted to take the fewest seconds.
+    /// The method with the fewest predicted seconds.
     #[default]
     Auto,
     /// Coarse images, and mixtures in the order of the plan (Dorsey, Arvo and Greenberg 1995).
@@ -18,10 +18,10 @@ pub enum Way {
 }
 
 impl Way {
-    /// All of them.
+    /// All methods.
     pub const ALL: [Way; 3] = [Way::Auto, Way::Paper, Way::Alone];
 
-    /// As options and reports write it.
+    /// Its name in options and reports.
     pub fn name(self) -> &'static str {
         match self {
             Way::Auto => "auto",
@@ -31,20 +31,21 @@ impl Way {
     }
 }
 
-/// When to stop refining; the first of these that is met ends it, and so does the end of the plan.
+/// Conditions for the end of refinement; the first one met ends it, and so does the end of the
+/// plan.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Goal {
     /// Predicted error of the worst moment.
     pub until: Option<Tolerance>,
     /// Number of images to render now.
     pub count: Option<usize>,
-    /// Seconds to spend now; an image that is begun is finished, one that is not predicted to fit
-    /// is not begun, but for the first.
+    /// Seconds to spend now. An image that was begun is finished; an image that is not predicted to
+    /// fit is not begun, except the first.
     pub budget: Option<f64>,
 }
 
 impl Goal {
-    /// A number of images.
+    /// A goal of a number of images.
     pub fn count(count: usize) -> Goal {
         Goal {
             count: Some(count),
@@ -52,8 +53,8 @@ impl Goal {
         }
     }
 
-    /// An error of the worst moment, as a plain number relative (0.02 = 2 %); 0 refines to the end
-    /// of the plan.
+    /// A goal of an error at the worst moment, relative if a plain number (0.02 = 2 %); 0 refines
+    /// to the end of the plan.
     pub fn until(error: impl Into<Tolerance>) -> Goal {
         Goal {
             until: Some(error.into()),
@@ -61,18 +62,18 @@ impl Goal {
         }
     }
 
-    /// What its error is measured in.
+    /// Unit of its error.
     pub fn unit(&self) -> ErrorUnit {
         self.until.map_or(ErrorUnit::Light, |until| until.unit)
     }
 
-    /// Whether it leaves open which images are rendered: for a number of them the plan's next are.
+    /// True when the method is to be chosen; a goal of a number of images follows the plan.
     pub fn asks_for_a_way(&self) -> bool {
         let error = self.until.is_some_and(|until| until.error > 0.0);
         self.count.is_none() && (error || self.until.is_none() && self.budget.is_some())
     }
 
-    /// One image where nothing is said.
+    /// The goal, or one image for an empty goal.
     pub fn or_one(self) -> Goal {
         if self == Goal::default() {
             Goal::count(1)
@@ -82,15 +83,14 @@ impl Goal {
     }
 }
 
-/// What is to be refined: how far, by which way, seen from where. A goal alone is one by the best
-/// way, from the view that the engine looks from.
+/// A refinement: goal, method and view. A goal alone uses the best method and the current view.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Refinement {
-    /// When to stop.
+    /// Condition for its end.
     pub goal: Goal,
-    /// How images are chosen.
+    /// Method for choosing images.
     pub way: Way,
-    /// The view, by its name; `None`: that which the engine looks from when it begins.
+    /// The view, by its name; `None` means the current one at the beginning.
     pub view: Option<String>,
 }
 
@@ -104,86 +104,87 @@ impl From<Goal> for Refinement {
 }
 
 impl Refinement {
-    /// The same by another way.
+    /// The refinement by another method.
     #[must_use]
     pub fn by(self, way: Way) -> Refinement {
         Refinement { way, ..self }
     }
 }
 
-/// Where the sequence stood after an image.
+/// State of the sequence after an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
     /// Refined images in the pool.
     pub refined: usize,
     /// Seconds of computing since the show was opened.
     pub seconds: f64,
-    /// Predicted error of the sequence, relative, as it was known then.
+    /// Predicted error of the sequence at that time, relative.
     pub error: f64,
-    /// The same before it was calibrated by known corrections; it never rises.
+    /// The prediction before calibration by known corrections; it never rises.
     pub forecast: f64,
 }
 
-/// The moment that is predicted to be furthest off.
+/// The moment with the largest predicted error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WorstMoment {
     /// Index into [`Show::cues`](footlight_show::model::Show::cues) of the cue that runs or is complete
     /// then.
     pub cue: usize,
-    /// When.
+    /// Its time.
     pub time: Time,
     /// Predicted error.
     pub error: f64,
 }
 
-/// Why refinement ended.
+/// Reason for the end of refinement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ended {
-    /// The predicted error is within what was asked for.
+    /// The predicted error is within the goal.
     Reached,
-    /// As many images as asked for were rendered.
+    /// The requested number of images was rendered.
     Counted,
     /// The time is used up, or too short for another image.
     Spent,
-    /// Nothing is left that another image would improve.
+    /// No further image would improve the sequence.
     Complete,
-    /// The finest step is there; the error asked for is below what it is itself off by.
+    /// The finest step is rendered; the requested error is below its own.
     Finest,
-    /// A finer step does not fit into the memory that the host allows; the images that fit are there.
+    /// A finer step exceeds the host's memory limit; images that fit are kept.
     Memory(TooLarge),
-    /// [`Engine::stop`](super::Engine::stop) or the host's progress stopped it; what is finished is kept.
+    /// [`Engine::stop`](super::Engine::stop) or the host's progress stopped it; finished images are
+    /// kept.
     Stopped,
 }
 
-/// A step of quality that does not fit into the memory that the host allows.
+/// A quality step beyond the host's memory limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TooLarge {
     /// The step.
     pub quality: Quality,
-    /// Bytes that a host has to allow for it, at least.
+    /// Least limit that would hold it, bytes.
     pub memory: usize,
 }
 
-/// Why refinement ended before its time did.
+/// Reason for an early end of refinement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Warning {
-    /// The next image is predicted to take longer than what is left.
+    /// The next image is predicted to exceed the remaining time.
     DoesNotFit {
         /// Its predicted seconds.
         seconds: f64,
     },
 }
 
-/// What a refinement did.
+/// Summary of a refinement.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RefinementSummary {
-    /// Images that it rendered or took up; those of every bank alone count where the goal is an error
+    /// Number of images rendered or reused; images of single banks count when the goal is an error
     /// or a time.
     pub images: usize,
-    /// Seconds of computing them.
+    /// Their computing time, seconds.
     pub seconds: f64,
-    /// Why it ended early.
+    /// Reasons for an early end.
     pub warnings: Vec<Warning>,
-    /// Why it ended; `None` while it goes on.
+    /// Reason for its end; `None` while it runs.
     pub ended: Option<Ended>,
 }

@@ -1,8 +1,9 @@
-//! Moving heads in frames: their direct light and their light in haze, which no image at hand has.
+//! Moving heads in frames: their direct light and their light in haze, which key images do not
+//! contain.
 //!
-//! The settings of a show with heads have further coordinates for the light of heads that surfaces
-//! reflect ([`Timeline::bounced`](footlight_show::timeline::Timeline::bounced)); a frame is the image of
-//! its setting, blended as always, plus what [`Heads::add`] adds.
+//! Settings of a show with heads have further coordinates for their reflected light
+//! ([`Timeline::bounced`](footlight_show::timeline::Timeline::bounced)); a frame is the blended
+//! image of its setting plus the result of [`Heads::add`].
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -25,7 +26,7 @@ use footlight_transport::Setup;
 use footlight_transport::contract::check_memory;
 use footlight_transport::moving::{HeadLight, Hung, MovingLights};
 
-/// The light that heads can throw on what one view shows, found once.
+/// Direct light of heads in one view, computed once.
 #[derive(Clone, Debug)]
 pub(super) struct Lit {
     setup: Setup,
@@ -34,7 +35,7 @@ pub(super) struct Lit {
 }
 
 impl Lit {
-    /// Bytes, about.
+    /// Approximate size in bytes.
     pub(super) fn bytes(&self) -> usize {
         self.lights.bytes()
     }
@@ -94,10 +95,10 @@ impl Heads {
     }
 }
 
-/// The image of a setting from a pool as it stands, with the light of heads in these poses.
+/// The image of a setting from the current pool, with the light of heads in these poses.
 ///
 /// # Errors
-/// [`Error::Plan`] for another number of coordinates; on cancel.
+/// [`Error::Plan`] for a wrong number of coordinates; on cancel.
 pub fn frame(
     (pool, heads): (&Pool, Option<&Heads>),
     setting: &[f64],
@@ -111,7 +112,7 @@ pub fn frame(
     Ok(image)
 }
 
-/// Where the heads of a show hang, and how narrow they get in it.
+/// Positions of the show's heads, and their narrowest beams in it.
 fn hung(document: &Document) -> Vec<Hung> {
     let (show, timeline) = (document.show(), document.timeline());
     let position = |light: usize| match show.lights.get(light).map(|light| &light.kind) {
@@ -132,11 +133,11 @@ fn hung(document: &Document) -> Vec<Hung> {
         .collect()
 }
 
-/// The heads of a show are not known from a view.
+/// The light of heads is not known for a view.
 pub(super) struct Unseen;
 
 impl Estimate<'_> {
-    /// The heads as the view of these images sees them; `None` in a show without heads.
+    /// The heads in the view of these images; `None` in a show without heads.
     pub(super) fn heads_seen(&self) -> Result<Option<Heads>, Unseen> {
         if self.document.show().heads().is_empty() {
             return Ok(None);
@@ -154,7 +155,7 @@ impl Estimate<'_> {
 }
 
 impl Images {
-    /// The heads of a document from the view that it looks from, if they are found already.
+    /// The heads of a document in its current view, if computed.
     pub(super) fn heads(&self, document: &Document) -> Option<Heads> {
         let setup = document.setup()?;
         let hung = hung(document);
@@ -166,7 +167,7 @@ impl Images {
         })
     }
 
-    /// Finds what the heads of a document light, where that is not known yet.
+    /// Computes the light of a document's heads, unless known.
     pub(super) fn find_heads(&mut self, document: &Document, work: Work<'_>) -> Result<(), Error> {
         let hung = hung(document);
         let Some(setup) = document.setup().filter(|_| !hung.is_empty()) else {
@@ -185,20 +186,20 @@ impl Images {
     }
 }
 
-/// Frames of a show with heads as key images that are blended, for players that know no heads.
+/// Frames of a show with heads as key images to be blended, for players without heads.
 struct Stepped<'a> {
     document: &'a Document,
     heads: Heads,
-    /// Coordinates of the show's own.
+    /// Number of the show's own coordinates.
     own: usize,
     keys: Vec<Vec<f64>>,
     images: Vec<Image>,
-    /// The number of the key of a setting and poses, by their bits.
+    /// Index of the key by the bits of setting and poses.
     known: HashMap<Vec<u64>, usize>,
 }
 
 impl Stepped<'_> {
-    /// The number of the key of a setting and poses; `image` is what it has without heads.
+    /// Index of the key for a setting and poses; `image` is its image without heads.
     fn key(
         &mut self,
         image: impl FnOnce() -> Image,
@@ -244,11 +245,11 @@ impl Stepped<'_> {
 }
 
 impl Engine {
-    /// The sequence with its heads as key images alone: while a lit head moves, `rate` frames a second,
-    /// blended; else its own keys. `None` without heads.
+    /// The sequence with its heads in key images alone: while a lit head moves, `rate` frames a
+    /// second are blended; otherwise the show's own keys. `None` without heads.
     ///
     /// # Errors
-    /// Where memory does not hold them; on cancel.
+    /// When memory does not hold them; on cancel.
     pub fn stepped(
         &self,
         playback: &Playback,

@@ -1,5 +1,5 @@
-//! What an embedding program gives to the engine: files, a clock, the renderer, threads, progress,
-//! limits of memory and time, and where images are stored.
+//! Services of the embedding program for the engine: files, clock, renderer, threads, progress,
+//! limits of memory and time, and image storage.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -12,8 +12,8 @@ use footlight_host::work::{Progress, Silent, Work};
 use footlight_transport::Transport;
 use footlight_transport::radiosity::Radiosity;
 
-/// The means an embedding program gives to an [`Engine`](super::Engine). All of them are [`Send`],
-/// so that an engine can be moved to another thread.
+/// Services of the embedding program for an [`Engine`](super::Engine). All are [`Send`], so that an
+/// engine can move to another thread.
 ///
 /// ```
 /// use footlight_engine::Host;
@@ -30,54 +30,52 @@ use footlight_transport::radiosity::Radiosity;
 pub struct Host {
     /// Reads the files that the show names: stage, materials, images, included texts.
     pub files: Box<dyn Files>,
-    /// Takes results and saved shows, and holds stored images.
+    /// Receives results and saved shows, and holds stored images.
     pub store: Box<dyn Store>,
-    /// Measures the seconds of each step.
+    /// Measures the duration of each step.
     pub clock: Box<dyn Clock>,
-    /// Takes progress, gives cancel.
+    /// Receives progress, and cancels.
     pub progress: Box<dyn Progress>,
     /// The operator G.
     pub renderer: Arc<dyn Transport>,
-    /// Threads for rendering, started for one call of the operator and ended with it; on platforms
-    /// without threads it runs on the caller's. Results do not depend on it.
+    /// Rendering threads, started for one call of the operator and ended with it; on platforms
+    /// without threads the caller's is used. Results do not depend on the number.
     pub threads: usize,
-    /// Bytes that a show may take with all that is rendered of it, about; what does not fit is
-    /// refused.
+    /// Approximate memory limit of a show with its images, bytes; larger ones are refused.
     pub memory: usize,
-    /// The longest that a call may take: [`Engine::coarse`](super::Engine::coarse) and what needs
-    /// coarse images, [`refine`](super::Engine::refine), [`wait`](super::Engine::wait), and any
-    /// line of a prompt; opening the show counts as a part of the first. Then it ends as if cancelled, with
-    /// [`Error::OutOfTime`](super::Error::OutOfTime); images that are finished are kept. `None`: no
-    /// limit. A refinement in the background is not limited by it.
+    /// Time limit of a call: [`Engine::coarse`](super::Engine::coarse) and calls that need coarse
+    /// images, [`refine`](super::Engine::refine), [`wait`](super::Engine::wait), and any line of a
+    /// prompt; opening the show counts towards the first. Then the call ends as if cancelled, with
+    /// [`Error::OutOfTime`](super::Error::OutOfTime); finished images are kept. `None` means no
+    /// limit. Background refinement is not limited.
     pub time: Option<Duration>,
-    /// The processor's name, for the records of measurements; `None` leaves it out.
+    /// The processor's name, for records of measurements; `None` omits it.
     pub processor: Option<String>,
-    /// Where images are stored from session to session, if anywhere.
+    /// Storage of images between sessions, if any.
     pub pool: Option<PoolPlace>,
-    /// Calls that need images which the background is still rendering fail with
-    /// [`Error::NotYet`](super::Error::NotYet), in place of waiting for them: for a program in which
-    /// somebody types.
+    /// When true, calls that need images still being rendered in the background fail with
+    /// [`Error::NotYet`](super::Error::NotYet) instead of waiting: for interactive programs.
     pub impatient: bool,
-    /// Runs refinement in the background; without it [`Engine::start`](super::Engine::start) is
-    /// refused.
+    /// Runs refinement in the background; without it, [`Engine::start`](super::Engine::start)
+    /// fails.
     pub background: Option<Box<dyn Background>>,
 }
 
 /// A folder for images, reached through the host's store.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PoolPlace {
-    /// The folder; made when it is missing.
+    /// The folder; created if missing.
     pub folder: PathBuf,
-    /// The most bytes that it may hold.
+    /// Most bytes in the folder.
     pub limit: u64,
 }
 
-/// Bytes that images may take on disk unless something else is said.
+/// Default limit of images on disk, bytes.
 pub const POOL_LIMIT: u64 = 2_000_000_000;
 
 impl Default for Host {
     /// No files, the disk as store, the machine's clock, no progress, radiosity, one thread, four
-    /// gigabytes, no limit of time, images kept in memory only, nothing in the background.
+    /// gigabytes, no time limit, images only in memory, nothing in the background.
     fn default() -> Host {
         Host {
             files: Box::new(Memory::default()),
@@ -108,13 +106,13 @@ impl std::fmt::Debug for Host {
 }
 
 impl Host {
-    /// Images in memory and in the host's folder, none of them read yet.
+    /// A cache of images in memory and in the host's folder.
     pub(super) fn image_cache(&self) -> ImageCache {
         let disk_cache = |place: &PoolPlace| DiskCache::new(&place.folder, place.limit);
         ImageCache::new(self.pool.as_ref().map(disk_cache))
     }
 
-    /// Progress, cancel, threads and memory for a call.
+    /// Progress, cancellation, threads and memory for a call.
     pub fn work(&self) -> Work<'_> {
         Work {
             progress: self.progress.as_ref(),
@@ -124,7 +122,7 @@ impl Host {
     }
 }
 
-/// Runs tasks in the background, such as on threads. A closure is one:
+/// Runs tasks in the background, for example on threads. Closures implement it:
 ///
 /// ```
 /// let host = footlight_engine::Host {
@@ -133,7 +131,7 @@ impl Host {
 /// };
 /// ```
 pub trait Background: Send {
-    /// Starts a task and comes back; [`Engine::poll`](super::Engine::poll) should be called once it is done.
+    /// Starts a task and returns; call [`Engine::poll`](super::Engine::poll) when it is done.
     fn start(&self, task: Box<dyn FnOnce() + Send>);
 }
 

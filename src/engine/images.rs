@@ -1,5 +1,4 @@
-//! Everything that is rendered of a show: images at hand, and of each view that is looked from or
-//! refined its operators and its pool.
+//! All rendered images of a show: the cache, and operators and pool of each view in use.
 
 use std::collections::BTreeMap;
 
@@ -14,10 +13,10 @@ use crate::pool::disk_cache::Note;
 use crate::pool::image_cache::{CacheStatistics, ImageCache};
 use footlight_host::work::Work;
 
-/// A view by its name; `None` where the show has none.
+/// Name of a view; `None` if the show has none.
 pub(super) type ViewName = Option<String>;
 
-/// What is rendered from one view.
+/// Operators and images of one view.
 pub(super) struct ViewImages {
     /// Operators and pool.
     pub rendering: SetupImages,
@@ -25,15 +24,15 @@ pub(super) struct ViewImages {
     pub steps: Vec<Step>,
 }
 
-/// All that is rendered of a document, and how long rendering takes here.
+/// Rendered images of a document, and the speed of rendering.
 pub struct Images {
-    /// Every image at hand, whether a pool uses it or not.
+    /// Every image in memory, used by a pool or not.
     pub(super) cache: ImageCache,
-    /// Of each view that is in use; a view without a stage has none.
+    /// By view in use; a view without a stage has no entry.
     views: BTreeMap<ViewName, ViewImages>,
-    /// How long things take here against what the operator predicts.
+    /// Ratio of measured to predicted time.
     pub(super) pace: Pace,
-    /// The light that heads can throw.
+    /// Direct light of heads.
     pub(super) lit: Option<Lit>,
 }
 
@@ -47,7 +46,7 @@ impl std::fmt::Debug for Images {
 }
 
 impl Images {
-    /// Nothing but what the host has stored.
+    /// Images of a new document: only those in the host's store.
     pub(super) fn new(host: &Host) -> Images {
         Images {
             cache: host.image_cache(),
@@ -57,17 +56,17 @@ impl Images {
         }
     }
 
-    /// How the images of this session were obtained so far.
+    /// Statistics on the sources of this session's images.
     pub fn statistics(&self) -> CacheStatistics {
         self.cache.statistics()
     }
 
-    /// What went wrong with stored images since this was called last.
+    /// Faults of stored images since the last call.
     pub(super) fn notes(&mut self) -> Vec<Note> {
         self.cache.notes()
     }
 
-    /// What is rendered from a view.
+    /// Operators and images of a view.
     pub(super) fn of(&self, view: &ViewName) -> Option<&ViewImages> {
         self.views.get(view)
     }
@@ -75,12 +74,12 @@ impl Images {
     /// Operators and pool of a view.
     ///
     /// # Errors
-    /// [`Error::NoSetup`] where it cannot be looked from.
+    /// [`Error::NoSetup`] when the view is not usable.
     pub(super) fn rendering(&mut self, view: &ViewName) -> Result<&mut SetupImages, Error> {
         self.split(view).map(|(_, of_view)| &mut of_view.rendering)
     }
 
-    /// The cache, and what is rendered from a view.
+    /// The cache, and operators and images of a view.
     ///
     /// # Errors
     /// As [`Images::rendering`].
@@ -92,9 +91,8 @@ impl Images {
         Ok((&mut self.cache, of_view))
     }
 
-    /// Keeps of the views in use what the document's setup still means: of the view that it looks
-    /// from, and of `others` that are refined. A view that is new is shown at the steps of quality
-    /// of the one before.
+    /// Keeps images that are still valid for the document's views in use: its current one and the
+    /// `others` being refined. A new view starts with the quality steps of the previous one.
     pub(super) fn renew<'v>(
         &mut self,
         document: &Document,
@@ -131,8 +129,8 @@ impl Images {
         }
     }
 
-    /// The host's means, with the memory that images and operators leave, and those images that
-    /// are made of others for a while.
+    /// The host's resources, minus the memory of images and operators, except images that can be
+    /// derived from others.
     pub(super) fn work<'h>(&self, host: &'h Host) -> Work<'h> {
         let renderings = self.views.values().map(|v| &v.rendering);
         let lit = self.lit.as_ref().map_or(0, Lit::bytes);

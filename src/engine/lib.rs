@@ -6,23 +6,23 @@
 //!                             Refinement -----+       +--> Estimate: errors, plan, forecast, ways
 //! ```
 //!
-//! State is few values, each the only owner of what it holds:
+//! The state is a few values, each the only owner of its content:
 //!
-//! - [`Document`]: the text, all that follows from it, and its history. It renders nothing.
-//! - [`Images`]: all that is rendered, of every view that is in use. An edit keeps what it does not
-//!   touch.
-//! - [`Refinement`]: a goal, a way and a view, as a call names them. One state machine carries it
-//!   out, whether called, in the background or listed for a farm ([`TaskList`]).
-//! - [`Player`](playback::Player): key images ready to show; it needs nothing of the others.
-//! - [`LiveControl`]: the moment, the levels that are tried, blind edits.
+//! - [`Document`]: the text, everything that follows from it, and its history. It renders nothing.
+//! - [`Images`]: the rendered images of every view in use. An edit keeps what it does not affect.
+//! - [`Refinement`]: a goal, a method and a view. One state machine executes it, blocking, in the
+//!   background or as tasks for a farm ([`TaskList`]).
+//! - [`Player`](playback::Player): key images ready to show, independent of the other values.
+//! - [`LiveControl`]: the current moment, trial levels, blind edits.
 //!
-//! [`Engine`] is a document, its images, the refinement in the background and the [`Host`]; its
-//! methods hand on to these. What can be said without rendering is a function of values:
-//! [`Engine::estimate`], [`plan`], [`pool`], [`measure`]. [`solve`] finds levels from a picture.
+//! [`Engine`] combines a document, its images, the background refinement and the [`Host`]; its
+//! methods delegate to them. Everything that needs no rendering is a function of values:
+//! [`Engine::estimate`], [`plan`], [`pool`], [`measure`]. [`solve`] finds levels for a target
+//! image.
 //!
-//! Invariants: a call that fails changes nothing but images that were finished before; the same
-//! show gives the same images on any number of threads; every effect on the outside goes through
-//! the host. This crate must not know words for people, command lines or terminals.
+//! Invariants: a failing call changes nothing, except that images finished before are kept; equal
+//! shows give equal images on any number of threads; every outside effect goes through the host.
+//! This crate must not contain messages for people, command lines or terminals.
 
 mod background;
 mod compile;
@@ -99,10 +99,10 @@ pub use self::ways::WayForecast;
 use self::images::ViewName;
 use self::means::Means;
 
-/// Events that are kept for the next [`Engine::poll`].
+/// Most events kept for the next [`Engine::poll`].
 const EVENTS: usize = 64;
 
-/// A document with a renderer and the images made of it.
+/// A document with a renderer and its images.
 ///
 /// ```
 /// use footlight_engine::{Engine, Host};
@@ -119,9 +119,9 @@ const EVENTS: usize = 64;
 /// # }
 /// ```
 pub struct Engine {
-    /// With the memory that the document leaves.
+    /// With the memory that the document leaves free.
     host: Host,
-    /// Bytes that the host allows for all.
+    /// The host's memory limit, bytes.
     memory: usize,
     deadline: Option<Arc<limit::Deadline>>,
     document: Document,
@@ -142,7 +142,7 @@ impl std::fmt::Debug for Engine {
 }
 
 impl Engine {
-    /// An engine for a show's text; `name` is what diagnostics call it.
+    /// Creates an engine for a show's text; `name` appears in diagnostics.
     ///
     /// # Errors
     /// As [`Document::new`]; [`Error::OutOfTime`]; on cancel.
@@ -152,8 +152,8 @@ impl Engine {
         Engine::opened(document, host, begin)
     }
 
-    /// An engine for the show in a file, read through the host's store; the stage and other files
-    /// that it names are read from [`Host::files`], such as a [`Folder`](footlight_host::files::Folder).
+    /// Opens the show in a file, read through the host's store; the stage and other files that it
+    /// names are read from [`Host::files`], such as a [`Folder`](footlight_host::files::Folder).
     ///
     /// # Errors
     /// [`Error::File`] when it cannot be read, else as [`Engine::from_text`].
@@ -164,7 +164,7 @@ impl Engine {
         Engine::opened(document, host, begin)
     }
 
-    /// An engine for a document that was being opened since `begin`.
+    /// Creates an engine for a document whose opening began at `begin`.
     fn opened(document: Document, host: Host, begin: f64) -> Result<Engine, Error> {
         let engine = Engine::new(document, host);
         engine.host.work().check()?;
@@ -174,7 +174,7 @@ impl Engine {
         Ok(engine)
     }
 
-    /// An engine for a document, which must have been read from the host's files.
+    /// Creates an engine for a document read from the host's files.
     pub fn new(mut document: Document, host: Host) -> Engine {
         document.allow(host.memory);
         let (host, deadline) = limit::limited(host);
@@ -193,7 +193,7 @@ impl Engine {
         engine
     }
 
-    /// Leaves to rendering what the document does not hold of the memory.
+    /// Gives the memory that the document leaves free to rendering.
     fn leave_memory(&mut self) {
         self.host.memory = self.memory.saturating_sub(self.document.loaded_bytes());
     }
@@ -208,28 +208,28 @@ impl Engine {
         self.document.show()
     }
 
-    /// The means that the embedding program gave.
+    /// The host.
     pub fn host(&self) -> &Host {
         &self.host
     }
 
-    /// Makes an edit. Everything rendered that still means the same is kept.
+    /// Applies an edit. Images that are still valid are kept.
     ///
     /// # Errors
-    /// As [`Document::apply`]; the show is then as it was.
+    /// As [`Document::apply`]; the show is then unchanged.
     pub fn edit(&mut self, edit: &Edit) -> Result<Edited, Error> {
         self.change(|document, host| document.apply(edit, host.files.as_ref()))
     }
 
-    /// Takes another text as a whole. Everything rendered that still means the same is kept.
+    /// Replaces the whole text. Images that are still valid are kept.
     ///
     /// # Errors
-    /// As [`Document::apply`]; the show is then as it was.
+    /// As [`Document::apply`]; the show is then unchanged.
     pub fn replace(&mut self, text: &str) -> Result<Edited, Error> {
         self.change(|document, host| document.replace(text, host.files.as_ref()))
     }
 
-    /// Takes the last edit back.
+    /// Reverts the last edit.
     ///
     /// # Errors
     /// As [`Document::undo`].
@@ -237,7 +237,7 @@ impl Engine {
         self.change(|document, host| document.undo(host.files.as_ref()))
     }
 
-    /// Makes the edit again that was taken back last.
+    /// Applies the last reverted edit again.
     ///
     /// # Errors
     /// As [`Document::redo`].
@@ -245,7 +245,7 @@ impl Engine {
         self.change(|document, host| document.redo(host.files.as_ref()))
     }
 
-    /// Makes images from the view of this name from now on. Images from other views are kept.
+    /// Makes the view of this name current. Images from other views are kept.
     ///
     /// # Errors
     /// [`Error::NoSuchView`]; [`Error::Show`] when a file that the show names has become
@@ -258,7 +258,7 @@ impl Engine {
         self.change(|document, host| document.look_from(view, host.files.as_ref()))
     }
 
-    /// Brings the text into its canonical layout; false where it had it already.
+    /// Formats the text in its canonical layout; false if nothing changed.
     ///
     /// # Errors
     /// As [`Document::format`].
@@ -294,19 +294,19 @@ impl Engine {
         Ok(edited)
     }
 
-    /// Keeps of what is rendered what the document's setup still means.
+    /// Keeps the images that are still valid for the document.
     fn renew_images(&mut self) {
         self.renew_images_and(None);
     }
 
-    /// The same, with those of one more view.
+    /// Like [`Engine::renew_images`], for one more view.
     fn renew_images_and(&mut self, more: Option<&ViewName>) {
         let refined = self.background.as_ref().map(|b| b.view());
         let others = refined.into_iter().chain(more);
         self.images.renew(&self.document, &self.host, others);
     }
 
-    /// A refinement with the view that it is of, which is then at hand.
+    /// Sets the view of a refinement and makes its images available.
     fn seen(&mut self, mut wanted: Refinement) -> Result<Refinement, Error> {
         match &wanted.view {
             None => wanted.view = self.looked_from().view,
@@ -318,7 +318,7 @@ impl Engine {
         Ok(wanted)
     }
 
-    /// Any refinement of the view that is looked from.
+    /// A refinement of the current view.
     fn looked_from(&self) -> Refinement {
         Refinement {
             view: self.document.view().map(str::to_owned),
@@ -326,31 +326,32 @@ impl Engine {
         }
     }
 
-    /// What is known of the images of the view that is looked from: errors, plan, forecast, ways.
+    /// Estimates for the current view: errors, plan, forecast, methods.
     pub fn estimate(&self) -> Estimate<'_> {
         self.estimate_of(&self.looked_from())
     }
 
-    /// The same for a refinement, from its own view and by its own way.
+    /// Estimates for a refinement, with its own view and method.
     fn estimate_of(&self, wanted: &Refinement) -> Estimate<'_> {
         Estimate::new(&self.document, &self.host, &self.images, wanted)
     }
 
-    /// Measures how fast the operator is here by its own small task, where nothing was rendered yet
-    /// that would show it. Forecasts then have the seconds of this machine.
+    /// Measures the operator's speed by its own small task, unless a rendering has shown it.
+    /// Forecasts are then in seconds of this machine.
     ///
     /// # Errors
-    /// [`Error::NoSetup`], else what rendering says.
+    /// [`Error::NoSetup`], or an error of rendering.
     pub fn calibrate(&mut self) -> Result<(), Error> {
         let wanted = self.looked_from();
         self.means().calibrate(&wanted)
     }
 
-    /// The ways to the goal of a refinement from the images that are there, the one that is taken first;
-    /// none where nothing can be said before the coarse images are there, or nothing is left to render.
+    /// The methods for the goal of a refinement from the existing images, the chosen one first;
+    /// empty when they cannot be compared before there are coarse images, or nothing is left to
+    /// render.
     ///
     /// # Errors
-    /// [`Error::NoSetup`], else what rendering says.
+    /// [`Error::NoSetup`], or an error of rendering.
     pub fn ways(&mut self, wanted: impl Into<Refinement>) -> Result<Vec<WayForecast>, Error> {
         let wanted = self.seen(wanted.into())?;
         self.means().calibrate(&wanted)?;
@@ -365,7 +366,7 @@ impl Engine {
         }
     }
 
-    /// Keeps an event for the next [`Engine::poll`]; the oldest go first when they are not polled.
+    /// Keeps an event for the next [`Engine::poll`]; without polls, the oldest are dropped.
     fn tell(&mut self, event: Event) {
         if self.events.len() >= EVENTS {
             self.events.remove(0);
@@ -373,32 +374,33 @@ impl Engine {
         self.events.push(event);
     }
 
-    /// What cues move, at a time, before the dimmers and as a fraction of full: the level of each
-    /// bank, behind that of an rgb bank its three emitters, then one for the fixed lights if there
-    /// are any ([`Show::parameters`] names them). Before the show's start it is that of the start, after
-    /// its end that of the end ([`Timeline::start`](footlight_show::timeline::Timeline::start),
+    /// The parameters at a time, before the dimmers and as fractions of full: the level of each
+    /// bank, for an rgb bank followed by its three emitters, then one for the fixed lights, if any
+    /// ([`Show::parameters`] names them). Before the show's start they are those of the start,
+    /// after its end those of the end
+    /// ([`Timeline::start`](footlight_show::timeline::Timeline::start),
     /// [`end`](footlight_show::timeline::Timeline::end)).
     pub fn levels(&self, time: Time) -> Vec<f64> {
         self.document.timeline().levels(time)
     }
 
-    /// The image of a moment from the pool as it stands; coarse images are rendered first if they
-    /// are not there. Times as in [`Engine::levels`]. Linear light, in cd/m² for shows whose lights
-    /// are measured; values may lie a little below zero.
+    /// The image of a moment from the current pool; missing coarse images are rendered first. Times
+    /// as in [`Engine::levels`]. Linear light, in cd/m² for shows whose lights are measured; values
+    /// may lie a little below zero.
     ///
     /// # Errors
-    /// [`Error::NoSetup`] when the show has no stage or view, else what rendering says.
+    /// [`Error::NoSetup`] when the show has no stage or view, or an error of rendering.
     pub fn picture(&mut self, time: Time) -> Result<Image, Error> {
         let document = &self.document;
         let (setting, poses) = (document.setting(time), document.timeline().poses(time));
         self.picture_with(&setting, &poses)
     }
 
-    /// The image of a setting, one number for each coordinate, from the pool as it stands; heads are at
+    /// The image of a setting, one number for each coordinate, from the current pool, with heads at
     /// home.
     ///
     /// # Errors
-    /// As [`Engine::picture`]; [`Error::Plan`] for another number of coordinates.
+    /// As [`Engine::picture`]; [`Error::Plan`] for a wrong number of coordinates.
     pub fn picture_of(&mut self, setting: &[f64]) -> Result<Image, Error> {
         self.picture_with(setting, &self.document.home())
     }
@@ -413,13 +415,13 @@ impl Engine {
         self.with_heads(image, setting, poses)
     }
 
-    /// The heads of the show as the current view sees them; `None` without heads, and before any image is
+    /// The heads of the show in the current view; `None` without heads, and before any image is
     /// rendered.
     pub fn heads(&self) -> Option<Heads> {
         self.images.heads(&self.document)
     }
 
-    /// An image with the direct light of the heads.
+    /// Adds the direct light of the heads to an image.
     fn with_heads(
         &mut self,
         mut image: Image,
@@ -433,10 +435,10 @@ impl Engine {
         Ok(image)
     }
 
-    /// Renders a setting at a step of quality, without the pool; heads are at home.
+    /// Renders a setting at a quality step, without the pool, with heads at home.
     ///
     /// # Errors
-    /// [`Error::NoSetup`], else what rendering says.
+    /// [`Error::NoSetup`], or an error of rendering.
     pub fn render(&mut self, setting: &[f64], quality: Quality) -> Result<Image, Error> {
         self.render_with(setting, &self.document.home(), quality)
     }
@@ -462,8 +464,8 @@ impl Engine {
         self.with_heads(image, setting, poses)
     }
 
-    /// The image of each coordinate alone at full, as previews have it, with heads at home. The caller
-    /// already holds `held` bytes.
+    /// The image of each coordinate alone at full, as in previews, with heads at home; `held` bytes
+    /// of the caller count against the memory.
     ///
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered; on cancel.
@@ -478,10 +480,7 @@ impl Engine {
         Ok(images)
     }
 
-    /// Makes the image of each coordinate alone at full, with heads in these poses, one after the other.
-    ///
-    /// # Errors
-    /// As [`Engine::bank_images`].
+    /// Makes the image of each coordinate alone at full, with heads in these poses.
     fn each_bank(
         &self,
         poses: &[Pose],
@@ -499,19 +498,18 @@ impl Engine {
         Ok(())
     }
 
-    /// All that is rendered.
+    /// The rendered images.
     pub fn images(&self) -> &Images {
         &self.images
     }
 
-    /// Warnings of the renderer about its images, as far as they are known by now, and what went
-    /// wrong with stored images since this was called last.
+    /// Warnings of the renderer so far, and faults of stored images since the last call.
     pub fn warnings(&mut self) -> (Vec<TransportWarning>, Vec<Note>) {
         (self.host.renderer.warnings(), self.images.notes())
     }
 
-    /// The host's means, with the memory that images and operators leave, and those images that
-    /// are made of others for a while.
+    /// The host's resources, minus the memory of images and operators, except images that can be
+    /// derived from others.
     pub fn work(&self) -> Work<'_> {
         self.images.work(&self.host)
     }
@@ -521,12 +519,12 @@ impl Engine {
         self.host.clock.seconds()
     }
 
-    /// A call within the host's limit of time; it ends when it is dropped.
+    /// Begins a call with the host's time limit; dropping it ends the call.
     pub fn begin_call(&self) -> TimedCall {
         TimedCall::begin(self.deadline.as_ref(), self.now())
     }
 
-    /// Does something within the limit of time, if there is one.
+    /// Runs a call within the time limit, if any.
     fn timed<T>(
         &mut self,
         something: impl FnOnce(&mut Engine) -> Result<T, Error>,
@@ -541,7 +539,7 @@ impl Engine {
 mod tests {
     use super::*;
 
-    /// An engine can be moved to another thread, and so can all that a host gives.
+    /// An engine can move to another thread with its host.
     #[test]
     fn an_engine_is_send() {
         fn is_send<T: Send>() {}

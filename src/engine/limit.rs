@@ -1,7 +1,7 @@
-//! The limit of time of a call, as the embedding program sets it.
+//! The time limit of a call.
 //!
-//! A deadline acts through the host's own [`Progress`], so that it reaches every loop that can be
-//! cancelled, and only those. What is finished by then is kept, as with any cancel.
+//! A deadline acts through the host's [`Progress`], so that it reaches exactly the loops that can
+//! be cancelled. Finished work is kept, as after any cancel.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -12,16 +12,16 @@ use footlight_host::work::Progress;
 
 const ORDER: Ordering = Ordering::SeqCst;
 
-/// Until when the current call may go on.
+/// Deadline of the current call.
 #[derive(Debug)]
 pub(super) struct Deadline {
-    /// Seconds that a call may take.
+    /// Most seconds of a call.
     limit: f64,
-    /// The bits of the seconds of it that opening the show took, which count as the first call's.
+    /// Bits of the seconds used for opening the show, which count towards the first call.
     used: AtomicU64,
-    /// The bits of the time at which the current call ends; infinite between calls.
+    /// Bits of the time at which the current call ends; infinite between calls.
     end: AtomicU64,
-    /// The current call, or the last one, was still at work then.
+    /// True when the current or last call was cancelled at its deadline.
     passed: AtomicBool,
 }
 
@@ -35,17 +35,17 @@ impl Deadline {
     }
 }
 
-/// A call within its limit of time. Dropped, the call has ended.
+/// A call within its time limit. Dropping it ends the call.
 #[derive(Debug)]
 pub struct TimedCall {
-    /// `None` without a limit, and within another call, whose end holds.
+    /// `None` without a limit, and within another call, whose deadline applies.
     deadline: Option<Arc<Deadline>>,
 }
 
-/// Counts the seconds from `begin` to now, in which the show was opened, as the first call's.
+/// Counts the seconds from `begin` to `now`, used for opening the show, towards the first call.
 ///
 /// # Errors
-/// [`Error::OutOfTime`] where nothing is left for that.
+/// [`Error::OutOfTime`] when none are left.
 pub(super) fn opened(deadline: &Deadline, begin: f64, now: f64) -> Result<(), Error> {
     let (used, seconds) = (now - begin, deadline.limit);
     deadline.used.store(used.to_bits(), ORDER);
@@ -73,19 +73,19 @@ impl TimedCall {
         }
     }
 
-    /// The seconds that the call may take, where it was told to stop because it used them up.
+    /// The time limit, if the call was cancelled for reaching it.
     pub fn exceeded(&self) -> Option<f64> {
         let deadline = self.deadline.as_ref()?;
         deadline.passed.load(ORDER).then_some(deadline.limit)
     }
 
-    /// The same, where it has used them up by now, told or not.
+    /// The time limit, if it is reached by `now`, whether or not the call was cancelled.
     pub fn exceeded_by(&self, now: f64) -> Option<f64> {
         let deadline = self.deadline.as_ref()?;
         deadline.is_over(now).then_some(deadline.limit)
     }
 
-    /// What the call came to: a cancel that its deadline asked for is [`Error::OutOfTime`].
+    /// The result of the call: a cancel by its deadline becomes [`Error::OutOfTime`].
     pub(super) fn outcome<T>(&self, done: Result<T, Error>) -> Result<T, Error> {
         done.map_err(|error| match self.exceeded() {
             Some(seconds) if error.is_cancel() => Error::OutOfTime { seconds },
@@ -103,13 +103,13 @@ impl Drop for TimedCall {
 }
 
 impl Error {
-    /// True where the embedding program's cancel ended the call.
+    /// True when the embedding program cancelled the call.
     pub fn is_cancel(&self) -> bool {
         matches!(self, Error::Cancelled(_))
     }
 }
 
-/// The host's progress, which also asks to stop once the time is used up.
+/// The host's progress, which also cancels at the deadline.
 struct Timed {
     progress: Box<dyn Progress>,
     clock: Arc<dyn Clock>,
@@ -126,7 +126,7 @@ impl Progress for Timed {
     }
 }
 
-/// The host with its limit of time at work in its progress.
+/// Adds the time limit to the host's progress.
 pub(super) fn limited(host: Host) -> (Host, Option<Arc<Deadline>>) {
     let Some(time) = host.time else {
         return (host, None);

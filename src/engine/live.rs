@@ -1,5 +1,5 @@
 //! Live control, as at a desk: go, back, goto; levels that are tried, recorded or released; blind
-//! edits. Nothing of it touches the text until something is recorded.
+//! edits. The text changes only when something is recorded.
 
 use std::collections::BTreeSet;
 
@@ -12,12 +12,12 @@ use footlight_show::model::{Pose, Show};
 use footlight_show::timeline::{self, CueTime};
 use footlight_show::units::{CueNumber, Time};
 
-/// Levels for some parameters, as `lamps 40  sky #203060` sets them.
+/// Levels for some parameters, such as those of `lamps 40 sky #203060`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Moves {
     text: String,
     levels: Vec<SetLevel>,
-    /// The document's, whose parameters these are.
+    /// Revision of the document that defines these parameters.
     revision: u64,
 }
 
@@ -41,18 +41,18 @@ impl Moves {
         }
     }
 
-    /// As they were written.
+    /// The text as written.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// The parameters that they set, with levels as fractions of full.
+    /// The parameters set, with levels as fractions of full.
     pub fn levels(&self) -> &[SetLevel] {
         &self.levels
     }
 }
 
-/// The moment that is looked at, the levels being tried on top of it, and blind edits.
+/// The current moment, the levels being tried on top of it, and blind edits.
 ///
 /// ```
 /// use footlight_engine::{Document, LiveControl, Moves};
@@ -74,17 +74,17 @@ impl Moves {
 #[derive(Clone, Debug, Default)]
 pub struct LiveControl {
     now: Time,
-    /// The next cue starts now, and the moment is the one before it.
+    /// True when the next cue starts now and has not begun.
     before: bool,
     tried: Vec<(String, Vec<SetLevel>)>,
     /// The text before the blind edits.
     blind: Option<String>,
-    /// The document's, as the levels being tried are known by its parameters.
+    /// Revision of the document, whose parameters the trial levels use.
     revision: u64,
 }
 
 impl LiveControl {
-    /// At the start of a document's show.
+    /// Starts at the beginning of a document's show.
     pub fn new(document: &Document) -> LiveControl {
         LiveControl {
             now: document.timeline().start(),
@@ -93,8 +93,8 @@ impl LiveControl {
         }
     }
 
-    /// Goes along with an edit: the moment stays within the show, and levels that were tried in a
-    /// show of other meaning are let go of.
+    /// Adapts to an edit: the moment stays within the show, and trial levels of a show with another
+    /// meaning are released.
     pub fn follow(&mut self, document: &Document) {
         let (start, end) = (document.timeline().start(), document.timeline().end());
         let now = self.now.clamp(start, end);
@@ -111,7 +111,7 @@ impl LiveControl {
         self.now
     }
 
-    /// What is looked at: a microsecond before a cue that starts now it has not begun.
+    /// The moment shown: a microsecond earlier before a cue that starts now.
     fn instant(&self) -> Time {
         if self.before {
             self.now - Time::from_micros(1)
@@ -120,15 +120,14 @@ impl LiveControl {
         }
     }
 
-    /// The cue that has started last, as an index into the show's cues.
+    /// Index of the last started cue.
     pub fn cue(&self, document: &Document) -> Option<usize> {
         let cues = document.timeline().cues();
         let now = self.instant();
         cues.iter().rposition(|cue| cue.go <= now)
     }
 
-    /// Moves to a time within the show; the levels that were tried, as they were written, which are
-    /// let go of.
+    /// Moves to a time within the show, and returns the released trial levels as written.
     ///
     /// # Errors
     /// [`Error::OutsideShow`].
@@ -143,7 +142,8 @@ impl LiveControl {
         tried.into_iter().map(|(text, _)| text).collect()
     }
 
-    /// Runs the next cue, and those that follow by themselves, to their end; what is let go of.
+    /// Runs the next cue, and those that follow automatically, to their end; returns the released
+    /// levels.
     ///
     /// # Errors
     /// [`Error::NoCues`], [`Error::LastCue`].
@@ -157,7 +157,7 @@ impl LiveControl {
         Ok(self.go_to(time))
     }
 
-    /// To the end of the cue before; what is let go of.
+    /// Goes to the end of the previous cue; returns the released levels.
     ///
     /// # Errors
     /// [`Error::FirstCue`].
@@ -167,8 +167,8 @@ impl LiveControl {
         Ok(self.go_to(time.ok_or(Error::FirstCue)?))
     }
 
-    /// To the end of a cue, or to where a share of its time, held within 0 to 1, has gone by; what
-    /// is let go of.
+    /// Goes to the end of a cue, or to a share of its time, clamped to 0 to 1; returns the released
+    /// levels.
     ///
     /// # Errors
     /// [`Error::NoSuchCue`].
@@ -186,11 +186,10 @@ impl LiveControl {
         Ok(self.go_to(time.ok_or(Error::NoSuchCue(cue))?))
     }
 
-    /// Tries levels on top of what the cues say at this moment. What is set again takes the place
-    /// of what was.
+    /// Tries levels on top of the cues at this moment. A level set again replaces the earlier one.
     ///
     /// # Errors
-    /// [`Error::StaleMoves`] for moves that were read before an edit.
+    /// [`Error::StaleMoves`] for moves read before an edit.
     pub fn set(&mut self, document: &Document, moves: Moves) -> Result<(), Error> {
         if moves.revision != document.revision() {
             return Err(Error::StaleMoves);
@@ -206,32 +205,32 @@ impl LiveControl {
         Ok(())
     }
 
-    /// What is being tried in a show of this meaning.
+    /// The trial levels, if the show has not changed its meaning.
     fn trying(&self, document: &Document) -> impl Iterator<Item = &SetLevel> {
         let same = self.revision == document.revision();
         let tried = self.tried.iter().filter(move |_| same);
         tried.flat_map(|(_, tried)| tried)
     }
 
-    /// Lets go of the levels being tried; false where there are none.
+    /// Releases the trial levels; false if there are none.
     pub fn release(&mut self) -> bool {
         let trying = self.is_trying();
         self.tried.clear();
         trying
     }
 
-    /// Levels are being tried.
+    /// True while levels are being tried.
     pub fn is_trying(&self) -> bool {
         !self.tried.is_empty()
     }
 
-    /// The levels being tried, as they were written.
+    /// The trial levels, as written.
     pub fn tried(&self) -> Vec<&str> {
         self.tried.iter().map(|(text, _)| text.as_str()).collect()
     }
 
-    /// Levels with what a colour alone on a bank that is out implies, as in a cue: its level at full,
-    /// emitters that are not said dark.
+    /// Adds the levels implied by a plain colour on a bank that is out, as in a cue: its level at
+    /// full, unnamed emitters dark.
     fn brightened(&self, document: &Document, mut set: Vec<SetLevel>) -> Vec<SetLevel> {
         let (show, now) = (document.show(), self.levels(document));
         for (bank, first) in show.banks.iter().zip(show.first_parameters()) {
@@ -249,7 +248,7 @@ impl LiveControl {
         set
     }
 
-    /// The light of each coordinate at this moment, relative to full, with the levels being tried.
+    /// The light of each coordinate at this moment, relative to full, with trial levels.
     pub fn setting(&self, document: &Document) -> Vec<f64> {
         let show = document.show();
         let mut setting = document.timeline().evaluate(self.instant());
@@ -275,7 +274,7 @@ impl LiveControl {
             .with_bounced(&setting, &self.poses(document))
     }
 
-    /// The poses of heads at this moment, with those being tried.
+    /// The poses of heads at this moment, with trial levels.
     pub fn poses(&self, document: &Document) -> Vec<Pose> {
         let (show, levels) = (document.show(), self.levels(document));
         let heads = 0..show.heads().len();
@@ -288,7 +287,7 @@ impl LiveControl {
     }
 
     /// Each parameter at this moment, before the dimmers ([`Show::parameters`] names them), as a
-    /// fraction of full, with the levels being tried.
+    /// fraction of full, with trial levels.
     pub fn levels(&self, document: &Document) -> Vec<f64> {
         let mut levels = document.timeline().levels(self.instant());
         for tried in self.trying(document) {
@@ -299,12 +298,12 @@ impl LiveControl {
         levels
     }
 
-    /// Writes the levels being tried as a new cue and goes to its end. `times` are those of what
-    /// goes up and of what goes down; the show's own without them.
+    /// Writes the trial levels as a new cue and goes to its end. `times` are the up and down times;
+    /// `None` uses the show's defaults.
     ///
     /// # Errors
     /// [`Error::NothingTried`], [`Error::CueExists`], else as [`Engine::edit`]; the levels are then
-    /// tried on.
+    /// still tried.
     pub fn record(
         &mut self,
         engine: &mut Engine,
@@ -336,12 +335,12 @@ impl LiveControl {
         Ok(edited)
     }
 
-    /// Writes the levels being tried into the cue that has started last, in place of what it says of
-    /// them, and goes to its end.
+    /// Writes the trial levels into the last started cue, replacing its levels of these parameters,
+    /// and goes to its end.
     ///
     /// # Errors
-    /// [`Error::NothingTried`], [`Error::NoCues`], else as [`Engine::edit`]; the levels are then tried
-    /// on.
+    /// [`Error::NothingTried`], [`Error::NoCues`], else as [`Engine::edit`]; the levels are then
+    /// still tried.
     pub fn update(&mut self, engine: &mut Engine) -> Result<Edited, Error> {
         if !self.is_trying() {
             return Err(Error::NothingTried);
@@ -362,7 +361,7 @@ impl LiveControl {
         Ok(edited)
     }
 
-    /// A moment of a cue: complete, or so long after its GO.
+    /// The moment of a cue's completion, or of a time after its GO.
     ///
     /// # Errors
     /// [`Error::NoSuchCue`], [`Error::OutsideShow`].
@@ -388,12 +387,12 @@ impl LiveControl {
         Ok(time)
     }
 
-    /// True while edits are shown that are yet to be kept.
+    /// True during blind edits.
     pub fn is_blind(&self) -> bool {
         self.blind.is_some()
     }
 
-    /// Begins blind edits: shown, but dropped unless they are kept. False where they had begun.
+    /// Begins blind edits: shown, but dropped unless they are kept. False if they had begun.
     pub fn begin_blind(&mut self, document: &Document) -> bool {
         let begins = self.blind.is_none();
         if begins {
@@ -410,10 +409,10 @@ impl LiveControl {
         self.blind.take().map(drop).ok_or(Error::NoBlindEdits)
     }
 
-    /// Drops the blind edits: the text is what it was before them.
+    /// Drops the blind edits and restores the text before them.
     ///
     /// # Errors
-    /// [`Error::NoBlindEdits`], else as [`Engine::replace`]; nothing has changed then.
+    /// [`Error::NoBlindEdits`], else as [`Engine::replace`]; nothing is then changed.
     pub fn drop_blind(&mut self, engine: &mut Engine) -> Result<(), Error> {
         let text = self.blind.as_ref().ok_or(Error::NoBlindEdits)?;
         engine.replace(text)?;
@@ -429,8 +428,8 @@ fn index_of(document: &Document, number: CueNumber) -> Result<usize, Error> {
     found.ok_or(Error::NoSuchCue(number))
 }
 
-/// The moment at which a cue is complete, or at which the next one takes over; and whether that one
-/// starts at it, so that the moment is the one before.
+/// The moment of a cue's completion, or of the next cue taking over; true when that one starts
+/// exactly then.
 fn settled(document: &Document, index: usize) -> Option<(Time, bool)> {
     let cues = document.timeline().cues();
     let cue = cues.get(index)?;
@@ -442,13 +441,13 @@ fn settled(document: &Document, index: usize) -> Option<(Time, bool)> {
     })
 }
 
-/// The last of the cues that follow this one by themselves; the cue itself where none does.
+/// Index of the last of the cues that follow this one automatically, or its own.
 fn chain_end(show: &Show, index: usize) -> usize {
     let run = show.cues.iter().skip(index);
     index + run.take_while(|cue| cue.link.is_some()).count()
 }
 
-/// The moment at which a share of a cue's time has gone by.
+/// The moment at a share of a cue's time.
 fn part_of(cue: &CueTime, share: f64) -> Time {
     let whole = (cue.completion - cue.go).micros() as f64;
     cue.go + Time::from_micros((whole * share).round() as i64)

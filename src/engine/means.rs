@@ -1,5 +1,5 @@
-//! What a refinement works with: the document that it serves, the host's means, and the images,
-//! which it alone changes.
+//! The parts of an engine used by refinement: the document, the host, and the images, which only
+//! refinement changes.
 
 use super::Error;
 use super::document::Document;
@@ -17,7 +17,7 @@ pub(super) struct Means<'m> {
 }
 
 impl Means<'_> {
-    /// What is known for a refinement.
+    /// Estimates for a refinement.
     pub fn estimate(&self, refinement: &Refinement) -> Estimate<'_> {
         Estimate::new(self.document, self.host, self.images, refinement)
     }
@@ -27,11 +27,11 @@ impl Means<'_> {
         self.host.clock.seconds()
     }
 
-    /// Measures how fast the operator is here by its own small task, where nothing was rendered yet
-    /// that would show it, as the coarse images were stored.
+    /// Measures the operator's speed by its own small task, unless a rendering has shown it (stored
+    /// coarse images do not).
     ///
     /// # Errors
-    /// [`Error::NoSetup`], else what rendering says.
+    /// [`Error::NoSetup`], or an error of rendering.
     pub fn calibrate(&mut self, refinement: &Refinement) -> Result<(), Error> {
         if !self.images.pace.is_known() {
             let seconds = self.estimate(refinement).measure_pace()?;
@@ -41,7 +41,7 @@ impl Means<'_> {
         Ok(())
     }
 
-    /// Adds the refined images that earlier edits and sessions left.
+    /// Adds refined images of earlier edits and sessions.
     pub fn reuse_refined(&mut self, refinement: &Refinement) -> Result<(), Error> {
         let begin = self.now();
         let least = self.estimate(refinement).least_refined();
@@ -51,7 +51,7 @@ impl Means<'_> {
         self.add_refined(refinement, reused, begin)
     }
 
-    /// Adds images to the pool and records where the sequence stands after each.
+    /// Adds images to the pool and records the state of the sequence after each.
     pub fn add_refined(
         &mut self,
         refinement: &Refinement,
@@ -71,7 +71,7 @@ impl Means<'_> {
         Ok(())
     }
 
-    /// Records where the sequence stands after an image that was begun at `begin`.
+    /// Records the state of the sequence after an image begun at `begin`.
     pub fn record(&mut self, refinement: &Refinement, begin: f64) -> Result<(), Error> {
         let now = self.now();
         let estimate = self.estimate(refinement);

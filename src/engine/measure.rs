@@ -1,8 +1,8 @@
-//! Measurements: what the program does compared with what it should do, as typed results.
+//! Measurements of the program's results and errors, as typed values.
 //!
-//! One measure of error ([`difference`](difference::difference)) and what is measured with it.
-//! Invariants: a figure that cannot be known is absent, never zero; a result says of which show and
-//! on which machine it was measured ([`Origin`]).
+//! One measure of error ([`difference`](difference::difference)) and measurements based on it.
+//! Invariants: an unknown figure is absent, never zero; a result names its show and machine
+//! ([`Origin`]).
 
 pub mod comparison;
 pub mod difference;

@@ -1,22 +1,22 @@
-//! How long rendering takes on this machine against what the operator predicts.
+//! Speed of rendering on this machine relative to the operator's prediction.
 
-/// Measured against predicted seconds, once something was measured.
+/// Ratio of measured to predicted seconds, once measured.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pace(Option<f64>);
 
 impl Pace {
-    /// Seconds of what is predicted to take one; one while nothing is known.
+    /// Actual seconds per predicted second; one while unknown.
     pub fn seconds(self) -> f64 {
         self.0.unwrap_or(1.0)
     }
 
-    /// True once something was measured.
+    /// True after a measurement.
     pub fn is_known(self) -> bool {
         self.0.is_some()
     }
 
-    /// Takes what was predicted, this scale in it, against what it took. Only the last counts: the
-    /// machine may have other work now than it had before.
+    /// Updates the ratio from a prediction, which includes the current ratio, and a measurement.
+    /// Only the last one counts, because the machine's load may change.
     pub fn learn(&mut self, predicted: f64, measured: f64) {
         let ratio = measured / predicted;
         if ratio.is_finite() && ratio > 0.0 {
@@ -36,7 +36,7 @@ mod tests {
         assert_eq!(scale.seconds(), 3.0);
         scale.learn(3.0, 1.5);
         assert_eq!(scale.seconds(), 1.5);
-        // A clock that stands still, a cost that is not known.
+        // A clock that stands still, an unknown cost.
         scale.learn(3.0, 0.0);
         scale.learn(0.0, 1.0);
         assert_eq!(scale.seconds(), 1.5);

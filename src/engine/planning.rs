@@ -1,4 +1,4 @@
-//! The plan of a show, and the order in which images are refined.
+//! The plan of a show, and the order of refinement.
 
 use super::Error;
 use super::displayed::OF_ALL_LIGHT;
@@ -8,8 +8,8 @@ use crate::pool::{Pool, is_within};
 use footlight_show::units::{ErrorUnit, Time, Tolerance};
 
 impl Estimate<'_> {
-    /// The plan of the show alone: key settings, basis, predicted error. Errors are those of the images
-    /// that are there; without images the basis follows from the levels alone.
+    /// The plan of the show: key settings, basis, predicted error. Errors are based on the existing
+    /// images; without images the basis follows from the levels alone.
     ///
     /// # Errors
     /// [`Error::Plan`] when a decomposition fails.
@@ -44,20 +44,20 @@ impl Estimate<'_> {
         })
     }
 
-    /// The weights that order what is to be refined.
+    /// Weights for the order of refinement.
     fn weighting(&self, pool: &Pool, unit: ErrorUnit) -> Result<Weighting, Error> {
         Ok(pool.weighting().clone().at(self.moments(pool, unit)?))
     }
 
-    /// Directions that are left to refine, the most useful first.
+    /// Remaining directions to refine, the most useful first.
     pub(super) fn directions(&self, pool: &Pool, unit: ErrorUnit) -> Result<Vec<Direction>, Error> {
         let keys = self.document.keys();
         let weighting = self.weighting(pool, unit)?;
         Ok(plan::next(keys, &pool.settings(), &weighting, None)?.directions)
     }
 
-    /// Estimated errors of the worst moment before calibration: of coarse images alone, with the
-    /// pool as it is, and with each of `directions` besides.
+    /// Estimated errors of the worst moment before calibration: with coarse images alone, with the
+    /// current pool, and with each of `directions` added.
     pub(super) fn errors_left(
         &self,
         pool: &Pool,
@@ -69,7 +69,7 @@ impl Estimate<'_> {
         Ok(plan::worst_left(&moments, &known, directions, weighting))
     }
 
-    /// The moments whose error counts.
+    /// The moments whose errors count.
     pub(super) fn moments(&self, pool: &Pool, unit: ErrorUnit) -> Result<Vec<Moment>, Error> {
         let light = |setting: &[f64]| pool.light(setting);
         let mut moments = Moment::relative(self.settings_of_cues(), light);
@@ -79,14 +79,14 @@ impl Estimate<'_> {
         Ok(moments)
     }
 
-    /// The settings of the moments whose error counts.
+    /// Settings of the moments whose errors count.
     pub fn settings_of_cues(&self) -> Vec<Vec<f64>> {
         let timeline = self.document.timeline();
         let times = self.moments_of_cues().into_iter();
         times.map(|(_, time)| timeline.evaluate(time)).collect()
     }
 
-    /// Parts of every cue's fade, with the cue; of very many cues the end alone.
+    /// Moments of every cue's fade, with the cue; with very many cues only the ends.
     pub(super) fn moments_of_cues(&self) -> Vec<(usize, Time)> {
         let cues = self.document.timeline().cues();
         let mut out = Vec::with_capacity(PARTS.len() * cues.len());
@@ -101,8 +101,8 @@ impl Estimate<'_> {
         out
     }
 
-    /// Turns a plan's estimates into the errors that coarse images predict, refined ones not among
-    /// them, and counts again what the tolerance needs.
+    /// Replaces a plan's estimates by the errors predicted from coarse images, without refined
+    /// ones, and recomputes the number of settings for the tolerance.
     fn predict_errors(&self, plan: &mut Plan, pool: &Pool, unit: ErrorUnit) -> Result<(), Error> {
         let moments = self.moments(pool, unit)?;
         let left = plan::worst_left(&moments, &[], &plan.basis, pool.weighting());
@@ -121,13 +121,13 @@ impl Estimate<'_> {
     }
 }
 
-/// Moments of each fade whose error counts, as parts of its time.
+/// Counted moments of each fade, as shares of its time.
 const PARTS: [f64; 4] = [0.25, 0.5, 0.75, 1.0];
-/// From so many cues on only their ends count: each of their moments costs banks times banks.
+/// Number of cues from which only their ends count: the cost of a moment is quadratic in banks.
 const MANY_CUES: usize = 500;
 
-/// The plan where the first images are final: the basis still tells how the sequence varies, but no
-/// image of it is worth rendering.
+/// The plan when coarse images are final: the basis still describes the sequence, but no image of
+/// it is worth rendering.
 fn nothing_to_refine(mut plan: PlanReport) -> PlanReport {
     plan.used = 0;
     plan.predicted = vec![Predicted {

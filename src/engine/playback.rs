@@ -1,8 +1,8 @@
-//! Playback: every frame is at most three linear blends of key images.
+//! Playback: every frame takes at most three linear blends of key images.
 //!
-//! A [`Playback`] holds the key images as the pool gives them; a [`Player`] keeps them in a format
-//! of one's choice ([`key`]) and makes frames of them in one pass ([`kernel`]). A frame reads the
-//! key images of one segment only; a segment of degree d takes d blends.
+//! A [`Playback`] holds the key images of a pool; a [`Player`] keeps them in a chosen format
+//! ([`key`]) and makes frames of them in one pass ([`kernel`]). A frame reads the key images of one
+//! segment; a segment of degree d takes d blends.
 
 pub mod kernel;
 pub mod key;
@@ -20,24 +20,24 @@ use footlight_picture::Image;
 use footlight_show::timeline::{KeySequence, Segment, blend};
 use footlight_show::units::Time;
 
-/// Bytes of a key image's pixel as it is made and as a player in half precision keeps it.
+/// Bytes of a key image's pixel: as rendered, and in a player at half precision.
 const BYTES_PER_PIXEL: usize = 3 * (size_of::<f32>() + size_of::<u16>());
 
-/// Why key images could not be made.
+/// Reason why key images could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum PlaybackError {
-    /// The embedding program asked to stop.
+    /// The embedding program cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
     /// The key images need more memory than allowed.
     #[error("the key images need {needed} bytes; the budget is {budget}")]
     Memory {
-        /// Bytes needed, to play them included.
+        /// Bytes needed, including playback.
         needed: usize,
         /// Bytes allowed.
         budget: usize,
     },
-    /// The keys have other coordinates than the pool.
+    /// The keys' coordinates differ from the pool's.
     #[error(transparent)]
     Plan(#[from] PlanError),
 }
@@ -52,7 +52,7 @@ pub struct Playback {
 }
 
 impl Playback {
-    /// Makes every key image from a pool as it stands.
+    /// Makes every key image from the current pool.
     ///
     /// # Errors
     /// [`PlaybackError`] on cancel, or when the keys do not fit the pool or the memory.
@@ -75,18 +75,18 @@ impl Playback {
         })
     }
 
-    /// With heads, whose light is added to every frame.
+    /// Adds heads, whose light is added to every frame.
     #[must_use]
     pub fn with_heads(self, heads: Option<Heads>) -> Playback {
         Playback { heads, ..self }
     }
 
-    /// The heads, where the show has any.
+    /// The heads, if any.
     pub fn heads(&self) -> Option<&Heads> {
         self.heads.as_ref()
     }
 
-    /// Bytes that [`Playback::new`] and a player of it take, about.
+    /// Approximate bytes of [`Playback::new`] and a player of it.
     pub fn bytes(keys: &KeySequence, pool: &Pool) -> usize {
         Playback::bytes_at(keys, pool.size())
     }
@@ -96,7 +96,7 @@ impl Playback {
         keys.keys().len() * BYTES_PER_PIXEL * width * height
     }
 
-    /// From key images made elsewhere, one for each of the keys and all of one size; `None`
+    /// Uses key images made elsewhere, one for each of the keys and all of one size; `None`
     /// otherwise.
     pub fn of(keys: &KeySequence, images: Vec<Image>) -> Option<Playback> {
         let size = images.first()?.size();
@@ -137,7 +137,7 @@ impl Playback {
         out
     }
 
-    /// A frame without the light of heads that no key image has.
+    /// A frame without the direct light of heads.
     pub(crate) fn blended(&self, time: Time) -> Image {
         let mut out = Image::new(self.size.0, self.size.1);
         let (index, t) = self.keys.segment_at(time);
@@ -152,7 +152,7 @@ impl Playback {
     /// Adds the light of heads to a frame.
     fn add_heads(&self, time: Time, frame: &mut Image) {
         if let Some(heads) = &self.heads {
-            // A frame is short: nothing asks it to stop.
+            // A frame is short and not cancelled.
             let _ = heads.add_at(time, frame, Work::silent());
         }
     }

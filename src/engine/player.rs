@@ -1,4 +1,4 @@
-//! Key images ready to play, in the fastest format that is good enough for the show.
+//! Players for a show, in the fastest format of sufficient quality.
 
 use std::sync::Arc;
 
@@ -9,23 +9,22 @@ use footlight_picture::Image;
 use footlight_picture::tone::Tone;
 use footlight_show::units::Time;
 
-/// Key images that memory does not hold.
+/// Key images beyond the memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ManyKeys {
-    /// How many there are.
+    /// Their number.
     pub keys: usize,
-    /// Bytes that they need.
+    /// Bytes needed.
     pub needed: usize,
     /// Bytes allowed.
     pub budget: usize,
-    /// Effects that cues start, each with the bank that it runs on: while one runs, every turn of it is
-    /// a key.
+    /// Effects in cues, each with its bank: while one runs, each of its turns is a key.
     pub effects: Vec<(String, String)>,
 }
 
 impl ManyKeys {
-    /// Those of a document, where `memory` bytes do not hold them; `None` where they do, or where there
-    /// is nothing to render.
+    /// Key images of a document beyond `memory` bytes; `None` if they fit, or without anything to
+    /// render.
     pub fn of(document: &Document, memory: usize) -> Option<ManyKeys> {
         let view = &document.setup()?.view;
         let needed = Playback::bytes_at(document.keys(), (view.width, view.height));
@@ -56,12 +55,12 @@ impl ManyKeys {
     }
 }
 
-/// Moments at which the light of heads counts for the exposure, at most.
+/// Most moments at which the light of heads counts for the exposure.
 const EXPOSED: usize = 32;
 
 impl Document {
-    /// The tone of a sequence: the show's own exposure, or one from its brightest key images; with heads
-    /// from frames when cues are complete.
+    /// The tone of a sequence: the show's own exposure, or an automatic one from its brightest key
+    /// images; with heads, from frames at cues' completion.
     pub fn tone_of_playback(&self, playback: &Playback) -> Tone {
         if playback.heads().is_none() {
             return self.tone_of(playback.images());
@@ -79,11 +78,11 @@ impl Document {
 }
 
 impl Engine {
-    /// Key images from the pool as it stands, ready to play; coarse images are rendered if they are
-    /// not there.
+    /// Makes key images from the current pool, ready to play; missing coarse images are rendered
+    /// first.
     ///
     /// # Errors
-    /// [`Error::NoSetup`] when the show has no stage or view, else what rendering says.
+    /// [`Error::NoSetup`] when the show has no stage or view, or an error of rendering.
     pub fn playback(&mut self) -> Result<Arc<Playback>, Error> {
         self.coarse()?;
         let needed = Playback::bytes(self.document.keys(), self.estimate().rendered()?);
@@ -106,8 +105,8 @@ impl Engine {
         Ok(Arc::new(playback.with_heads(heads)))
     }
 
-    /// The sequence as display bytes, exposed as one: any frame is at most three blends of key
-    /// images.
+    /// A player of the sequence as display bytes, with one exposure; each frame takes at most three
+    /// blends of key images.
     ///
     /// # Errors
     /// As [`Engine::playback`].

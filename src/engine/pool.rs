@@ -1,14 +1,14 @@
-//! The pool of pictures: coarse ones for every source, refined ones for mixtures, and the preview
-//! made of both.
+//! The pool of images: coarse images of every source, refined images of mixtures, and previews
+//! combined from both.
 //!
-//! The preview of a setting L is `C'·L + sum c_j (R_j - C'·s_j)`: coarse pictures C' extrapolated
-//! from two coarse qualities, plus the known corrections of refined pictures R_j at settings s_j,
+//! The preview of a setting L is `C'·L + sum c_j (R_j - C'·s_j)`: coarse images C' extrapolated
+//! from two coarse qualities, plus the known corrections of refined images R_j at settings s_j,
 //! weighted by the projection of L on the s_j in the metric of the coarse error. A refined setting
-//! is reproduced exactly. The projection in plain settings, by levels alone, follows Dorsey, Arvo and
-//! Greenberg, "Interactive Design of Complex Time-Dependent Lighting" (1995); it can make a picture
-//! worse than coarse ones alone.
+//! is reproduced exactly. The projection in plain settings, by levels alone, follows Dorsey, Arvo
+//! and Greenberg, "Interactive Design of Complex Time-Dependent Lighting" (1995); it can make an
+//! image worse than coarse ones alone.
 //!
-//! Invariants: all pictures have one size; raw settings and pictures are kept.
+//! Invariants: all images have one size; raw settings and images are kept.
 
 #![allow(
     clippy::indexing_slicing,
@@ -33,19 +33,19 @@ use footlight_picture::combine::{add, combine, dot, extrapolate};
 use footlight_show::linalg::Matrix;
 use footlight_transport::Quality;
 
-/// A refined picture and how it came to be.
+/// A refined image with its setting and quality.
 #[derive(Clone, Debug)]
 pub struct RefinedImage {
-    /// The setting that was rendered, one number for each source.
+    /// The rendered setting, one number for each source.
     pub setting: Vec<f64>,
-    /// The picture.
+    /// The image.
     pub image: Arc<Image>,
-    /// The quality it was rendered at.
+    /// Its quality step.
     pub quality: Quality,
     evidence: Evidence,
 }
 
-/// Coarse and refined pictures of one scene, rig and view.
+/// Coarse and refined images of one scene, rig and view.
 #[derive(Clone, Debug)]
 pub struct Pool {
     size: (usize, usize),
@@ -54,45 +54,45 @@ pub struct Pool {
     gram: Matrix,
     /// The norm of D for each source.
     errors: Vec<f64>,
-    /// Of each source's D the standard error of the sum of its squares, relative, if its pixels are
-    /// independent.
+    /// Relative standard error of the sum of squares of each source's D, assuming independent
+    /// pixels.
     spreads: Vec<f64>,
     weighting: Weighting,
     refined: Vec<RefinedImage>,
     stated: Option<Stated>,
     fit: Fit,
-    /// C' of every source, made when first wanted after a picture was added: of 24 sources and 10
-    /// refined pictures a preview then reads 34 pictures and not 58.
+    /// C' of every source, computed on demand after an image was added: with 24 sources and 10
+    /// refined images a preview then reads 34 images instead of 58.
     extrapolated: OnceLock<Vec<Arc<Image>>>,
 }
 
-/// What is known of the errors before the first correction, from what the operator states.
+/// Errors known before the first correction, from the operator's statement.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stated {
-    /// What estimated errors are multiplied by.
+    /// Factor on estimated errors.
     pub calibration: f64,
-    /// Error of what refined images show, as a share of that of coarse ones.
+    /// Error of refined images relative to that of coarse ones.
     pub refined: f64,
-    /// Where pictures err by noise alone.
+    /// Set when images have errors by noise alone.
     pub noise: Option<Noise>,
 }
 
-/// What the numbers of samples say of noisy pictures.
+/// Properties of noisy images, from the numbers of samples.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// What of the difference of the two coarse qualities the finer one is moved by.
+    /// Share of the difference of the two coarse qualities by which the finer one moves.
     extrapolation: f64,
-    /// How many times the variance of coarse images refined ones have at least.
+    /// Least ratio of the variance of refined images to that of coarse ones.
     variances: f64,
 }
 
 impl Stated {
-    /// Of pictures that are right in the mean, with so many samples a pixel at the two coarse
-    /// qualities and in refined pictures of `sources` at once.
+    /// Statement for unbiased images with these samples per pixel at the two coarse qualities and
+    /// in refined images of `sources` together.
     ///
-    /// With r times the samples the finer picture has 1/r of the variance; the mean of both by
-    /// precision, C - D/(1+r), has r/(1+r) of that of the finer, and their difference D has 1+r times
-    /// it. In a picture of many sources each has its share of the samples.
+    /// With r times the samples the finer image has 1/r of the variance. The mean of both weighted
+    /// by precision, C - D/(1+r), has r/(1+r) of the finer one's variance, and their difference D
+    /// has 1+r times it. In an image of many sources each gets its share of the samples.
     pub fn noise([cheap, fine, refined]: [f64; 3], sources: usize) -> Stated {
         let ratio = fine / cheap;
         let variances = sources as f64 * (cheap + fine) / refined;
@@ -107,15 +107,15 @@ impl Stated {
         stated.with_refined(variances)
     }
 
-    /// The same where refined images have so many times the variance of coarse ones: what both show is
-    /// their mean by precision.
+    /// The statement for refined images with `variances` times the variance of coarse ones; light
+    /// in both is averaged by precision.
     fn with_refined(self, variances: f64) -> Stated {
         let refined = (variances / (1.0 + variances)).sqrt();
         Stated { refined, ..self }
     }
 
-    /// Of operators that state errors: what estimates are multiplied by, and the errors of coarse and
-    /// of refined images.
+    /// Statement of an operator that gives errors: the factor on estimates, and the errors of
+    /// coarse and of refined images.
     pub fn of(calibration: f64, coarse: f64, refined: f64) -> Stated {
         let share = if coarse > 0.0 { refined / coarse } else { 0.0 };
         Stated {
@@ -125,14 +125,14 @@ impl Stated {
         }
     }
 
-    /// Where coarse images are left to show so much of what they showed `alone`, what the refined
-    /// images err by that show the rest, before calibration.
+    /// Error contributed by refined images, before calibration, when coarse images still show
+    /// `left` of the error `alone`.
     pub fn error_of_refined(self, left: f64, alone: f64) -> f64 {
         let share = if alone > 0.0 { left / alone } else { 0.0 };
         self.refined * alone * (1.0 - share * share).max(0.0).sqrt()
     }
 
-    /// What refined images count for beside coarse ones.
+    /// Weight of refined images relative to coarse ones.
     fn refined_weight(self) -> f64 {
         match self.noise {
             Some(_) => 1.0 - self.refined * self.refined,
@@ -141,24 +141,24 @@ impl Stated {
     }
 }
 
-/// Standard errors by which noise may be larger than estimated: in 1 of 44 cases it is.
+/// Safety margin for noise in standard errors: exceeded in 1 of 44 cases.
 const CONFIDENCE: f64 = 2.0;
 
-/// C' is kept where it takes no more than the memory that a task may hold, divided by this.
+/// C' is kept if it takes at most the memory of a task divided by this.
 const EXTRAPOLATED_MEMORY_DIVISOR: usize = 4;
 
 impl Pool {
-    /// The settings of coarse pictures: each of `sources` sources alone at unit setting.
+    /// The settings of coarse images: each of `sources` sources alone at unit setting.
     pub fn unit_settings(sources: usize) -> Vec<Vec<f64>> {
         let unit = |i: usize| (0..sources).map(|j| f64::from(u8::from(i == j))).collect();
         (0..sources).map(unit).collect()
     }
 
-    /// From coarse pictures, one for each source, and, unless empty, as many of the next cheaper
-    /// quality.
+    /// Creates a pool from coarse images, one for each source, and optionally (or empty) as many of
+    /// the next cheaper quality.
     ///
     /// # Errors
-    /// [`PlanError::Weight`] where a picture has a pixel that is not finite.
+    /// [`PlanError::Weight`] when an image has a pixel that is not finite.
     pub fn new<I: Into<Arc<Image>>>(
         coarse: Vec<I>,
         coarser: Vec<I>,
@@ -200,9 +200,9 @@ impl Pool {
         })
     }
 
-    /// The pool with what the operator states of its errors, but of the sources that are `exact`; no
-    /// refined image is in it yet. Noise is taken to be as large as its estimate allows: the picture's
-    /// own and that of D both depart from what is expected of them.
+    /// Adds the operator's statement about errors, except for `exact` sources, to a pool without
+    /// refined images. Noise is assumed as large as its estimate allows, because both the image's
+    /// own and that of D deviate from expectation.
     ///
     /// # Errors
     /// As [`Pool::new`].
@@ -231,31 +231,31 @@ impl Pool {
         self.fit = self.fit();
     }
 
-    /// True where errors rest on what the operator states.
+    /// True when errors rest on the operator's statement.
     pub fn is_stated(&self) -> bool {
         self.stated.is_some()
     }
 
-    /// True where the weights are those of light and an error is a share of them: the operator
-    /// states an error of the coarse images, and there is one quality of these.
+    /// True when weights are light and an error is a share of it: the operator states an error of
+    /// the coarse images, which have one quality.
     pub fn is_relative(&self) -> bool {
         self.is_stated() && self.coarser.is_empty()
     }
 
-    /// True where errors are known before any correction: as stated, or as the noise of pictures that
-    /// differ by nothing else.
+    /// True when errors are known before any correction: stated, or as the noise of images that
+    /// differ only by it.
     pub fn is_known(&self) -> bool {
         self.is_relative() || self.stated.is_some_and(|s| s.noise.is_some())
     }
 
-    /// Predicted error, relative, where coarse images are left to show so much of what they showed
-    /// `alone`, both as estimated before calibration. What is stated of refined images stays: corrections
-    /// tell the errors of coarse ones alone.
+    /// Predicted relative error when coarse images still show `left` of the error `alone`, both as
+    /// estimated before calibration. The stated error of refined images stays: corrections
+    /// calibrate only coarse ones.
     pub fn error(&self, left: f64, alone: f64) -> f64 {
         self.error_by(self.calibration(), left, alone)
     }
 
-    /// The same as it is predicted before the first refined image.
+    /// The error as predicted before the first refined image.
     pub fn planned_error(&self, left: f64, alone: f64) -> f64 {
         self.error_by(self.prior(), left, alone)
     }
@@ -265,43 +265,43 @@ impl Pool {
         (calibration * left).hypot(self.prior() * refined)
     }
 
-    /// What estimated errors are multiplied by before the first correction is known.
+    /// Factor on estimated errors before the first correction.
     fn prior(&self) -> f64 {
         self.stated.map_or(1.0, |s| s.calibration)
     }
 
-    /// Width and height of every picture.
+    /// Width and height of every image.
     pub fn size(&self) -> (usize, usize) {
         self.size
     }
 
-    /// The coarse picture of each source at unit setting.
+    /// The coarse image of each source at unit setting.
     pub fn coarse(&self) -> &[Arc<Image>] {
         &self.coarse
     }
 
-    /// The same at the next cheaper quality; empty where there is none.
+    /// Coarse images of the next cheaper quality; empty if there are none.
     pub fn coarser(&self) -> &[Arc<Image>] {
         &self.coarser
     }
 
-    /// The refined pictures, oldest first.
+    /// The refined images, oldest first.
     pub fn refined(&self) -> &[RefinedImage] {
         &self.refined
     }
 
-    /// Every picture: coarse, coarser, refined.
+    /// Every image: coarse, coarser, refined.
     pub fn pictures(&self) -> impl Iterator<Item = &Arc<Image>> {
         let refined = self.refined.iter().map(|r| &r.image);
         self.coarse.iter().chain(&self.coarser).chain(refined)
     }
 
-    /// Bytes that every picture takes.
+    /// Bytes of all images.
     pub fn image_bytes(&self) -> usize {
         self.pictures().map(|image| size_of_val(image.data())).sum()
     }
 
-    /// Bytes of the extrapolated pictures that previews keep.
+    /// Bytes of the extrapolated images kept for previews.
     pub fn extrapolated_bytes(&self) -> usize {
         let kept = self.extrapolated.get();
         kept.map_or(0, |kept| {
@@ -309,8 +309,8 @@ impl Pool {
         })
     }
 
-    /// The pool with every `step`-th column and row of its pictures, and with what is known of the
-    /// whole ones: its previews are those pixels of whole previews.
+    /// The pool with every `step`-th column and row of its images, and the errors of the full ones:
+    /// its previews equal these pixels of full previews.
     pub fn thinned(&self, step: usize) -> Pool {
         let thin = |image: &Arc<Image>| match step {
             0 | 1 => image.clone(),
@@ -336,42 +336,42 @@ impl Pool {
         }
     }
 
-    /// Scalar products of the coarse pictures, sources x sources.
+    /// Scalar products of the coarse images, sources x sources.
     pub fn gram(&self) -> &Matrix {
         &self.gram
     }
 
-    /// The weights of the best metric that the pictures allow: [`Metric::Error`] where two coarse
-    /// qualities exist, else [`Metric::Norm`]. Where all of these weights are zero, each source
-    /// counts alike ([`Metric::Settings`]).
+    /// The weights of the best metric available: [`Metric::Error`] with two coarse qualities, else
+    /// [`Metric::Norm`]. If all of these weights are zero, each source counts equally
+    /// ([`Metric::Settings`]).
     pub fn weighting(&self) -> &Weighting {
         &self.weighting
     }
 
-    /// True when two coarse qualities were rendered and every pair of pictures is alike to the bit, as
-    /// where a renderer ignores quality: the estimated error is zero and nothing is worth refining.
+    /// True when two coarse qualities were rendered and every pair of images is equal to the bit,
+    /// as with a renderer that ignores quality: the estimated error is zero and nothing is worth
+    /// refining.
     pub fn has_no_estimated_error(&self) -> bool {
         !self.errors.is_empty() && self.errors.iter().all(|e| *e == 0.0)
     }
 
-    /// The norm of each coarse picture at unit setting.
+    /// The norm of each coarse image at unit setting.
     pub fn norms(&self) -> Vec<f64> {
         norms(&self.gram)
     }
 
-    /// By how much the estimated errors must be multiplied to agree with the corrections known so
-    /// far; before the first 1, or what the operator states.
+    /// Factor by which estimated errors must be multiplied to agree with the known corrections;
+    /// before the first, 1 or the operator's statement.
     pub fn calibration(&self) -> f64 {
         self.fit.calibration
     }
 
-    /// Settings of the refined pictures.
+    /// Settings of the refined images.
     pub fn settings(&self) -> Vec<Vec<f64>> {
         self.refined.iter().map(|r| r.setting.clone()).collect()
     }
 
-    /// Adds a refined picture; a picture of another size or a setting of another length is
-    /// refused (false) and nothing changes.
+    /// Adds a refined image; false, without a change, for a wrong size or number of sources.
     pub fn add(
         &mut self,
         setting: Vec<f64>,
@@ -406,7 +406,7 @@ impl Pool {
         true
     }
 
-    /// What is known of the estimate.
+    /// The fit to all known corrections.
     fn fit(&self) -> Fit {
         if let Some(noise) = self.stated.and_then(|stated| stated.noise) {
             return Fit {
@@ -414,15 +414,15 @@ impl Pool {
                 calibration: self.prior(),
             };
         }
-        // Images of the coarse ones' own step say nothing of the error of these.
+        // Refined images at the coarse step tell nothing about its error.
         let tell = self.stated.is_none_or(|stated| stated.refined < 1.0);
         let known = self.refined.iter().filter(|_| tell).map(|r| r.evidence);
         Fit::of(self.prior(), &known.collect::<Vec<Evidence>>())
     }
 
-    /// Where pictures err by noise: what is known of that of refined ones, from what they differ by from
-    /// coarse ones beyond the noise of these. A sampler that has to choose among many lights may make
-    /// more of it than each light's share of the samples says.
+    /// For noisy images: updates the noise of refined images from their differences to coarse ones
+    /// beyond the noise of these. A sampler that chooses among many lights may be noisier than each
+    /// light's share of the samples suggests.
     fn with_noise_of_refined(&self, stated: Stated) -> Stated {
         let Some(noise) = stated.noise else {
             return stated;
@@ -444,7 +444,7 @@ impl Pool {
         stated.with_refined(mean.max(noise.variances))
     }
 
-    /// Adds C'·s to a picture.
+    /// Adds C'·s to an image.
     fn add_extrapolated(&self, sum: &mut Image, setting: &[f64], work: Work<'_>) {
         let by = self.fit.extrapolation;
         let beyond =
@@ -458,13 +458,13 @@ impl Pool {
             let terms: Vec<(f64, &Image)> = setting.iter().copied().zip(images(kept)).collect();
             return add(sum, &terms, work.threads);
         }
-        // The same sums to the bit, one picture at a time.
+        // The same sums to the bit, one image at a time.
         for (weight, pair) in setting.iter().zip(pairs).filter(|(w, _)| **w != 0.0) {
             add(sum, &[(*weight, &beyond(pair))], work.threads);
         }
     }
 
-    /// D·s: what the two coarse qualities differ by at a setting.
+    /// D·s: the difference of the two coarse qualities at a setting.
     fn difference(&self, setting: &[f64], work: Work<'_>) -> Image {
         if self.coarser.is_empty() {
             return Image::new(self.size.0, self.size.1);
@@ -475,11 +475,11 @@ impl Pool {
         combine(self.size, &terms, work.threads)
     }
 
-    /// The best picture of a setting that the pool can give without rendering; may hold slightly
-    /// negative pixels.
+    /// The best image of a setting from the pool without rendering; pixels may be slightly
+    /// negative.
     ///
     /// # Errors
-    /// [`PlanError`] for a setting of another number of coordinates.
+    /// [`PlanError`] for a wrong number of coordinates.
     pub fn preview(&self, setting: &[f64], work: Work<'_>) -> Result<Image, PlanError> {
         let (c, rest) = self.parts(setting)?;
         let refined = self.refined.iter().map(|r| r.image.as_ref());
@@ -495,8 +495,8 @@ impl Pool {
         Ok(out)
     }
 
-    /// The light of a setting, as errors are relative to it: the norm of its coarse image, or, where
-    /// the pool [says so](Pool::is_relative), of its weighted coordinates.
+    /// The light of a setting, to which errors are relative: the norm of its coarse image, or of
+    /// its weighted coordinates if [`Pool::is_relative`].
     pub fn light(&self, setting: &[f64]) -> f64 {
         let n = setting.len().min(self.coarse.len());
         let of = |i: usize| -> f64 {
@@ -511,8 +511,8 @@ impl Pool {
         (0..n).map(of).sum::<f64>().max(0.0).sqrt()
     }
 
-    /// Coefficients c of the refined images at a setting L, and L - S·c, which is left to the
-    /// coarse ones. Noisy pictures of what both show are averaged by their precision.
+    /// Coefficients c of the refined images at a setting L, and the remainder L - S·c for the
+    /// coarse ones. Noisy images of light in both are averaged by precision.
     fn parts(&self, setting: &[f64]) -> Result<(Vec<f64>, Vec<f64>), PlanError> {
         let looks = [setting.to_vec()];
         let mut c = plan::projection(&self.settings(), &self.weighting, &looks)?.concat();
@@ -547,7 +547,7 @@ fn weighting(errors: &[f64], norms: &[f64]) -> Result<Weighting, PlanError> {
     }
 }
 
-/// The norm of each picture, given the scalar products of all.
+/// The norm of each image, from the scalar products.
 fn norms(gram: &Matrix) -> Vec<f64> {
     gram.diagonal().iter().map(|x| x.max(0.0).sqrt()).collect()
 }

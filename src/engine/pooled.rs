@@ -1,4 +1,4 @@
-//! What images there are, which of them serve the show, and freeing the others.
+//! Existing images, which of them the show can use, and freeing the others.
 
 use std::sync::Arc;
 
@@ -13,18 +13,18 @@ use footlight_show::linalg::Dependent;
 use footlight_show::model::Bank;
 use footlight_transport::Quality;
 
-/// Images at hand, in memory and in the store.
+/// Images in memory and in the store.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PoolSummary {
-    /// Images that the pool holds, each counted once.
+    /// Number of images in the pool, each counted once.
     pub held: usize,
-    /// Images in memory that an edit put aside.
+    /// Number of images in memory that an edit made unused.
     pub idle: usize,
-    /// Refined images at hand that the pool does not use, as they say next to nothing new.
+    /// Number of refined images that the pool does not use because they add almost nothing.
     pub near_copies: usize,
     /// Refined images whose settings lie in the span of those before them.
     pub refused: Vec<Dependent>,
-    /// The store; `None` where images are kept in memory only.
+    /// The store; `None` when images are kept only in memory.
     pub store: Option<StoreSummary>,
 }
 
@@ -35,18 +35,18 @@ pub struct StoreSummary {
     pub folder: std::path::PathBuf,
     /// The most bytes that it may hold.
     pub limit: u64,
-    /// Steps of quality and bytes of the images that can serve this show.
+    /// Quality steps and bytes of the images that can serve this show.
     pub own: Vec<(Quality, u64)>,
-    /// Bytes of each of the others: of other scenes, lights, views or versions.
+    /// Bytes of each other image: of other scenes, lights, views or versions.
     pub other: Vec<u64>,
 }
 
-/// What was freed.
+/// Result of freeing images.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Freed {
-    /// Images dropped from memory.
+    /// Number of images dropped from memory.
     pub memory: usize,
-    /// Images and bytes freed in the store's folder, if there is one.
+    /// Number and bytes of images freed in the store, and its folder, if there is one.
     pub store: Option<(usize, u64, std::path::PathBuf)>,
 }
 
@@ -55,16 +55,16 @@ pub struct Freed {
 pub struct UnlitBank {
     /// Its name.
     pub name: String,
-    /// Where it is declared.
+    /// Its declaration.
     pub place: Option<Label>,
 }
 
-/// Of the brightest light in the images of all banks, what no display shows.
+/// Share of the brightest light in the images of all banks that is invisible on any display.
 const UNSEEN: f32 = 1e-6;
 
 impl UnlitBank {
-    /// Banks whose light, alone at full, is nowhere in the view. Light bounces, so that only images
-    /// tell: none is rendered for this, and where not all coarse ones are at hand the list is empty.
+    /// Banks whose light, alone at full, is nowhere in the view. Because light bounces, only images
+    /// can tell: none is rendered for this, and unless all coarse ones exist the list is empty.
     pub fn find(engine: &mut Engine) -> Vec<UnlitBank> {
         let peaks: Vec<f32> = coarse_at_hand(engine).iter().map(|i| peak(i)).collect();
         let brightest = peaks.iter().copied().fold(0.0, f32::max);
@@ -72,7 +72,7 @@ impl UnlitBank {
         let show = document.show();
         let coordinates = show.coordinates();
         let mut lit = vec![peaks.is_empty(); show.banks.len()];
-        // The direct light of heads is in no image.
+        // Images do not contain the direct light of heads.
         for (_, _, bank) in show.heads() {
             if let Some(lit) = lit.get_mut(bank) {
                 *lit = true;
@@ -92,7 +92,7 @@ impl UnlitBank {
     }
 }
 
-/// The coarse image of each coordinate alone at full; none where one would have to be rendered.
+/// The coarse image of each coordinate alone at full; empty if one would have to be rendered.
 fn coarse_at_hand(engine: &mut Engine) -> Vec<Arc<Image>> {
     let estimate = engine.estimate();
     if let Some(pool) = estimate.pool() {
@@ -115,8 +115,8 @@ fn coarse_at_hand(engine: &mut Engine) -> Vec<Arc<Image>> {
 }
 
 impl PoolSummary {
-    /// What images there are beyond the pool's own, and which of the stored ones serve the show;
-    /// `None` where the show has no stage or view.
+    /// Lists images beyond the pool's own, and the stored ones that serve the show; `None` when the
+    /// show has no stage or view.
     ///
     /// # Errors
     /// [`Error::Plan`].
@@ -153,7 +153,7 @@ fn store_summary(estimate: Estimate<'_>) -> Option<StoreSummary> {
     })
 }
 
-/// Whether a stored image can serve the show: its scene fits, and all its lights are there.
+/// True when a stored image can serve the show: its scene and all its lights fit.
 fn serves(estimate: Estimate<'_>, stored: &Stored) -> bool {
     let disk_cache = estimate.images.cache.disk_cache.as_ref();
     let (Ok(rendering), Some(disk_cache)) = (estimate.rendering(), disk_cache) else {
@@ -166,10 +166,10 @@ fn serves(estimate: Estimate<'_>, stored: &Stored) -> bool {
 }
 
 impl Engine {
-    /// Frees images, in memory and in the store: those that this show cannot use, or all.
+    /// Frees images, in memory and in the store: unusable ones, or all.
     ///
     /// # Errors
-    /// [`Error::NoSetup`], [`Error::File`] when the store cannot be written.
+    /// [`Error::NoSetup`], [`Error::File`] when the store is not writable.
     pub fn drop_images(&mut self, all: bool) -> Result<Freed, Error> {
         let mut gone = Vec::new();
         let estimate = self.estimate();
@@ -201,12 +201,12 @@ impl Engine {
     }
 }
 
-/// The brightest channel of an image.
+/// The largest channel of an image.
 fn peak(image: &Image) -> f32 {
     image.data().iter().copied().fold(0.0, f32::max)
 }
 
-/// Every image a pool holds, each once.
+/// Every image of a pool, each once.
 fn images_of(pool: &Pool) -> Vec<*const Image> {
     let mut all: Vec<_> = pool.pictures().map(Arc::as_ptr).collect();
     all.sort();

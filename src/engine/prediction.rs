@@ -1,4 +1,4 @@
-//! The predicted error of a sequence, and when it is reached.
+//! The predicted error of a sequence, and the end of refinement.
 
 use super::Error;
 use super::estimate::Estimate;
@@ -8,15 +8,15 @@ use crate::pool::{Pool, is_within};
 use footlight_show::units::{ErrorUnit, Tolerance};
 
 impl Estimate<'_> {
-    /// Why no image is to be rendered after what is done; `None` if one is.
+    /// Reason why refinement ends; `None` if another image is to be rendered.
     pub(super) fn ended(
         &self,
         goal: &Goal,
         done: &RefinementSummary,
     ) -> Result<Option<Ended>, Error> {
-        // As it is now: an edit changes it without an image.
+        // The current error: an edit changes it without an image.
         let error = self.predicted_in(goal.unit())?;
-        // Where nothing is known to be wrong nothing is left to refine: that is then the reason.
+        // With no known error there is nothing to refine, which is then the reason.
         let known = error > 0.0 || self.refined() > 0;
         let reached = |wanted: Tolerance| known && self.is_reached(wanted, error);
         if goal.until.is_some_and(reached) {
@@ -29,15 +29,15 @@ impl Estimate<'_> {
         Ok((spent && done.images > 0).then_some(Ended::Spent))
     }
 
-    /// Whether an error that is predicted now counts as within `wanted`.
+    /// True when a predicted error counts as within `wanted`.
     pub(super) fn is_reached(&self, wanted: Tolerance, error: f64) -> bool {
         let is_stated = self.pool().is_some_and(Pool::is_known);
         is_within(wanted.error, error, self.refined(), is_stated)
     }
 
-    /// Predicted error of the sequence as the pool stands: that of its worst moment, relative to the
-    /// light there. Where the operator states no errors, what its refined images are themselves off by
-    /// is not in it.
+    /// Predicted error of the sequence with the current pool: that of its worst moment, relative to
+    /// its light. If the operator states no errors, the error of refined images themselves is not
+    /// included.
     ///
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered.
@@ -45,7 +45,7 @@ impl Estimate<'_> {
         self.predicted_in(ErrorUnit::Light)
     }
 
-    /// The same in a unit.
+    /// Predicted error of the sequence in a unit.
     ///
     /// # Errors
     /// As [`Estimate::predicted_error`].
@@ -54,8 +54,8 @@ impl Estimate<'_> {
         Ok(left.map_or(0.0, |(pool, [alone, now])| pool.error(now, alone)))
     }
 
-    /// The pool, with the errors before calibration of coarse images alone and with those that are
-    /// refined; `None` where none is estimated.
+    /// The pool, with the errors before calibration of coarse images alone and after refinement;
+    /// `None` without an estimate.
     fn left(&self, unit: ErrorUnit) -> Result<Option<(&Pool, [f64; 2])>, Error> {
         let pool = self.rendered()?;
         if self.is_final() || pool.has_no_estimated_error() {
@@ -67,7 +67,7 @@ impl Estimate<'_> {
         })
     }
 
-    /// The predicted error, relative, and the same before calibration ([`Step`](super::Step)).
+    /// The predicted error, relative, and its value before calibration ([`Step`](super::Step)).
     pub(super) fn error_and_forecast(&self) -> Result<[f64; 2], Error> {
         let left = self.left(ErrorUnit::Light)?;
         Ok(left.map_or([0.0; 2], |(pool, [alone, now])| {
@@ -75,7 +75,7 @@ impl Estimate<'_> {
         }))
     }
 
-    /// Predicted error of the sequence, relative, where coarse images are left to show so much, as
+    /// Predicted error of the sequence, relative, when coarse images leave the error `left`, as
     /// estimated before calibration (`Step::forecast`).
     ///
     /// # Errors
@@ -85,9 +85,9 @@ impl Estimate<'_> {
         Ok(known.map_or(0.0, |(pool, [alone, _])| pool.error(left, alone)))
     }
 
-    /// Where the sequence is predicted to be worst, among the middle and the end of every cue's
-    /// fade; `None` where no error is known. A dark cue counts as much as a bright one, but for what
-    /// is nearly out.
+    /// The moment with the largest predicted error, among the middle and the end of every cue's
+    /// fade; `None` without a known error. Dark cues count as much as bright ones, unless nearly
+    /// out.
     ///
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered.

@@ -1,4 +1,4 @@
-//! Refinement here and now: the calls that render until a goal is met.
+//! Blocking refinement: the calls that render until a goal is met.
 
 use super::goal::{Ended, Goal, Refinement, RefinementSummary};
 use super::refiner::{Extent, Next, Refiner};
@@ -7,18 +7,18 @@ use super::{Engine, Error};
 use footlight_transport::TransportError;
 
 impl Engine {
-    /// Renders the coarse images unless they are there, and takes up the refined ones that this
-    /// session and earlier ones left. The first of [`Estimate::steps`](super::Estimate::steps) is made here, and one for each
-    /// of those.
+    /// Renders missing coarse images, and adds refined ones left by this session and earlier ones.
+    /// It records the first of [`Estimate::steps`](super::Estimate::steps), and one for each
+    /// refined image.
     ///
     /// # Errors
-    /// [`Error::NoSetup`], else what rendering says.
+    /// [`Error::NoSetup`], or an error of rendering.
     pub fn coarse(&mut self) -> Result<(), Error> {
         self.coarse_for(Goal::count(0)).map(|_| ())
     }
 
-    /// The same where the images are to serve a refinement: they are then those of the way to its goal
-    /// that is predicted to be the cheapest. The ways that it chose from are returned
+    /// Like [`Engine::coarse`], for images that serve a refinement: they follow the method for its
+    /// goal with the least predicted cost. Returns the methods compared
     /// ([`Estimate::ways`](super::Estimate::ways)).
     ///
     /// # Errors
@@ -27,7 +27,7 @@ impl Engine {
         let wanted = wanted.into();
         self.timed(|engine| {
             let wanted = engine.seen(wanted)?;
-            // What the background renders of this view is not rendered twice.
+            // Wait for images of this view that the background is rendering.
             if engine.is_refining(&wanted.view) {
                 let is_there = |engine: &Engine| engine.estimate_of(&wanted).pool().is_some();
                 if !is_there(engine) && engine.host.impatient {
@@ -44,8 +44,8 @@ impl Engine {
         })
     }
 
-    /// A refiner whose choice of a way knows how fast this machine is; the first images of a goal that is
-    /// measured are no choice.
+    /// Creates a refiner that knows this machine's speed for its choice of method; a measured goal
+    /// starts without a choice.
     fn refiner(&mut self, wanted: Refinement, extent: Extent) -> Result<Refiner, Error> {
         self.images.find_heads(&self.document, self.host.work())?;
         let estimate = self.estimate_of(&wanted);
@@ -59,8 +59,8 @@ impl Engine {
         Ok(Refiner::new(wanted, extent, self.now()))
     }
 
-    /// Takes up the images that others have stored since, and those that earlier sessions stored where
-    /// every source has one; renders nothing.
+    /// Adds images that others have stored meanwhile, and those of earlier sessions if every source
+    /// has one; renders nothing.
     ///
     /// # Errors
     /// As [`Engine::coarse`].
@@ -79,21 +79,19 @@ impl Engine {
         }
     }
 
-    /// Renders refined images in the order of the plan until the goal is met; a goal with nothing in
-    /// it is one image. The coarse images' own estimate of their error is trusted alone only where
-    /// it leaves room; else an error counts as reached once two refined images were held against
-    /// it.
+    /// Renders refined images in the order of the plan until the goal is met; an empty goal means
+    /// one image. The coarse images' own error estimate is trusted alone only with a safety margin;
+    /// otherwise an error counts as reached after comparison with two refined images.
     ///
-    /// The predicted seconds decide whether another image still fits into a time; one is always
-    /// rendered.
+    /// Predicted seconds decide if another image fits into a time; at least one is rendered.
     ///
-    /// A cancel ends it at once. Images that are finished are kept, those in hand are lost. Before the
-    /// first refined image it is [`Error::Cancelled`], after it [`Ended::Stopped`]. The host's
-    /// progress hears "refined pictures" after each.
+    /// A cancel ends it at once. Finished images are kept, unfinished ones are lost. Before the
+    /// first refined image the result is [`Error::Cancelled`], after it [`Ended::Stopped`]. The
+    /// host's progress receives "refined pictures" after each.
     ///
     /// # Errors
-    /// [`Error::Busy`] while a refinement runs in the background, [`Error::NoSetup`], else what
-    /// rendering says; images finished before it are kept.
+    /// [`Error::Busy`] while a refinement runs in the background, [`Error::NoSetup`], or an error
+    /// of rendering; images finished before it are kept.
     pub fn refine(&mut self, wanted: impl Into<Refinement>) -> Result<RefinementSummary, Error> {
         let wanted = wanted.into();
         self.timed(|engine| {
@@ -107,7 +105,7 @@ impl Engine {
         })
     }
 
-    /// Runs a refiner's jobs here, one after the other.
+    /// Runs a refiner's jobs one after the other.
     fn drive(&mut self, refiner: &mut Refiner) -> Result<Ended, Error> {
         loop {
             let has_pool = self.estimate_of(&refiner.wanted).pool().is_some();

@@ -1,8 +1,8 @@
-//! The state machine of refinement: what to render next, and what its images are for.
+//! The state machine of refinement: the next images to render, and their use.
 //!
-//! The blocking call, the background job and the list for a farm drive the same [`Refiner`]. It
-//! never renders by itself, so that its jobs can be run anywhere. It chooses a way once; each job is
-//! planned from the show as it is then.
+//! The blocking call, the background job and the list for a farm drive this [`Refiner`]. It never
+//! renders itself, so that its jobs can run anywhere. It chooses a method once; each job is planned
+//! from the current show.
 
 use std::sync::Arc;
 
@@ -22,35 +22,35 @@ use footlight_show::units::ErrorUnit;
 use footlight_transport::layered::images_alone;
 use footlight_transport::{Quality, Setup, TransportError};
 
-/// What is to be done next.
+/// The next step.
 pub(super) enum Next {
-    /// Render, and give the images back by [`Refiner::collect`].
+    /// Render, and pass the images to [`Refiner::collect`].
     Render(Job, Box<Ticket>),
-    /// Measure, and give the errors back by [`Refiner::collect_measured`].
+    /// Measure, and pass the errors to [`Refiner::collect_measured`].
     Measure(Box<MeasureJob>),
-    /// Images that were at hand were added.
+    /// Existing images were added.
     Added,
-    /// Nothing more.
+    /// Refinement has ended.
     Ended(Ended),
 }
 
-/// What a job's images are for.
+/// Purpose of a job's images.
 pub(super) struct Ticket {
     pub setup: Setup,
     pub quality: Quality,
-    /// What each image is of.
+    /// Setting of each image.
     settings: Vec<Vec<f64>>,
-    /// Images of some of the settings that were at hand.
+    /// Existing images of some of the settings.
     found: Vec<Option<Arc<Image>>>,
     /// The addresses of the others.
     wanted: Option<Vec<Wanted>>,
-    /// Corrections for the pool; else its coarse images.
+    /// True for corrections, false for the pool's coarse images.
     pub refined: bool,
-    /// When planning it began.
+    /// When planning began.
     begin: f64,
-    /// When rendering it began.
+    /// When rendering began.
     pub started: f64,
-    /// Predicted seconds of rendering it.
+    /// Predicted seconds of rendering.
     pub predicted: f64,
 }
 
@@ -60,45 +60,45 @@ impl Ticket {
         self.found.iter().filter(|f| f.is_none()).count()
     }
 
-    /// What is being rendered, as the cache is to hold it; none where it is not to be kept.
+    /// The images being rendered, for the cache; empty when they are not to be kept.
     pub fn wanted(&self) -> &[Wanted] {
         self.wanted.as_deref().unwrap_or_default()
     }
 }
 
-/// Coarse images on their way to a pool.
+/// Coarse images for a future pool.
 #[derive(Default)]
 struct Coarse {
-    /// What they are of; an edit may change it.
+    /// Their setup, which an edit may change.
     setup: Option<Setup>,
-    /// Those of a step of quality, one for each source.
+    /// Images of a quality step, one for each source.
     sets: Vec<(Quality, Vec<Arc<Image>>)>,
 }
 
-/// How far a refiner goes.
+/// Extent of a refinement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Extent {
-    /// To the images of sources alone.
+    /// Only images of single sources.
     Coarse,
-    /// To the goal, a mixture at a time: what is known after one is better than what is predicted.
+    /// To the goal, one mixture at a time, because knowledge after each is better than prediction.
     Goal,
-    /// To the goal, with all mixtures that it is predicted to need in one job, for a farm.
+    /// To the goal, with all mixtures predicted to be needed in one job, for a farm.
     AtOnce,
 }
 
 /// Refines step by step until a goal is met.
 pub(super) struct Refiner {
-    /// What it is asked for; its view is the one that it began with.
+    /// The goal, with the view at its beginning.
     pub wanted: Refinement,
-    /// How far it goes.
+    /// Its extent.
     extent: Extent,
-    /// The ways that it chose from, once it has chosen.
+    /// The methods compared, once it has chosen.
     pub ways: Option<Vec<WayForecast>>,
     coarse: Coarse,
     pub done: RefinementSummary,
     stopping: bool,
     begin: f64,
-    /// Images that the goal was last predicted to need.
+    /// Number of images last predicted for the goal.
     needed: usize,
 }
 
@@ -119,24 +119,24 @@ impl Refiner {
         }
     }
 
-    /// Images that the goal asks for, or is predicted to need.
+    /// Number of images that the goal asks for, or is predicted to need.
     pub fn images_in_all(&self) -> usize {
         self.wanted.goal.count.unwrap_or(self.needed)
     }
 
-    /// Ends it after the current job.
+    /// Ends the refinement after the current job.
     pub fn stop(&mut self) {
         self.stopping = true;
     }
 
-    /// Plans the next job from the show and the pool as they are now. Refined images that are at
-    /// hand are added to the pool here, and the pool is made here once its coarse images are there.
+    /// Plans the next job from the current show and pool. Existing refined images are added to the
+    /// pool here, and the pool is created here once its coarse images exist.
     pub fn advance(&mut self, means: &mut Means<'_>) -> Result<Next, Error> {
         if self.stopping {
             return Ok(Next::Ended(Ended::Stopped));
         }
         let is_measuring_due = loop {
-            // The way is chosen by what is measured of the first images.
+            // The measured error of the first images decides the method.
             let estimate = means.estimate(&self.wanted);
             if self.extent != Extent::AtOnce && estimate.is_measuring_due(&self.wanted.goal) {
                 break true;
@@ -179,7 +179,8 @@ impl Refiner {
         let Some(seconds) = forecast.steps.first().map(|s| s.seconds) else {
             return Ok(Next::Ended(self.nothing_left(&estimate, forecast.error)));
         };
-        // The first one is rendered whatever it takes: else nothing would ever be known.
+        // The first image is always rendered, because otherwise no prediction would ever be
+        // corrected.
         if self.done.images > 0 && left.budget.is_some_and(|budget| seconds > budget) {
             let warning = Warning::DoesNotFit { seconds };
             self.done.warnings.push(warning);
@@ -195,7 +196,7 @@ impl Refiner {
         self.next_refined(means, steps, begin)
     }
 
-    /// Why no image is left to render, with an error left.
+    /// Reason why no image is left to render, although an error remains.
     fn nothing_left(&self, estimate: &Estimate<'_>, error: f64) -> Ended {
         let goal = &self.wanted.goal;
         let is_stated = estimate.pool().is_some_and(Pool::is_stated);
@@ -210,7 +211,7 @@ impl Refiner {
         }
     }
 
-    /// What is left of the goal.
+    /// The rest of the goal.
     pub fn left(&self) -> Goal {
         let Goal {
             until,
@@ -224,7 +225,7 @@ impl Refiner {
         }
     }
 
-    /// A job for refined images, or those that are at hand.
+    /// A job for refined images, or existing ones.
     fn next_refined(
         &mut self,
         means: &mut Means<'_>,
@@ -259,7 +260,7 @@ impl Refiner {
         Ok(Next::Render(job, Box::new(ticket)))
     }
 
-    /// The next job for coarse images; `None` once all of them are there.
+    /// The next job for coarse images; `None` once all exist.
     fn next_coarse(&mut self, means: &mut Means<'_>) -> Result<Option<(Job, Ticket)>, Error> {
         let [cheap, fine] = means.estimate(&self.wanted).coarse_steps();
         let host = means.host;
@@ -273,7 +274,7 @@ impl Refiner {
                 ..Coarse::default()
             };
         }
-        // An edit may have asked for other steps since the last job.
+        // An edit may have changed the steps since the last job.
         let sets = &mut self.coarse.sets;
         sets.retain(|(quality, _)| [cheap, fine].contains(quality));
         let units = rendering.units();
@@ -315,14 +316,14 @@ impl Refiner {
         Ok(None)
     }
 
-    /// The pool of the coarse images that are there, with the refined images that this session and
-    /// earlier ones left.
+    /// Creates the pool from the existing coarse images, with the refined images of this session
+    /// and earlier ones.
     fn make_pool(&mut self, means: &mut Means<'_>) -> Result<(), Error> {
         let mut coarse = std::mem::take(&mut self.coarse);
         coarse.sets.sort_by_key(|(quality, _)| *quality);
         let mut finest_first = coarse.sets.into_iter().rev().map(|(_, images)| images);
         let images = finest_first.next().ok_or(Error::NotRendered)?;
-        // One step of quality alone has no coarser images.
+        // A single quality step has no coarser images.
         let coarser = finest_first.next().unwrap_or_default();
         let pool = Pool::new(images, coarser, means.host.work())?;
         let estimate = means.estimate(&self.wanted);
@@ -338,11 +339,11 @@ impl Refiner {
         means.reuse_refined(&self.wanted)
     }
 
-    /// Takes in what a job rendered: its operator, if the setup is still that of the job, and its
-    /// images. A cancelled job has no images, but gives its operator back.
+    /// Takes a job's operator, if the setup is still the job's, and its images. A cancelled job has
+    /// no images but returns its operator.
     ///
     /// # Errors
-    /// The error of rendering, a cancel included; adding the images may fail as well.
+    /// The error of rendering, including a cancel; adding the images may fail too.
     pub fn collect(
         &mut self,
         means: &mut Means<'_>,
@@ -367,7 +368,7 @@ impl Refiner {
         let kept = rendering::take_in(image_cache, ticket.wanted.as_deref(), images, store);
         rendering::trim(image_cache, means.host.memory);
         let seconds = means.host.clock.seconds() - ticket.started;
-        // What was found says nothing of what rendering takes.
+        // Existing images tell nothing about rendering time.
         if ticket.found.iter().all(Option::is_none) {
             if !ticket.refined {
                 rendering.taken.insert(ticket.quality.0, seconds);
@@ -375,7 +376,7 @@ impl Refiner {
             means.images.pace.learn(ticket.predicted, seconds);
         }
         if !ticket.refined {
-            // Of a number that is asked for, mixtures alone count.
+            // In a goal of a number of images, only mixtures count.
             if self.wanted.goal.count.is_none() {
                 self.done.images += kept.len();
                 self.done.seconds += seconds;
@@ -386,7 +387,7 @@ impl Refiner {
             }
             return Ok(());
         }
-        // Of another rig they serve as soon as a pool of that is made.
+        // For another rig they are used once its pool is created.
         if !same || !has_pool {
             self.done.images += kept.len();
             self.done.seconds += seconds;
@@ -395,8 +396,8 @@ impl Refiner {
         self.add(means, ticket, kept)
     }
 
-    /// Goes on without a step of quality that does not fit into the memory, once operators of other
-    /// steps are dropped; false for other errors, and where no coarser images serve.
+    /// Continues without a quality step that does not fit into memory, after operators of other
+    /// steps are dropped; false for other errors, and when no coarser images can serve.
     fn settle(&mut self, means: &mut Means<'_>, quality: Quality, error: &TransportError) -> bool {
         let &TransportError::Memory { needed, budget, .. } = error else {
             return false;
@@ -423,7 +424,7 @@ impl Refiner {
         is_finer
     }
 
-    /// Takes in errors that were measured; what they say may choose another way.
+    /// Takes measured errors, which may lead to another method.
     pub fn collect_measured(
         &mut self,
         means: &mut Means<'_>,
@@ -496,7 +497,7 @@ impl Refiner {
         Ok(())
     }
 
-    /// Gives up a job whose images will never come: its operator is lost with it.
+    /// Abandons a job that will never return: its operator is lost.
     pub fn abandon(&mut self, means: &mut Means<'_>, ticket: &Ticket) {
         if let Ok(rendering) = means.images.rendering(&self.wanted.view) {
             rendering.return_operator(ticket.quality, None);

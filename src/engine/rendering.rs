@@ -1,4 +1,4 @@
-//! The operators and images of one setup, kept as long as the setup stays.
+//! The operators and images of one setup, kept while the setup is unchanged.
 
 mod job;
 mod reuse;
@@ -25,67 +25,67 @@ use footlight_transport::contract::check_memory;
 use footlight_transport::layered::{Layered, only_images};
 use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 
-/// Images that the pool does not use at present may take the memory budget divided by this.
+/// Images that the pool does not use may take the memory budget divided by this.
 const IDLE_MEMORY_DIVISOR: usize = 4;
 
-/// Images that are made of others at a time: a sum or two, their bytes and a file.
+/// Images derived from others at a time: a sum or two, their bytes and a file.
 const WORKING_IMAGES: usize = 2;
 
-/// Operators that are kept beside another one may take the memory budget divided by this.
+/// Operators kept besides the current one may take the memory budget divided by this.
 const KEPT_OPERATORS_DIVISOR: usize = 4;
 
-/// The prepared operators of one setup by step of quality, the addresses of its images, and the
-/// pool of them.
+/// The prepared operators of one setup by quality step, the addresses of its images, and their
+/// pool.
 pub(super) struct SetupImages {
     pub setup: Setup,
-    /// The coarse and the refined step of quality that the show asks for.
+    /// The coarse and the refined quality step of the show's settings.
     pub steps: [u8; 2],
     operators: BTreeMap<u8, Box<dyn Prepared>>,
-    /// The step of quality whose operator is at work in a job.
+    /// Quality step of the operator in a running job.
     in_job: Option<u8>,
-    /// The rig as addresses see it.
+    /// The rig in the terms of addresses.
     lights: Lights,
-    /// Where its images belong; `None` when the operator's images are not to be kept.
+    /// Key of its images; `None` when the operator's images are not to be kept.
     scene_key: Option<SceneKey>,
-    /// Refined images at hand that the pool does not use, as they say next to nothing new.
+    /// Number of refined images that the pool does not use because they add almost nothing.
     pub near_copies: usize,
-    /// The steps of the images of sources alone, where they are not what the show asks for.
+    /// Steps of the images of single sources, if they differ from the show's settings.
     pub base: Option<[Quality; 2]>,
-    /// Those that the pool is made of.
+    /// Steps of the pool's images of single sources.
     pub pool_base: Option<[Quality; 2]>,
-    /// Coarse and refined images, once there are any.
+    /// Coarse and refined images, if there are any.
     pub pool: Option<Pool>,
-    /// Errors that were measured of images of sources alone, one for a step of quality.
+    /// Measured errors of images of single sources, one entry per quality step.
     pub measured: Vec<MeasuredShow>,
-    /// Seconds that the images of all sources alone took, by step of quality.
+    /// Rendering time of the images of all single sources in seconds, by quality step.
     pub taken: BTreeMap<u8, f64>,
-    /// Factor from the operator's usual errors to those of this show.
+    /// Ratio of this show's errors to the operator's usual ones.
     pub error_scale: f64,
-    /// The coarsest step known not to fit into the memory.
+    /// The coarsest step known not to fit into memory.
     pub too_large: Option<TooLarge>,
 }
 
-/// Errors that were measured of some moments of a show.
+/// Measured errors of some moments of a show.
 #[derive(Clone, Debug)]
 pub(super) struct MeasuredShow {
-    /// The step of the images of sources alone.
+    /// Step of the images of single sources.
     pub quality: Quality,
-    /// [`Document::revision`] of the show that they are of.
+    /// [`Document::revision`] of the measured show.
     pub revision: u64,
-    /// The worst first.
+    /// Moments, the worst first.
     pub moments: Vec<MeasuredMoment>,
-    /// Likely error of the worst one, relative.
+    /// Likely error of the worst moment, relative.
     pub error: f64,
-    /// What was expected of it before.
+    /// Expected error before the measurement.
     pub expected: f64,
-    /// Times the usual effort that the one in doubt was measured with.
+    /// Multiple of the usual effort for the doubtful moment.
     pub effort: usize,
-    /// Seconds that it took.
+    /// Duration in seconds.
     pub seconds: f64,
 }
 
 impl MeasuredShow {
-    /// The moment whose error may be the largest.
+    /// The moment with the largest possible error.
     pub fn doubtful(&self) -> Option<&MeasuredMoment> {
         let most = |m: &&MeasuredMoment| m.measured.interval[1];
         self.moments
@@ -94,28 +94,28 @@ impl MeasuredShow {
     }
 }
 
-/// At which steps of quality a show is seen.
+/// Quality steps at which a show is seen.
 #[derive(Clone, Copy)]
 pub(super) struct Shown {
-    /// What it asks for, coarse and refined.
+    /// The show's settings, coarse and refined.
     steps: [u8; 2],
-    /// The steps of the images of sources alone, where they are others.
+    /// Steps of the images of single sources, if different.
     base: Option<[Quality; 2]>,
     /// [`SetupImages::error_scale`].
     error_scale: f64,
 }
 
-/// Images to be rendered, with their addresses where they are to be kept.
+/// Images to render, with their addresses if they are to be kept.
 pub(super) struct Missing {
-    /// What is to be rendered.
+    /// Their settings.
     pub settings: Vec<Vec<f64>>,
-    /// As many, unless the operator's images are not to be kept.
+    /// One address for each, unless the operator's images are not to be kept.
     pub wanted: Option<Vec<Wanted>>,
 }
 
 impl SetupImages {
-    /// Nothing yet of `setup`. What is seen is as good as it was before, if `preview` asks for the
-    /// steps that were then `shown`. `results_version` is [`Transport::results_version`].
+    /// Images for a new `setup`, none rendered yet. The quality steps are as before if `preview`
+    /// asks for the steps `shown` then. `results_version` is [`Transport::results_version`].
     pub fn new(
         setup: Setup,
         preview: &Preview,
@@ -125,7 +125,7 @@ impl SetupImages {
         let steps = [preview.coarse, preview.refined];
         let error_scale = shown.map_or(1.0, |shown| shown.error_scale);
         let shown = shown.filter(|shown| shown.steps == steps);
-        // Banks given as images are images already: nothing is gained by keeping them twice.
+        // Banks given as images need no second copy in the cache.
         let version = results_version.filter(|_| !only_images(&setup.rig));
         SetupImages {
             lights: Lights::new(&setup.rig),
@@ -145,8 +145,8 @@ impl SetupImages {
         }
     }
 
-    /// Those of `setup`: the same operators where it is the same setup, and the same pool if
-    /// `preview` asks for the same steps.
+    /// Images for `setup`, keeping the operators if the setup is unchanged, and the pool if
+    /// `preview` also asks for the same steps.
     pub fn renew(
         mut self,
         setup: Setup,
@@ -169,13 +169,13 @@ impl SetupImages {
         }
     }
 
-    /// What was measured of a step for a show as it is now.
+    /// The measurement at a step for the current show.
     pub fn measured_at(&self, step: Quality, document: &Document) -> Option<&MeasuredShow> {
         let is_it = |m: &&MeasuredShow| m.quality == step && m.revision == document.revision();
         self.measured.iter().find(is_it)
     }
 
-    /// The steps that the show asks for and those that it is seen at.
+    /// The quality steps asked for and shown.
     pub fn shown(&self) -> Shown {
         Shown {
             steps: self.steps,
@@ -184,12 +184,12 @@ impl SetupImages {
         }
     }
 
-    /// Number of sources: coordinates of a setting.
+    /// Number of sources, the coordinates of a setting.
     pub fn sources(&self) -> usize {
         self.setup.rig.sources.len()
     }
 
-    /// The setting of each source alone at full, which coarse images are of.
+    /// The setting of each source alone at full, as for coarse images.
     pub fn units(&self) -> Vec<Vec<f64>> {
         Pool::unit_settings(self.sources())
     }
@@ -199,12 +199,12 @@ impl SetupImages {
         Layered::new(&self.setup.rig, renderer)
     }
 
-    /// The finest step of quality that the rig's operator has.
+    /// The finest quality step of the rig's operator.
     pub fn finest(&self, renderer: &dyn Transport) -> Quality {
         self.layered(renderer).finest()
     }
 
-    /// A new operator at a step of quality.
+    /// Prepares an operator at a quality step.
     pub fn prepare(
         &self,
         renderer: &dyn Transport,
@@ -214,7 +214,8 @@ impl SetupImages {
         self.layered(renderer).prepare(&self.setup, quality, work)
     }
 
-    /// The error of images of a step, relative to their light: the usual one, scaled by the measurements.
+    /// The error of images of a step, relative to their light: the usual one, scaled by
+    /// measurements.
     pub fn step_error(&self, renderer: &dyn Transport, quality: Quality) -> Option<f64> {
         let usual = self.layered(renderer).usual_error(&self.setup, quality)?;
         Some(self.error_scale * usual)
@@ -225,27 +226,27 @@ impl SetupImages {
         self.layered(renderer).cost(&self.setup, quality)
     }
 
-    /// True when the operator of this step of quality is at hand, or will be given back.
+    /// True when the operator of this quality step exists or will be returned by a job.
     pub fn is_prepared(&self, quality: Quality) -> bool {
         self.operators.contains_key(&quality.0) || self.in_job == Some(quality.0)
     }
 
-    /// True where operators of other steps than this one are at hand.
+    /// True when operators of other steps exist.
     pub fn has_other_operators(&self, quality: Quality) -> bool {
         self.operators.keys().any(|step| *step != quality.0)
     }
 
-    /// Lets go of all operators but those of some steps.
+    /// Drops all operators except those of some steps.
     pub fn keep_operators(&mut self, steps: &[u8]) {
         self.operators.retain(|step, _| steps.contains(step));
     }
 
-    /// Bytes that the operators at hand take, about.
+    /// Approximate bytes of the operators.
     pub fn operator_bytes(&self) -> usize {
         self.operators.values().map(|o| o.bytes()).sum()
     }
 
-    /// Bytes of the pool's images that the cache does not hold as well.
+    /// Bytes of the pool's images that the cache does not share.
     pub fn image_bytes(&self) -> usize {
         let pool = self.pool.as_ref();
         pool.map_or(0, |pool| match self.scene_key {
@@ -254,11 +255,11 @@ impl SetupImages {
         })
     }
 
-    /// Checks that so many more images fit into `memory`, bytes, of which some are `held`, with
-    /// what rendering them takes at least.
+    /// Checks that `count` more images and the least memory to render them fit into `memory` bytes,
+    /// of which some are `held`.
     ///
     /// # Errors
-    /// [`TransportError::Memory`] if not.
+    /// [`TransportError::Memory`] if they do not fit.
     pub fn check_images(
         &self,
         renderer: &dyn Transport,
@@ -282,12 +283,12 @@ impl SetupImages {
         pixels.saturating_mul(size_of::<[f32; 3]>())
     }
 
-    /// Bytes of the images that are made of others at a time.
+    /// Bytes of the images derived from others at a time.
     pub fn working_bytes(&self) -> usize {
         self.image_size().saturating_mul(WORKING_IMAGES)
     }
 
-    /// Lets go of the operators of other steps where they leave too little to prepare one of this
+    /// Drops operators of other steps when they leave too little memory to prepare one of this
     /// step.
     fn make_room(&mut self, quality: Quality, memory: usize) {
         let is_new = !self.operators.contains_key(&quality.0);
@@ -296,7 +297,7 @@ impl SetupImages {
         }
     }
 
-    /// The operator at a step of quality, prepared on first use.
+    /// The operator at a quality step, prepared on first use.
     pub fn operator(
         &mut self,
         renderer: &dyn Transport,
@@ -317,8 +318,8 @@ impl SetupImages {
         Ok(operator.as_mut())
     }
 
-    /// Of the images of `settings` those that are at hand, in their order with gaps, and those that
-    /// are not. Refined images are counted on from `refined`; coarse ones have none.
+    /// Returns one entry per setting, `None` where the image is missing, and the missing settings.
+    /// Refined images are numbered from `refined`; coarse ones have no number.
     pub fn find(
         &self,
         image_cache: &mut ImageCache,
@@ -363,7 +364,7 @@ impl SetupImages {
         image_cache.has(&self.wanted(key, quality, settings, None), store)
     }
 
-    /// Images of settings as the cache holds them; `refined` as in [`SetupImages::find`].
+    /// Images of settings in the cache's terms; `refined` as in [`SetupImages::find`].
     pub fn wanted(
         &self,
         key: SceneKey,
@@ -382,7 +383,7 @@ impl SetupImages {
         settings.iter().enumerate().map(want).collect()
     }
 
-    /// Predicted cost of so many sources alone, in the operator's units.
+    /// Predicted cost of images of single sources, in the operator's units.
     pub fn cost_of_units(&self, renderer: &dyn Transport, quality: Quality, images: usize) -> f64 {
         let cost = self.cost(renderer, quality);
         let prepare = if self.is_prepared(quality) {
@@ -393,12 +394,12 @@ impl SetupImages {
         Cost { prepare, ..cost }.alone(images as f64)
     }
 
-    /// Where this scene and view have their images; `None` when these are not to be kept.
+    /// Key of this scene and view in the cache; `None` when images are not to be kept.
     pub fn scene_key(&self) -> Option<SceneKey> {
         self.scene_key
     }
 
-    /// True for where this scene and view have their images.
+    /// True for the key of this scene and view.
     pub fn is_of_scene(&self, key: SceneKey) -> bool {
         Some(key) == self.scene_key
     }
@@ -408,8 +409,7 @@ impl SetupImages {
         self.is_of_scene(key) && self.lights.has_all(lighting)
     }
 
-    /// Number of refined images that the pool has, or, until it is made, will have of those in
-    /// memory.
+    /// Number of refined images in the pool, or, until it is created, of those in memory for it.
     pub fn refined(&self, image_cache: &ImageCache, least: Quality) -> usize {
         match &self.pool {
             Some(pool) => pool.refined().len(),
@@ -418,13 +418,13 @@ impl SetupImages {
     }
 }
 
-/// The steps of quality of one or two sets of images of sources alone, the coarser first.
+/// The quality steps of one or two sets of images of single sources, the coarser first.
 pub(super) fn each_step([cheap, fine]: [Quality; 2]) -> impl Iterator<Item = Quality> {
     let cheaper = Some(cheap).filter(|cheap| *cheap < fine);
     cheaper.into_iter().chain([fine])
 }
 
-/// Keeps images that were rendered, where they have addresses.
+/// Keeps rendered images that have addresses.
 pub(super) fn take_in(
     image_cache: &mut ImageCache,
     wanted: Option<&[Wanted]>,
@@ -441,7 +441,7 @@ pub(super) fn take_in(
         .collect()
 }
 
-/// Found images, with those that were rendered in their gaps.
+/// Fills the gaps of existing images with rendered ones.
 pub(super) fn in_order(
     found: Vec<Option<Arc<Image>>>,
     rendered: Vec<Arc<Image>>,
@@ -451,7 +451,7 @@ pub(super) fn in_order(
     all.filter_map(|f| f.or_else(|| rendered.next())).collect()
 }
 
-/// Lets go of images that nothing uses, beyond their share of the memory, bytes.
+/// Drops unused images beyond their share of `memory` bytes.
 pub(super) fn trim(image_cache: &mut ImageCache, memory: usize) {
     image_cache.trim(memory / IDLE_MEMORY_DIVISOR);
 }

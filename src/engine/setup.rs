@@ -1,4 +1,4 @@
-//! Reads what a show renders from its files: scene, rig and view, as one [`Setup`].
+//! Reads the files of a show and builds its scene, rig and view as one [`Setup`].
 
 mod diagnostics;
 #[cfg(test)]
@@ -31,24 +31,24 @@ use footlight_stage::{
 use footlight_transport::Setup;
 use footlight_transport::layered::only_images;
 
-/// Bytes of a polygon besides its corners, about.
+/// Approximate bytes of a polygon besides its corners.
 const POLYGON_BYTES: usize = 64;
 
-/// A text to compile, and where the files that it names are read from.
+/// A text to compile, and the source of the files that it names.
 #[derive(Clone, Copy)]
 pub(super) struct Source<'a> {
-    /// What diagnostics call the text.
+    /// Name of the text in diagnostics.
     pub name: &'a str,
     pub text: &'a str,
-    /// The view to look from; the show's first without it.
+    /// Name of the view; `None` uses the show's first.
     pub view: Option<&'a str>,
     pub files: &'a dyn Files,
-    /// Bytes that its stage, images and luminaires may take.
+    /// Most bytes of its stage, images and luminaires.
     pub memory: usize,
 }
 
 impl Source<'_> {
-    /// The source with `held` bytes less to read it in.
+    /// The source with `held` bytes less memory.
     #[must_use]
     pub(super) fn holding(self, held: usize) -> Self {
         Source {
@@ -58,7 +58,7 @@ impl Source<'_> {
     }
 }
 
-/// What a scene is made from; equal inputs make equal scenes.
+/// Inputs of a scene; equal inputs make equal scenes.
 #[derive(Clone, Debug, PartialEq)]
 struct Inputs {
     stages: Vec<(String, Options)>,
@@ -86,7 +86,7 @@ impl Inputs {
     }
 }
 
-/// A setup with what was read for it, so that after an edit only what changed is read.
+/// A setup with the data read for it, so that an edit reads only what changed.
 #[derive(Debug)]
 pub(super) struct Loaded {
     inputs: Inputs,
@@ -97,11 +97,11 @@ pub(super) struct Loaded {
     pub setup: Setup,
 }
 
-/// Of each stage, by its number, what is not taken as it stands in the file.
+/// For each stage, by index, contents that are not read unchanged.
 type Notes = Vec<(usize, Vec<String>)>;
 
 impl Loaded {
-    /// The setup as seen from another view of the show.
+    /// The setup for another view of the show.
     pub fn setup_from(&self, show: &Show, view: &str) -> Option<Setup> {
         let view = show.views.iter().find(|v| v.name == view)?;
         Some(Setup {
@@ -110,10 +110,10 @@ impl Loaded {
         })
     }
 
-    /// Adds the light of heads that surfaces reflect.
+    /// Adds the reflected light of heads.
     ///
     /// # Errors
-    /// A light that does not fit.
+    /// When a light does not fit.
     pub fn add_bounced(
         &mut self,
         (show, spans): (&Show, &SpanMap),
@@ -134,15 +134,15 @@ impl Loaded {
     pub fn posed(&self, light: &Luminaire, pose: Pose) -> Vec<Light> {
         let scene = &self.setup.scene;
         let lights = rig::posed(light, pose, scene, &self.images, &self.luminaires);
-        // The light has been read in one pose already.
+        // The light was resolved in another pose before.
         lights.unwrap_or_default()
     }
 
-    /// The setup with heads as fixed lights in these poses, a source for each of the show's own
-    /// coordinates.
+    /// The setup with heads as fixed lights in these poses, with a source for each of the show's
+    /// own coordinates.
     ///
     /// # Errors
-    /// A light that does not fit.
+    /// When a light does not fit.
     pub fn standing(&self, show: &Show, poses: &[Pose]) -> Result<Setup, Vec<RigError>> {
         let show = rig::standing(show, poses);
         let rig = rig::rig_with(&show, &self.setup.scene, &self.images, &self.luminaires)?;
@@ -152,7 +152,7 @@ impl Loaded {
         })
     }
 
-    /// Bytes that scene, lights and images take, about.
+    /// Approximate bytes of scene, lights and images.
     pub fn bytes(&self) -> usize {
         let images = self.images.values().map(|image| size_of_val(image.data()));
         scene_bytes(&self.setup.scene)
@@ -182,10 +182,10 @@ fn rig_bytes(rig: &Rig) -> usize {
     rig.lights.len() * size_of::<Light>() + emitters * size_of::<Emitter>()
 }
 
-/// Loads what `show` needs, taking scene and images from `old` where the text means the same;
-/// `None` when the show has no stage or no view. Where every bank is an image neither is needed:
-/// the view then is as large as they are. With it come warnings of what the stages' files have and a
-/// picture has not.
+/// Loads the setup of `show`, reusing scene and images of `old` where the inputs are equal; `None`
+/// when the show has no stage or no view. If every bank is an image neither is needed: the view
+/// then has their size. Also returns warnings about contents of the stages' files that are not
+/// rendered.
 ///
 /// # Errors
 /// A diagnostic for every file that cannot be used and every light that does not fit.
@@ -206,7 +206,7 @@ pub(super) fn load(
         None => read_scene(show, spans, source),
     };
     let stages = stages.map(|stages| stages.with_haze(show.haze));
-    // One budget for all that is read.
+    // One budget for everything that is read.
     let held = stages.as_ref().map_or(0, |s| scene_bytes(&s.scene));
     let source = source.holding(held);
     let none = Images::new();
@@ -255,7 +255,7 @@ pub(super) fn load(
         return Ok((None, warnings));
     };
     warnings.extend(small_stage(show, &scene, &view, spans));
-    // An edit that changes none of it keeps the very rig, so that comparing costs nothing.
+    // If the rig is unchanged, keep the old value, so that comparisons are cheap.
     let rig = match old {
         Some(old) if *old.setup.rig == rig => Arc::clone(&old.setup.rig),
         _ => Arc::new(rig),
@@ -271,16 +271,16 @@ pub(super) fn load(
     Ok((Some(loaded), warnings))
 }
 
-/// Of a picture, what a set fills that is taken for one in other units than its file has.
+/// Share of the image below which a set probably uses other units than assumed.
 const SMALL: f64 = 5e-3;
 
-/// A warning where the whole set is a spot in the view.
+/// A warning when the whole set is a spot in the view.
 fn small_stage(show: &Show, scene: &Scene, view: &View, spans: &SpanMap) -> Option<Diagnostic> {
     let stage = show.stages.first()?;
     let [low, high] = bounds(scene.polygons.iter().flat_map(|p| p.vertices.iter()));
     let radius = (high - low).length() / 2.0;
     let distance = ((low + high) * 0.5 - view.from).length();
-    // Half the picture's height and width at the set's distance.
+    // Half the image's height and width at the set's distance.
     let height = distance * (view.fov.to_radians() / 2.0).tan();
     let width = height * view.width as f64 / view.height as f64;
     let share = PI * radius * radius / (4.0 * height * width);
@@ -290,7 +290,7 @@ fn small_stage(show: &Show, scene: &Scene, view: &View, spans: &SpanMap) -> Opti
     })
 }
 
-/// The show's view; that of a camera of the stages is looked up.
+/// The show's view; a camera of the stages is looked up.
 fn view(show: &Show, cameras: &[StageCamera], spans: &SpanMap) -> Result<Option<View>, Diagnostic> {
     let Some(view) = show.view() else {
         return Ok(None);
@@ -301,7 +301,7 @@ fn view(show: &Show, cameras: &[StageCamera], spans: &SpanMap) -> Result<Option<
     }
 }
 
-/// Where a view looks from; `None` where the stages have no camera of its name.
+/// A view from a camera of the stages; `None` if they have no camera of its name.
 fn camera_of(view: &show::NamedView, cameras: &[StageCamera]) -> Option<View> {
     let own = &view.camera;
     match &view.imported {
@@ -313,7 +313,7 @@ fn camera_of(view: &show::NamedView, cameras: &[StageCamera]) -> Option<View> {
     }
 }
 
-/// The images that banks are given as, all of one size, which is the view's where there is one.
+/// The images given as banks, all of one size, which is the view's if there is one.
 fn read_images(
     show: &Show,
     spans: &SpanMap,
@@ -356,8 +356,7 @@ fn size(image: &Image) -> (usize, usize) {
     (image.width(), image.height())
 }
 
-/// A view as large as `image`, for a show that has nothing to look at but images; where it stands
-/// does not matter.
+/// A view with the size of `image`, for a show of images only; its position does not matter.
 fn view_of(image: &Image) -> View {
     View {
         from: vec3(0.0, -1.0, 0.0),
@@ -369,7 +368,7 @@ fn view_of(image: &Image) -> View {
     }
 }
 
-/// How a stage's file is to be taken.
+/// Options for reading a stage's file.
 fn options(stage: &show::Stage, show: &Show) -> Options {
     let replaced = show.surfaces.iter().filter(|s| s.solids.is_empty());
     let panels = show.lights.iter().filter_map(|light| match &light.kind {
@@ -385,7 +384,7 @@ fn options(stage: &show::Stage, show: &Show) -> Options {
     }
 }
 
-/// What is read of the stages' files.
+/// Data of the stages' files.
 struct Stages {
     scene: Arc<Scene>,
     lamps: Vec<Lamp>,
@@ -394,8 +393,7 @@ struct Stages {
 }
 
 impl Stages {
-    /// The stages in this haze. Their files are not read again, and a scene that has it already
-    /// stays shared.
+    /// The stages in this haze. Files are not read again, and an unchanged scene stays shared.
     fn with_haze(mut self, haze: Option<show::Haze>) -> Stages {
         if self.scene.haze != haze {
             Arc::make_mut(&mut self.scene).haze = haze;
@@ -443,8 +441,8 @@ fn read_scene(show: &Show, spans: &SpanMap, source: Source<'_>) -> Result<Stages
     }
 }
 
-/// Gives the scene the show's surfaces: what replaces the stage's materials, then the solids of
-/// materials of its own. What is wrong with that.
+/// Applies the show's surfaces to the scene: replaced materials, then the solids of new materials.
+/// Returns the errors.
 fn apply_materials(show: &Show, spans: &SpanMap, scene: &mut Scene) -> Vec<Diagnostic> {
     let mut errors = Vec::new();
     let (own, replaced): (Vec<_>, Vec<_>) =

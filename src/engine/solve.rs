@@ -1,9 +1,9 @@
-//! Levels that come nearest to a picture, or to an illuminance.
+//! Levels that best approximate a target image, or an illuminance.
 //!
 //! An image is linear in settings, so that this is least squares within bounds
-//! ([`bounded_least_squares`]); of several levels that come as near the smallest change from what stands is
-//! taken, in settings. Levels follow by the inverse of the dimmers' laws. Banks that are not asked for, and
-//! fixed lights, stay as they stand. After Schoeneman, Dorsey, Smits, Arvo and Greenberg 1993, "Painting
+//! ([`bounded_least_squares`]); of several equally good solutions the smallest change from the
+//! current settings is used. Levels follow by inverting the dimmers' laws. Other banks, and fixed
+//! lights, stay as they are. After Schoeneman, Dorsey, Smits, Arvo and Greenberg 1993, "Painting
 //! with Light".
 
 #![allow(
@@ -27,13 +27,14 @@ use footlight_picture::Image;
 pub use self::lux::{Illuminance, illuminance};
 pub use self::sketch::{Sketched, sketched};
 
-/// Levels that differ by less are the same, and so are written: a hundredth of a percent.
+/// Differences of levels below this, a hundredth of a percent, are ignored; levels are written to
+/// this precision.
 const STEP: f64 = 1e-4;
 
-/// Why there are no levels that come near.
+/// Reason why no levels come near the target.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SolveError {
-    /// The sketch has another shape than the view.
+    /// The sketch's aspect ratio differs from the view's.
     #[error(
         "the sketch is {}x{} and the view {}x{}: paint over a picture of this view, such as `picture -o \
          view.png` writes", found.0, found.1, view.0, view.1
@@ -44,21 +45,21 @@ pub enum SolveError {
         /// The view's.
         view: (usize, usize),
     },
-    /// No pixel of it counts, or none is brighter than black.
+    /// No pixel counts, or none is brighter than black.
     #[error("the sketch is black, or transparent all over: there is nothing to come near to")]
     Black,
-    /// No mixture of lamps looks like it.
+    /// No mixture of lamps resembles the sketch.
     #[error(
         "the sketch is not of this view: whatever the levels, bright and dark are elsewhere (correlation {0:.2}); \
          paint over a picture of the view, such as `picture -o view.png` writes"
     )]
     Unlike(f64),
-    /// A point's illuminance does not show.
+    /// The illuminance at a point is not visible.
     #[error("{point} {hidden}")]
     Hidden {
-        /// As it was typed.
+        /// The point as typed.
         point: String,
-        /// Why.
+        /// The reason.
         hidden: Hidden,
     },
     /// Haze shines between the eye and the surface.
@@ -68,14 +69,14 @@ pub enum SolveError {
     Haze,
 }
 
-/// Levels that were solved for.
+/// Solved levels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Solved {
-    /// The banks that were asked for, in the order of the show.
+    /// The requested banks, in the order of the show.
     pub banks: Vec<SolvedBank>,
-    /// Banks whose light differs by nothing that shows from that of others here: only sums count.
+    /// Banks whose light is indistinguishable from that of others here: only sums are determined.
     pub tied: Vec<String>,
-    /// The levels that change, as `set` reads them; empty where none does.
+    /// The changed levels, in the form for `set`; empty without changes.
     pub moves: String,
 }
 
@@ -86,26 +87,26 @@ pub struct SolvedBank {
     pub name: String,
     /// Its level before and after.
     pub level: [f64; 2],
-    /// The light of its emitters at full level after, if it is an rgb bank.
+    /// The light of its emitters at full level afterwards, for an rgb bank.
     pub colour: Vec<f64>,
-    /// The difference that is left while this bank alone stays as it stood, as a share of what is to be met.
+    /// Remaining difference if this bank alone keeps its level, relative to the target.
     pub without: f64,
-    /// False where its light is nowhere in the view.
+    /// False when its light is nowhere in the view.
     pub is_seen: bool,
 }
 
-/// A setting to be solved for.
+/// An unknown setting.
 struct Unknown {
     bank: usize,
-    /// The coordinates that it moves, and how far.
+    /// The coordinates that it moves, with factors.
     parts: Vec<(usize, f64)>,
-    /// The values that it can have, and the one that stands.
+    /// The range of its values, and the current one.
     bounds: (f64, f64),
     stood: f64,
 }
 
 impl Unknown {
-    /// Keeps it as it stands where its light is not seen.
+    /// Fixes it at its current value if its light is not seen.
     fn hold_unless(&mut self, seen: &[bool]) {
         if !self.parts.iter().any(|(coordinate, _)| seen[*coordinate]) {
             self.bounds = (self.stood, self.stood);
@@ -113,8 +114,8 @@ impl Unknown {
     }
 }
 
-/// The settings of the banks and groups of these names, of all banks without one: of an rgb bank one for each
-/// emitter, or with `keep_colours` one for all.
+/// The unknown settings of the named banks and groups, or of all banks without names: for an rgb
+/// bank one for each emitter, or with `keep_colours` a single one.
 fn unknowns(
     (document, live): (&Document, &LiveControl),
     names: &[&str],
@@ -174,7 +175,8 @@ fn unknowns(
     Ok(found)
 }
 
-/// The light of each coordinate of the show at full, heads where they stand, and the settings that stand.
+/// The light of each coordinate of the show at full, with heads in their current poses, and the
+/// current settings.
 fn lights<T>(
     engine: &mut Engine,
     live: &LiveControl,
@@ -198,20 +200,20 @@ fn law(show: &Show, bank: &Bank, level: f64) -> f64 {
 /// Settings of all coordinates.
 struct Solution {
     settings: Vec<f64>,
-    /// Banks of which only sums are decided.
+    /// Banks of which only sums are determined.
     tied: Vec<usize>,
 }
 
-/// Sums of squares and products over all rows: of the light of each coordinate at full, and, last, of what is
-/// to be met.
+/// Sums of squares and products over all rows: of the light of each coordinate at full, and, last,
+/// of the target.
 struct Squares {
     sums: Matrix,
-    /// The settings that stand.
+    /// The current settings.
     stood: Vec<f64>,
 }
 
 impl Squares {
-    /// The best settings of the unknowns where what is to be met is `gain` times the light.
+    /// The best values of the unknowns for a target of `gain` times the light.
     fn solve(&self, unknowns: &[Unknown], gain: f64) -> Solution {
         let n = self.stood.len();
         let mut parts = Matrix::zeros(n + 1, unknowns.len());
@@ -235,7 +237,7 @@ impl Squares {
         }
     }
 
-    /// The sum of squares that settings leave.
+    /// The remaining sum of squares for these settings.
     fn left(&self, settings: &[f64], gain: f64) -> f64 {
         self.square(settings.iter().map(|x| gain * x).chain([-1.0]))
     }
@@ -247,8 +249,8 @@ impl Squares {
     }
 }
 
-/// The levels of settings of the unknowns, and the moves to them. `met` is the sum of squares of what is to be
-/// met, and `seen` tells the coordinates whose light counts.
+/// The levels for solved settings, and the moves to them. `met` is the sum of squares of the
+/// target, and `seen` is true for coordinates whose light counts.
 fn solved(
     (document, live): (&Document, &LiveControl),
     unknowns: &[Unknown],
@@ -300,7 +302,8 @@ fn solved(
     solved
 }
 
-/// The level, and of an rgb bank its emitters, that give a light; those that stand where they do.
+/// The level, and for an rgb bank its emitters, that give a light; current ones are kept if they
+/// already do.
 fn levels(show: &Show, bank: &Bank, light: &[f64], stood: &[f64]) -> Vec<f64> {
     let full = light.iter().copied().fold(0.0, f64::max);
     let colour = if bank.rgb { &stood[1..] } else { &[1.0] };
@@ -309,8 +312,8 @@ fn levels(show: &Show, bank: &Bank, light: &[f64], stood: &[f64]) -> Vec<f64> {
     if light.iter().zip(colour).all(same) {
         return stood.to_vec();
     }
-    // The level carries the brightness, the colour the hue: its brightest emitter stays where the level
-    // can follow.
+    // The level carries the brightness, the colour the hue: the brightest emitter stays as long as
+    // the level can follow.
     let brightest = colour.iter().copied().fold(0.0, f64::max);
     let (_, most) = timeline::range(bank.dimmer, &show.curves);
     let setting = if brightest > STEP {

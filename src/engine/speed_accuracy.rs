@@ -1,4 +1,4 @@
-//! Error against seconds: each source alone at each step of quality, and the mixtures of the plan.
+//! Error against seconds: single sources at each quality step, and the mixtures of the plan.
 
 use super::Error;
 use super::estimate::Estimate;
@@ -7,38 +7,38 @@ use crate::measure::MeasuredMoment;
 use footlight_show::units::ErrorUnit;
 use footlight_transport::Quality;
 
-/// What seconds buy.
+/// Error against rendering time.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SpeedAccuracy {
-    /// Each source alone, a point for every step of quality.
+    /// Single sources, one point for every quality step.
     pub alone: Vec<SpeedPoint>,
-    /// Coarse images, and after them the mixtures of the plan, as levels alone order them: predicted.
+    /// Coarse images, then the mixtures of the plan, as ordered by levels alone: predicted.
     pub mixtures: Vec<SpeedPoint>,
 }
 
-/// An error and the seconds of rendering that it takes from nothing.
+/// An error and its rendering time from scratch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpeedPoint {
-    /// The step of quality.
+    /// The quality step.
     pub quality: u8,
-    /// Measured where it was rendered, else predicted.
+    /// Measured if it was rendered, else predicted.
     pub seconds: f64,
     /// Likely error of the worst moment, relative.
     pub error: f64,
-    /// What the error lies between in 95 of 100 cases, where it was measured.
+    /// 95 % confidence interval of a measured error.
     pub measured: Option<[f64; 2]>,
 }
 
 impl Estimate<'_> {
-    /// The measured errors of the images of sources alone that are shown, the worst first, with the
-    /// seconds that measuring took; `None` where they were not measured.
+    /// The measured errors of the current images of single sources, the worst first, with the
+    /// seconds of measuring; `None` if not measured.
     pub fn measured(&self) -> Option<(&[MeasuredMoment], f64)> {
         let step = self.coarse_steps()[1];
         let of_step = self.of_view?.rendering.measured_at(step, self.document)?;
         Some((&of_step.moments, of_step.seconds))
     }
 
-    /// What more seconds would buy; nothing where the operator knows nothing of its errors.
+    /// Error against rendering time; empty when the operator states no errors.
     ///
     /// # Errors
     /// [`Error::NoSetup`]; [`Error::Plan`].
@@ -51,7 +51,7 @@ impl Estimate<'_> {
             let taken = rendering.taken.get(&step.0).copied();
             taken.unwrap_or_else(|| cost.alone(rendering.sources() as f64) * pace)
         };
-        // By the finest measured step that is no finer, over what the two usually err by.
+        // Scales the finest measured step that is no finer by the ratio of usual errors.
         let expected = |step: Quality| {
             let own = self.step_error(step, ErrorUnit::Light)?;
             let by = |q: u8| {

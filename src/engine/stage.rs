@@ -1,4 +1,4 @@
-//! What a stage's file holds, for those who do not know it yet.
+//! Inspection of a stage's file.
 
 use super::Error;
 use footlight_host::files::Files;
@@ -8,14 +8,14 @@ use footlight_stage::stage_file::{ImportSummary, Options};
 use footlight_stage::texture::Alpha;
 use footlight_stage::{LampShape, Scene};
 
-/// A stage's file as it is read without anything said of it.
+/// A stage's file read with default options.
 #[derive(Clone, Debug)]
 pub struct StageFile {
     /// Least and greatest coordinates of its polygons, metres, Z up.
     pub extent: [[f64; 3]; 2],
-    /// What was done to its polygons.
+    /// Statistics of the import.
     pub summary: ImportSummary,
-    /// Polygons that it becomes, backs included.
+    /// Number of polygons after import, including backs.
     pub polygons: usize,
     /// In the order of the file.
     pub materials: Vec<StageMaterial>,
@@ -30,15 +30,15 @@ pub struct StageFile {
 pub struct StageMaterial {
     /// Its name.
     pub name: String,
-    /// Of a texture the mean.
+    /// Reflectance; the mean for a texture.
     pub reflectance: Rgb,
     /// Emitted luminance, cd/m2.
     pub luminance: f64,
-    /// Of all its polygons, square metres.
+    /// Total area of its polygons, m².
     pub area: f64,
-    /// Texels across and down; none without an image.
+    /// Columns and rows of its texture; `None` without an image.
     pub texture: Option<[usize; 2]>,
-    /// By what light passes through it somewhere; [`Alpha::Opaque`] where it does not.
+    /// Kind of transparency; [`Alpha::Opaque`] for an opaque one.
     pub alpha: Alpha,
 }
 
@@ -46,7 +46,7 @@ impl StageFile {
     /// Reads the file at `path` in about `memory` bytes at most.
     ///
     /// # Errors
-    /// [`Error::Stage`] where it cannot be read.
+    /// [`Error::Stage`] when it cannot be read.
     pub fn read(files: &dyn Files, path: &str, memory: usize) -> Result<StageFile, Error> {
         let import::Import {
             scene,

@@ -1,10 +1,9 @@
-//! Images as tasks, each of which any machine may do, and twice without harm: lists of what a goal needs
-//! next, the work on one of them, and how far all are.
+//! Render tasks: idempotent, one image each. This module lists the tasks of a goal, works on one of
+//! them, and reports the state of all.
 //!
-//! A task is an address in the pool. Who works on it claims it first, and so that of many workers on one
-//! folder each renders something else; nothing is lost where claims fail, as images of one address are
-//! alike and the first that is stored stays. Workers add images and remove none: who lists tasks makes
-//! room for them.
+//! A task is an address in the pool. A worker claims it first, so that many workers on one folder
+//! render different images. If claims fail nothing is lost: images of one address are equal, and
+//! the first one stored stays. Workers only add images; listing tasks makes room for them.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -27,67 +26,68 @@ use footlight_host::work::{Progress, Work};
 use footlight_picture::Image;
 use footlight_transport::{self as renderer, Quality};
 
-/// Version of the form of lists.
+/// Version of the list's format.
 const SCHEMA: u32 = 0;
 
-/// How long a claim holds without being renewed unless something else is said: longer than network file
-/// systems keep what they know of a file.
+/// Default lease of a claim without renewal: longer than network file systems cache a file.
 pub const LEASE: Duration = Duration::from_secs(60);
 
-/// What a folder of the pool must not be: it may have come with a stranger's show, and lead anywhere.
+/// Why a folder of the pool is refused: a link may have come with a stranger's show, and lead
+/// anywhere.
 const LINK: &str = "a link";
 
-/// Bytes of a file beyond its pixels, about.
+/// Approximate bytes of a file beyond its pixels.
 const HEADER: u64 = 4096;
 
-/// Bytes of the reason of a failure that are read.
+/// Most bytes read of a failure's reason.
 const REASON: u64 = 4096;
 
-/// What is to be rendered of a show, by any process that has its files and can write to its pool.
+/// Tasks of a show, for any process that has its files and can write to its pool.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TaskList {
-    /// Version of this form.
+    /// Version of the format.
     pub schema: u32,
-    /// The show's file. This and the pool are as the list's own place says, unless absolute.
+    /// The show's file. This path and the pool's are relative to the list's folder, unless
+    /// absolute.
     pub show: PathBuf,
-    /// The view, where the show has several.
+    /// The view, if the show has several.
     pub view: Option<String>,
-    /// The folder that the images are for.
+    /// The folder for the images.
     pub pool: PathBuf,
     /// Name and version of the operator.
     pub operator: String,
-    /// Names operator, scene and view.
+    /// Key of operator, scene and view.
     pub scene: String,
     /// Width and height.
     pub size: [usize; 2],
-    /// What the numbers of a setting are of.
+    /// Names of a setting's numbers.
     pub coordinates: Vec<String>,
-    /// The most useful first.
+    /// Tasks, the most useful first.
     pub tasks: Vec<Task>,
 }
 
 /// One image.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Task {
-    /// Its place in the list, from 1.
+    /// Its number in the list, from 1.
     pub task: usize,
-    /// The name of its file in the folder of its scene, without `.exr`.
+    /// Its file name in the scene's folder, without `.exr`.
     pub picture: String,
-    /// The step of quality.
+    /// Quality step.
     pub quality: u8,
-    /// One number for each coordinate; as text, which gives back the very bits in every program.
+    /// One number for each coordinate, as text that preserves the bits in every program.
     #[serde(with = "exact")]
     pub setting: Vec<f64>,
-    /// Its place among the refined images of the plan, from 0; none for one of a source alone.
+    /// Its index among the refined images of the plan; `None` for a single source.
     pub order: Option<usize>,
-    /// What a renderer with chance is to draw its numbers from.
+    /// Seed for a renderer that uses random numbers.
     pub seed: u32,
-    /// Predicted seconds of a worker that does this task alone, on the machine that listed it; none
-    /// where nothing is known.
+    /// Predicted seconds on the machine that listed it, for a worker with this task alone; `None`
+    /// if unknown.
     pub seconds: Option<f64>,
 }
 
-/// Numbers as text, with blanks between them.
+/// Numbers as text, separated by blanks.
 mod exact {
     use serde::{Deserialize, Deserializer, Serializer, de::Error};
 
@@ -103,35 +103,35 @@ mod exact {
     }
 }
 
-/// What work on a task came to.
+/// Result of work on a task.
 #[derive(Debug, PartialEq)]
 pub enum Worked {
-    /// It was rendered, in so many seconds.
+    /// It was rendered, in this many seconds.
     Rendered(f64),
-    /// Its image was there already.
+    /// Its image exists.
     There,
-    /// Somebody else is at work on it.
+    /// Another worker has claimed it.
     Claimed(Holder),
 }
 
-/// How far a task is.
+/// State of a task.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TaskState {
-    /// Its image is there.
+    /// Its image exists.
     There,
-    /// Somebody is at work on it, or was: a stale claim is as good as none.
+    /// A worker has claimed it; a stale claim counts as none.
     Claimed(Holder),
-    /// Rendering it failed last time, as this says.
+    /// Rendering failed, for this reason.
     Failed(String),
-    /// Nobody has begun it.
+    /// No worker has begun it.
     Free,
 }
 
 impl TaskList {
-    /// Checks what was read.
+    /// Checks a list after reading.
     ///
     /// # Errors
-    /// What is wrong with it.
+    /// The fault.
     pub fn check(&self) -> Result<(), TaskFault> {
         if self.schema != SCHEMA {
             return Err(TaskFault::Schema(self.schema, SCHEMA));
@@ -158,8 +158,8 @@ impl TaskList {
         Ok(())
     }
 
-    /// How far each task is, without opening the show. Those whose claim does not say how long it holds
-    /// count as claimed for `lease`.
+    /// State of each task, without opening the show. A claim that does not state its lease holds
+    /// for `lease`.
     ///
     /// # Errors
     /// [`Error::File`] when the pool cannot be read.
@@ -193,17 +193,17 @@ impl TaskList {
     }
 }
 
-/// Where claims of a pool are.
+/// Folder of a pool's claims.
 fn claims(pool: &Path) -> PathBuf {
     pool.join("claims")
 }
 
-/// Where it stands why the last rendering of something failed.
+/// Path of the reason of a failed rendering.
 fn failure(claims: &Path, name: &str) -> PathBuf {
     claims.join([name, ".failed"].concat())
 }
 
-/// Progress that keeps a claim: every loop of the operator asks whether to go on.
+/// Progress that renews a claim: every loop of the operator polls it for cancellation.
 struct Renewing<'a> {
     progress: &'a dyn Progress,
     claim: &'a Claim,
@@ -221,13 +221,13 @@ impl Progress for Renewing<'_> {
 }
 
 impl TaskList {
-    /// The images that a refinement needs next and that are not at hand: those of sources alone, or,
-    /// once these are there, mixtures in the order of the plan. No tasks are left once the goal is met as
-    /// far as is known. Old images in the pool's folder make room.
+    /// The next images that a refinement needs and that do not exist: those of single sources, or,
+    /// once these exist, mixtures in the order of the plan. The list is empty once the goal is met
+    /// as far as is known. Old images in the pool's folder are removed to make room.
     ///
     /// # Errors
-    /// [`Error::NoVersion`] and [`Error::NoPool`] where images cannot be shared;
-    /// [`Error::PoolLimit`]; [`Error::Busy`]; else what planning says.
+    /// [`Error::NoVersion`] and [`Error::NoPool`] when images cannot be shared;
+    /// [`Error::PoolLimit`]; [`Error::Busy`]; or an error of planning.
     pub fn of(engine: &mut Engine, wanted: impl Into<Refinement>) -> Result<TaskList, Error> {
         let wanted = wanted.into();
         engine.timed(|engine| {
@@ -244,7 +244,7 @@ impl TaskList {
         })
     }
 
-    /// Removes old images of the pool's folder, so that those of a list fit in.
+    /// Removes old images of the pool's folder, so that those of the list fit.
     fn make_room(&self, engine: &mut Engine, wanted: &Refinement) -> Result<(), Error> {
         let [width, height] = self.size;
         let bytes = (width as u64 * height as u64 * 12 + HEADER) * self.tasks.len() as u64;
@@ -261,7 +261,7 @@ impl TaskList {
         Ok(disk_cache.make_room(store, bytes)?)
     }
 
-    /// Refuses a list that is not of this scene, view and operator. The lights of each task are compared
+    /// Refuses a list for another scene, view or operator. The lights of each task are compared
     /// before it is rendered.
     ///
     /// # Errors
@@ -298,13 +298,12 @@ impl TaskList {
         }
     }
 
-    /// Renders a task of a list that was checked, unless its image is there or somebody else is at work on
-    /// it. The claim holds for `lease` without being renewed. What fails is written down for
-    /// `TaskList::states`.
+    /// Renders a task of a checked list, unless its image exists or another worker has claimed it.
+    /// The claim holds for `lease` without renewal. A failure is recorded for `TaskList::states`.
     ///
     /// # Errors
-    /// [`Error::NotStored`] where the image could not be written; [`Error::File`] where nothing can be
-    /// claimed; what rendering says; on cancel.
+    /// [`Error::NotStored`] when the image could not be written; [`Error::File`] when nothing can
+    /// be claimed; an error of rendering; on cancel.
     pub fn work_on(
         &self,
         engine: &mut Engine,
@@ -357,7 +356,7 @@ fn pool_folder(engine: &Engine) -> Result<&Path, Error> {
     Ok(&disk_cache.ok_or(Error::NoPool)?.folder)
 }
 
-/// Images of sources alone that the pool waits for.
+/// Missing images of single sources for the pool.
 fn missing_units(estimate: Estimate<'_>) -> Result<Vec<Task>, Error> {
     let rendering = estimate.rendering()?;
     let (mut out, mut seen) = (Vec::new(), BTreeSet::new());
@@ -380,7 +379,7 @@ fn missing_units(estimate: Estimate<'_>) -> Result<Vec<Task>, Error> {
     Ok(out)
 }
 
-/// The images that a goal needs next. Those that have arrived are taken up first.
+/// The next images for a goal. Newly stored ones are added first.
 fn missing_images(engine: &mut Engine, wanted: &Refinement) -> Result<Vec<Task>, Error> {
     if engine.estimate_of(wanted).pool().is_some() {
         engine.means().reuse_refined(wanted)?;
@@ -441,7 +440,7 @@ fn wanted_of(
     all.into_iter().next().ok_or(Error::NoSetup)
 }
 
-/// The image of a task, whose name must be that of what its setting lights.
+/// Checks a task's name against the lights of its setting, and returns its image.
 fn check_task(engine: &Engine, task: &Task) -> Result<Wanted, Error> {
     let wanted = wanted_of(
         engine.estimate(),
@@ -470,16 +469,16 @@ fn claim_of(engine: &Engine, name: &str, lease: Duration) -> Result<Claimed, Err
     Ok(claim::claim(&folder, name, lease)?)
 }
 
-/// Keeps why a task failed, or forgets why it once did.
+/// Records why a task failed, or deletes the record.
 fn write_down(engine: &Engine, name: &str, error: Option<&Error>) -> Result<(), Error> {
     let path = failure(&claims(pool_folder(engine)?), name);
     match error {
         None => engine.host.store.remove(&path)?,
-        // A farm may end the renderer as well as the worker that is to stop.
+        // A farm that stops a worker may end its renderer first.
         Some(error) if error.is_cancel() || engine.host.progress.cancelled() => {}
         Some(error) => {
             let said = [claim::host(), ": ".to_owned(), error.to_string()].concat();
-            // The error itself is what counts.
+            // If this fails too, the error itself is still returned.
             let _ = engine.host.store.write(&path, said.as_bytes());
         }
     }

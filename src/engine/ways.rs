@@ -1,10 +1,9 @@
-//! Which images a goal takes: every bank alone at one step of quality, or coarse images and the plan's
-//! mixtures on top of them. A refinement chooses once. Plan, run and status ask the same function.
+//! Chooses the images for a goal: every bank alone at one quality step, or coarse images with the
+//! plan's mixtures. A refinement chooses once. Plan, run and status use one function.
 //!
-//! Seconds are the operator's prediction at this machine's pace, of what is not at hand. Errors are
-//! what the operator states of a step or what its noise shows, and for mixtures what the plan
-//! leaves of that. Where neither is known, only mixtures can be judged, by the difference of two
-//! coarse steps.
+//! Seconds are the operator's prediction at this machine's speed, for missing images. Errors are
+//! stated by the operator or follow from noise, and for mixtures from the plan's remainder. If
+//! neither is known, only mixtures can be judged, by the difference of two coarse steps.
 
 use std::cmp::Ordering;
 
@@ -20,51 +19,51 @@ use crate::pool::{Stated, is_within};
 use footlight_show::units::ErrorUnit;
 use footlight_transport::Quality;
 
-/// A way to an error, with what it costs and leaves.
+/// A method with its predicted cost and error.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct WayForecast {
     /// [`Way::Alone`] or [`Way::Paper`].
     pub way: Way,
-    /// The step of quality of the images that it renders last.
+    /// Quality step of the images that it renders last.
     pub quality: u8,
-    /// Images of sources alone that it has yet to render.
+    /// Number of images of single sources still to render.
     pub alone: usize,
-    /// Mixtures that it has yet to render.
+    /// Number of mixtures still to render.
     pub mixed: usize,
-    /// Predicted seconds of rendering them.
+    /// Predicted seconds to render them.
     pub seconds: f64,
-    /// Predicted error of the worst moment then, in the unit of what is asked for.
+    /// Predicted error of the worst moment afterwards, in the goal's unit.
     pub error: f64,
-    /// Whether that is within what is asked for.
+    /// True when that is within the goal.
     pub reaches: bool,
 }
 
-/// What is rendered first for a goal.
+/// The first images to render for a goal.
 pub(super) struct Choice {
-    /// The steps of the images of sources alone, where they are not those that are shown.
+    /// Steps of the images of single sources, if they differ from those shown.
     pub base: Option<[Quality; 2]>,
-    /// The ways that it was chosen from; `None` where only the first images tell errors, or the pace
-    /// that a time is kept by.
+    /// The methods compared; `None` when only the first images can tell errors, or the speed for a
+    /// time limit.
     pub ways: Option<Vec<WayForecast>>,
 }
 
-/// The mixtures that a goal takes of a forecast.
+/// The mixtures of a forecast needed for a goal.
 pub(super) struct Mixtures {
-    /// How many, those at hand included.
+    /// Their number, including existing ones.
     pub images: usize,
-    /// How many of them are at hand.
+    /// Number of existing ones.
     pub stored: usize,
-    /// Predicted seconds of rendering the others.
+    /// Predicted seconds to render the others.
     pub seconds: f64,
-    /// Predicted error of the worst moment then.
+    /// Predicted error of the worst moment afterwards.
     pub error: f64,
-    /// Whether that is within what is asked for.
+    /// True when that is within the goal.
     pub reaches: bool,
 }
 
 impl Mixtures {
-    /// The fewest that reach the goal, or as many as its time and number allow, with `refined`
-    /// images there.
+    /// The fewest mixtures that reach the goal, or as many as its time and number allow, given
+    /// `refined` existing images.
     pub fn of(forecast: &Forecast, goal: &Goal, refined: usize) -> Mixtures {
         let within = |error, images: usize| {
             goal.until.is_some_and(|until| {
@@ -95,8 +94,8 @@ impl Mixtures {
 }
 
 impl Estimate<'_> {
-    /// The ways to a goal from the images that are there, the one that is taken first; none where
-    /// nothing can be said before the coarse images are there, or nothing is left to render.
+    /// The methods for a goal from the existing images, the chosen one first; empty when they
+    /// cannot be compared before there are coarse images, or nothing is left to render.
     ///
     /// # Errors
     /// [`Error::NoSetup`]; [`Error::Plan`].
@@ -109,7 +108,7 @@ impl Estimate<'_> {
             ways = self.alone_ways(goal)?;
         }
         if self.way != Way::Alone || ways.is_empty() {
-            // Without a mixture it may be one of the others.
+            // Without a mixture it may equal one of the others.
             let is_new = |mixed: &WayForecast| {
                 let same = |w: &WayForecast| (w.seconds, w.error) == (mixed.seconds, mixed.error);
                 !ways.iter().any(same)
@@ -121,7 +120,7 @@ impl Estimate<'_> {
         Ok(ways)
     }
 
-    /// Chooses the steps of the images of sources alone for a goal.
+    /// Chooses the steps of the images of single sources for a goal.
     pub(super) fn choose(&self, goal: &Goal, extent: Extent) -> Result<Choice, Error> {
         let mut choice = Choice {
             base: None,
@@ -134,7 +133,7 @@ impl Estimate<'_> {
         let [_, fine] = self.coarse_pair();
         let is_stated = self.step_error(fine, goal.unit()).is_some();
         let is_named = self.way == Way::Alone;
-        // What the first images are off by will be measured; a farm knows what they usually are.
+        // The error of the first images will be measured; a farm uses the usual one.
         let is_usual = is_stated && (!self.measures(goal) || extent == Extent::AtOnce);
         let is_told = is_usual || !is_stated && is_named && self.samples(fine).is_none();
         let is_known = is_told && (goal.budget.is_none() || self.images.pace.is_known());
@@ -161,7 +160,7 @@ impl Estimate<'_> {
         Ok(choice)
     }
 
-    /// Each source alone, at the step of the images that are there and at each finer one.
+    /// Single sources, at the step of the existing images and at each finer one.
     fn alone_ways(&self, goal: &Goal) -> Result<Vec<WayForecast>, Error> {
         let now = self.pool().map_or(0, |_| self.coarse_steps()[1].0);
         let mut out = Vec::new();
@@ -195,8 +194,8 @@ impl Estimate<'_> {
         Ok(out)
     }
 
-    /// Mixtures on top of the images that are there, or of the coarse ones; `None` where nothing is
-    /// known of these.
+    /// Mixtures on top of the existing images, or of the coarse ones; `None` when nothing is known
+    /// about these.
     fn mixed_way(&self, goal: &Goal) -> Result<Option<WayForecast>, Error> {
         let Some(forecast) = self.forecast_by(goal.unit())? else {
             return Ok(None);
@@ -223,8 +222,8 @@ impl Estimate<'_> {
         }))
     }
 
-    /// The error of every source alone at a step. Where the operator states none and has no noise to
-    /// tell it, refined images stand for the truth where this way is asked for or taken.
+    /// The error of single sources at a step. When the operator states none and has no noise to
+    /// estimate it, refined images count as exact if this method is requested or chosen.
     fn error_alone(&self, quality: Quality, unit: ErrorUnit) -> Option<f64> {
         let base = self.rendering().ok().and_then(|r| r.base);
         let is_taken = self.way == Way::Alone || base == Some([quality; 2]);
@@ -234,7 +233,7 @@ impl Estimate<'_> {
             .or((is_truth && self.samples(quality).is_none()).then_some(0.0))
     }
 
-    /// The error of every source alone at a step, from the noise of the images that are there.
+    /// The error of single sources at a step, from the noise of the existing images.
     fn noise_alone(&self, quality: Quality, unit: ErrorUnit) -> Option<f64> {
         let pool = self.pool().filter(|pool| pool.is_known())?;
         let [_, now] = self.coarse_steps();
@@ -243,8 +242,8 @@ impl Estimate<'_> {
         Some(pool.planned_error(alone, alone) * fewer.sqrt())
     }
 
-    /// The steps at which sources alone are rendered to be seen at one. Noise is told by a second
-    /// picture, which makes the first one better by what it costs.
+    /// The steps at which single sources are rendered to show one step. Noise is estimated from a
+    /// second image; averaging both repays its cost.
     fn base_of(&self, quality: Quality) -> [Quality; 2] {
         match self.samples(quality) {
             Some(_) => [Quality((quality.0 - 1).max(1)), quality],
@@ -252,8 +251,8 @@ impl Estimate<'_> {
         }
     }
 
-    /// How many images of sources alone are not at hand at one or two steps, and the predicted
-    /// seconds of rendering them.
+    /// Number of missing images of single sources at one or two steps, and the predicted seconds to
+    /// render them.
     fn missing_of(&self, base: [Quality; 2]) -> Result<(usize, f64), Error> {
         let rendering = self.rendering()?;
         let units = rendering.units();
@@ -274,9 +273,8 @@ impl Estimate<'_> {
         Ok((images, cost * self.images.pace.seconds()))
     }
 
-    /// The finest steps at which an image of every source is at hand, if they are no coarser than what
-    /// the show asks for. Where nothing is known of errors but the difference of these two, no others
-    /// serve.
+    /// The finest steps at which every source has an image, if they are no coarser than the show's
+    /// setting. When only the difference of these two tells errors, no others can serve.
     pub(super) fn stored_base(&self) -> Result<Option<[Quality; 2]>, Error> {
         let pair = self.coarse_pair();
         let [_, fine] = pair;
@@ -296,8 +294,8 @@ impl Estimate<'_> {
         Ok(None)
     }
 
-    /// What the operator states of a new pool's errors. Two steps of coarse images estimate their
-    /// own error by their difference.
+    /// The operator's statement about a new pool's errors. Two steps of coarse images estimate
+    /// their own error by their difference.
     pub(super) fn stated_of_pool(&self) -> Option<Stated> {
         let [cheap, fine] = self.coarse_steps();
         let samples = [cheap, fine, self.refined_step()].map(|step| self.samples(step));
@@ -312,8 +310,8 @@ impl Estimate<'_> {
     }
 }
 
-/// The better of two ways first: what fits into the time, then what reaches the error and is quick,
-/// else what comes nearest to it.
+/// Orders methods, the better one first: by fitting into the time, then reaching the error quickly,
+/// then coming nearest to it.
 fn compare(a: &WayForecast, b: &WayForecast, budget: Option<f64>) -> Ordering {
     let late = |w: &WayForecast| budget.is_some_and(|budget| w.seconds > budget);
     let first = (late(a), !a.reaches).cmp(&(late(b), !b.reaches));

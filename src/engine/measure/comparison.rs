@@ -1,4 +1,4 @@
-//! Every bank alone, held against its reference.
+//! Comparison of every bank alone with its reference.
 
 use std::path::Path;
 
@@ -10,38 +10,37 @@ use footlight_picture::Image;
 use footlight_transport::Quality;
 use footlight_transport::surfaces::emitter_mask;
 
-/// A quality against references.
+/// Comparison of a quality step with references.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Comparison {
-    /// The step of the scale.
+    /// The quality step.
     pub quality: u8,
     /// Seconds to prepare and to render all banks.
     pub seconds: f64,
-    /// In the order of the show.
+    /// Banks in the order of the show.
     pub banks: Vec<BankError>,
 }
 
-/// A bank's errors, relative to the root mean square of its reference; `None` where they cannot be
-/// known.
+/// A bank's errors, relative to the root mean square of its reference; `None` if unknown.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct BankError {
     /// The bank.
     pub name: String,
     /// Over all pixels.
     pub rmse: Option<f64>,
-    /// The same without the reference's noise; needs halves. A negative zero where the estimate
-    /// under the root is negative.
+    /// Without the reference's noise; needs halves. Negative zero when the estimate under the root
+    /// is negative.
     pub rmse_noise_free: Option<f64>,
-    /// Without pixels whose 3 x 3 neighbourhood shows an emitter of any light.
+    /// Without pixels whose 3 x 3 neighbourhood shows an emitter.
     pub rmse_no_emitters: Option<f64>,
-    /// Both.
+    /// Without noise and emitters.
     pub rmse_noise_free_no_emitters: Option<f64>,
-    /// Mean of the picture over mean of the reference.
+    /// Mean of the image over mean of the reference.
     pub mean_ratio: Option<f64>,
 }
 
 impl BankError {
-    /// Holds a bank's picture against its reference; `counted` is false at pixels near emitters.
+    /// Compares a bank's image with its reference; `counted` is false at pixels near emitters.
     pub fn new(name: &str, image: &Image, reference: &Reference, counted: &[bool]) -> BankError {
         let all = difference::difference(image, reference, None);
         let plain = difference::difference(image, reference, Some(counted));
@@ -55,8 +54,8 @@ impl BankError {
         }
     }
 
-    /// The figure a step of quality is judged by: without emitters where anything else is seen,
-    /// without noise where halves allow it.
+    /// The figure for judging a quality step: without emitters if anything else is seen, without
+    /// noise if there are halves.
     pub fn judged(&self) -> Option<f64> {
         let order = [
             self.rmse_noise_free_no_emitters,
@@ -68,23 +67,23 @@ impl BankError {
     }
 }
 
-/// A comparison with the pictures that it was made of.
+/// A comparison with its images.
 #[derive(Clone, Debug)]
 pub struct Compared {
     /// The figures.
     pub comparison: Comparison,
-    /// What was rendered, in the order of the banks.
+    /// The rendered images, in the order of the banks.
     pub images: Vec<Image>,
-    /// What it was compared with.
+    /// The references.
     pub references: Vec<Reference>,
 }
 
-/// Renders every bank alone at unit setting, timed from nothing prepared, and compares each
-/// with its reference image in `folder`.
+/// Renders every bank alone at unit setting, timed including preparation, and compares each with
+/// its reference image in `folder`.
 ///
 /// # Errors
 /// [`Error::Reference`] when a reference is missing or does not fit, [`Error::NoSetup`],
-/// [`Error::NoBanks`], else what rendering says.
+/// [`Error::NoBanks`], or an error of rendering.
 pub fn compare(engine: &Engine, folder: &Path, quality: Quality) -> Result<Compared, Error> {
     let names = bank_names(engine)?;
     let settings = alone_each(engine, &names)?;
@@ -112,8 +111,8 @@ pub fn compare(engine: &Engine, folder: &Path, quality: Quality) -> Result<Compa
     })
 }
 
-/// Images of settings from an operator prepared for the purpose, with the seconds to prepare it and to
-/// render them. The caller already holds `held` bytes.
+/// Images of settings from an operator prepared for them, with the seconds to prepare and to
+/// render; `held` bytes of the caller count against the memory.
 pub fn render_alone(
     engine: &Engine,
     settings: &[Vec<f64>],
@@ -131,7 +130,7 @@ pub fn render_alone(
     Ok((images, [prepared - begin, clock.seconds() - prepared]))
 }
 
-/// Names of the banks; a show without any has nothing to measure.
+/// Names of the banks; an error for a show without banks.
 pub fn bank_names(engine: &Engine) -> Result<Vec<String>, Error> {
     let names: Vec<String> = engine.show().banks.iter().map(|b| b.name.clone()).collect();
     if names.is_empty() {

@@ -1,39 +1,39 @@
-//! The one measure of error: relative root mean square, over pixels and channels.
+//! The measure of error: relative root mean square, over pixels and channels.
 //!
-//! sqrt(mean (x-b)²) / sqrt(mean b²). A reference that was sampled has noise of its own; where two
-//! halves A and B with independent noise are known, mean (x-A)(x-B) is an estimate of
-//! mean (x-b)² that their noise does not enter. Being an estimate, it may come out negative.
+//! sqrt(mean (x-b)²) / sqrt(mean b²). A sampled reference is noisy; given two halves A and B with
+//! independent noise, mean (x-A)(x-B) estimates mean (x-b)² free of their noise. The estimate may
+//! be negative.
 
 use super::Reference;
 use footlight_picture::Image;
 
-/// A picture held against its reference.
+/// Comparison of an image with its reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Difference {
     /// sqrt(mean (x-b)²) / sqrt(mean b²).
     pub rmse: f64,
     /// mean (x-A)(x-B) / mean b², signed; `None` without halves.
     pub noise_free_square: Option<f64>,
-    /// Mean of the picture over mean of the reference.
+    /// Mean of the image over mean of the reference.
     pub mean_ratio: f64,
 }
 
 impl Difference {
-    /// The root of [`Difference::noise_free_square`]; zero where that is negative, and then a
-    /// negative zero: the error is below what the halves can tell.
+    /// The root of [`Difference::noise_free_square`]; negative zero when that is negative, because
+    /// the error is below the resolution of the halves.
     pub fn noise_free(&self) -> Option<f64> {
         self.noise_free_square
             .map(|square| if square < 0.0 { -0.0 } else { square.sqrt() })
     }
 
-    /// The fairest figure there is: free of noise where halves allow it.
+    /// The best available error: free of noise if there are halves.
     pub fn best(&self) -> f64 {
         self.noise_free().unwrap_or(self.rmse).abs()
     }
 }
 
-/// Holds `image` against `reference`, over the pixels that `counted` names (row by row) or over
-/// all. `None` when nothing is counted, the reference is black there, or the sizes differ.
+/// Compares `image` with `reference`, over the pixels selected by `counted` (row by row) or over
+/// all. `None` when no pixel is counted, the reference is black there, or the sizes differ.
 pub fn difference(
     image: &Image,
     reference: &Reference,
@@ -67,8 +67,8 @@ pub fn difference(
     })
 }
 
-/// The pixels left when those are dropped that have something that `is` true within `reach` pixels across,
-/// down or both.
+/// Pixels without a pixel for which `is` is true within `reach` pixels horizontally, vertically or
+/// diagonally.
 pub fn away_from(is: &[bool], width: usize, reach: usize) -> Vec<bool> {
     let width = width.max(1);
     let mut away = vec![true; is.len()];
@@ -91,7 +91,7 @@ mod tests {
 
     use super::*;
 
-    /// Numbers of the 64-bit linear congruential generator of Knuth, in -0.5..0.5.
+    /// Noise in -0.5..0.5 from Knuth's 64-bit linear congruential generator.
     fn noise(seed: &mut u64) -> f32 {
         *seed = seed
             .wrapping_mul(6_364_136_223_846_793_005)
@@ -107,7 +107,7 @@ mod tests {
     fn halves_tell_an_error_far_below_their_noise() {
         let mut seed = 7;
         let truth = |at: usize| 1.0 + (at % 17) as f32 / 17.0;
-        // 20 % of noise in each half, 1 % of error in the picture.
+        // 20 % of noise in each half, 1 % of error in the image.
         let a = picture(|at| truth(at) + 1.2 * noise(&mut seed));
         let b = picture(|at| truth(at) + 1.2 * noise(&mut seed));
         let x = picture(|at| 1.01 * truth(at));
@@ -133,7 +133,7 @@ mod tests {
         let same = difference(&grey, &plain, None).unwrap();
         assert_eq!((same.rmse, same.noise_free()), (0.0, None));
 
-        // The picture lies between the halves: the product is negative everywhere.
+        // The image lies between the halves: the product is negative everywhere.
         let halves = Reference::of_halves(picture(|_| 0.4), picture(|_| 0.6)).unwrap();
         let between = difference(&grey, &halves, None).unwrap();
         let fair = between.noise_free().unwrap();

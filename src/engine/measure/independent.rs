@@ -1,8 +1,9 @@
-//! What a picture is off by, measured against independent estimates of some of its pixels.
+//! Error of an image, measured against independent estimates of some of its pixels.
 //!
-//! With two independent, unbiased estimates `a` and `b` of a pixel `x`, the mean of `(x - a)(x - b)` is the
-//! squared error of `x`, whatever the noise of `a` and `b`; that of `a b` is the squared light. Pixels next
-//! to a visible emitter do not count, as in [`comparison`](super::comparison): its edges would decide.
+//! With two independent, unbiased estimates `a` and `b` of a pixel `x`, the mean of `(x - a)(x -
+//! b)` is the squared error of `x`, whatever the noise of `a` and `b`; the mean of `a b` is the
+//! squared light. Pixels next to a visible emitter do not count, as in
+//! [`comparison`](super::comparison), because its edges would dominate.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
@@ -22,43 +23,43 @@ use footlight_show::units::{ErrorUnit, Time};
 use footlight_transport::surfaces::emitter_mask;
 use footlight_transport::{PixelEstimator, Quality, Setup, Transport, TransportError};
 
-/// Parts of the pixels that are left out in turn for the interval.
+/// Number of jackknife blocks for the interval.
 const PARTS: usize = 32;
-/// Share of the picture's width within which pixels around a visible emitter do not count: what is a few
-/// centimetres from a flame would decide.
+/// Distance from visible emitters, as a fraction (1/64) of the image's width, within which pixels
+/// do not count: surfaces a few centimetres from a flame would dominate.
 const AROUND: usize = 64;
-/// Half of a 95 % interval, in standard deviations.
+/// Half width of a 95 % interval, in standard deviations.
 const WIDE: f64 = 1.96;
 
-/// How many estimates a measurement takes.
+/// Number of estimates for a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Effort {
-    /// Pixels.
+    /// Number of pixels.
     pub pixels: usize,
     /// Paths of each of the two estimates of a pixel.
     pub paths: u32,
 }
 
-/// Effort of each moment of a show: some twentieth of the time that its images take.
+/// Effort for a moment of a show: about a twentieth of the time of its images.
 const EFFORT: Effort = Effort {
     pixels: 512,
     paths: 32,
 };
 
-/// A measured error, as a share of the root mean square of the light.
+/// A measured error, relative to the root mean square of the light.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct MeasuredError {
-    /// The most likely error.
+    /// The estimate.
     pub error: f64,
-    /// It lies between these in 95 of 100 cases.
+    /// 95 % confidence interval.
     pub interval: [f64; 2],
-    /// Mean light of the picture over that of the estimates.
+    /// Mean light of the image over that of the estimates.
     pub mean_ratio: f64,
-    /// Pixels that were estimated.
+    /// Number of pixels estimated.
     pub pixels: usize,
     /// Paths of each estimate.
     pub paths: u32,
-    /// Seconds that it took.
+    /// Duration in seconds.
     pub seconds: f64,
 }
 
@@ -68,15 +69,16 @@ pub struct MeasuredMoment {
     /// Index into [`Show::cues`](footlight_show::model::Show::cues) of the cue that runs or is complete
     /// then.
     pub cue: usize,
-    /// When.
+    /// Its time.
     pub time: Time,
-    /// The error of its picture.
+    /// The error of its image.
     pub measured: MeasuredError,
 }
 
 impl MeasuredError {
-    /// The expected error where pictures of this kind are usually off by `usual`, and by up to three times
-    /// as much: of both squares by their precision, knowing that none is negative.
+    /// The expected error given the measurement and a prior: images of this kind usually err by
+    /// `usual`, and by up to three times as much. Both squares are weighted by precision and
+    /// constrained to be positive.
     pub fn likely(&self, usual: f64) -> f64 {
         let weight = |spread: f64| spread.max(f64::MIN_POSITIVE.sqrt()).powi(-2);
         let (square, most) = (self.error.powi(2), self.interval[1].powi(2));
@@ -86,18 +88,19 @@ impl MeasuredError {
         ];
         let mean = (own * square + prior * usual.powi(2)) / (own + prior);
         let spread = (own + prior).sqrt().recip();
-        // The mean of the part of a normal distribution above zero; its sum within 1 % by a logistic curve.
+        // The mean of the positive part of a normal distribution; its integral within 1 % by a
+        // logistic curve.
         let at = mean / spread;
         let density = (-0.5 * at * at).exp() / (2.0 * PI).sqrt();
         (mean + spread * density * (1.0 + (-1.702 * at).exp())).sqrt()
     }
 }
 
-/// Measures a picture of a setting, from the view that is looked from. `None` where the renderer has no
-/// estimator, or the picture is dark.
+/// Measures an image of a setting in the current view. `None` when the renderer has no estimator,
+/// or the image is dark.
 ///
 /// # Errors
-/// [`Error::NoSetup`], else what rendering says.
+/// [`Error::NoSetup`], or an error of rendering.
 pub fn measure(
     engine: &Engine,
     image: &Image,
@@ -117,11 +120,11 @@ pub fn measure(
     }))
 }
 
-/// Measures the moment that is predicted to be worst, as all images that are there show it. `None` where it
-/// cannot be measured, or memory does not hold what that takes.
+/// Measures the moment with the largest predicted error, with the existing images. `None` when it
+/// cannot be measured, or memory is not sufficient.
 ///
 /// # Errors
-/// [`Error::NotRendered`], else what rendering says.
+/// [`Error::NotRendered`], or an error of rendering.
 pub fn measure_worst(engine: &Engine) -> Result<Option<MeasuredMoment>, Error> {
     let estimate = engine.estimate();
     let Some(worst) = estimate.worst_moment(ErrorUnit::Light)? else {
@@ -135,7 +138,7 @@ pub fn measure_worst(engine: &Engine) -> Result<Option<MeasuredMoment>, Error> {
     let pool = (estimate.rendered()?, heads.as_ref());
     let image = frame(pool, &setting, &poses, engine.work())?;
     let found = match measure(engine, &image, (&setting, &poses), EFFORT) {
-        // The images serve without it.
+        // Images are usable without the measurement.
         Err(Error::Render(TransportError::Memory { .. })) => None,
         found => found?,
     };
@@ -146,7 +149,7 @@ pub fn measure_worst(engine: &Engine) -> Result<Option<MeasuredMoment>, Error> {
     }))
 }
 
-/// A moment with its heads as fixed lights, as the estimator takes it.
+/// A moment with its heads as fixed lights, for the estimator.
 struct StandingMoment {
     setup: Setup,
     setting: Vec<f64>,
@@ -167,26 +170,26 @@ impl StandingMoment {
     }
 }
 
-/// Moments of a show to be measured, with all that this needs, on any thread.
+/// Moments of a show to measure, with all data needed, for any thread.
 pub(crate) struct MeasureJob {
     pub setup: Setup,
     pub quality: Quality,
-    /// Times the usual effort.
+    /// Multiple of the usual effort.
     pub effort: usize,
     moments: Vec<(usize, Time, StandingMoment, Image)>,
 }
 
 impl MeasureJob {
-    /// Up to three moments of the show as the images stand: the one that is predicted to be worst, the
-    /// brightest one, and one that the text picks by chance. Where these were measured, the one that may
-    /// be off most, with four times the effort.
+    /// Up to three moments of the show with the current images: the one predicted worst, the
+    /// brightest, and one chosen pseudo-randomly from the text. If these were measured, the one
+    /// with the largest possible error, with four times the effort.
     pub fn new(estimate: &Estimate<'_>, work: Work<'_>) -> Result<MeasureJob, Error> {
         let pool = estimate.rendered()?;
         let (rendering, quality) = (estimate.rendering()?, estimate.coarse_steps()[1]);
         let document = estimate.document;
         let heads = match estimate.heads_seen() {
             Ok(heads) => heads,
-            // Their light from this view is not known.
+            // The heads' light in this view is unknown.
             Err(Unseen) => return Ok(MeasureJob::of_nothing(rendering, quality)),
         };
         let with_picture = |(cue, time)| {
@@ -218,13 +221,13 @@ impl MeasureJob {
         }
     }
 
-    /// Measures. Empty where nothing can be measured.
+    /// Runs the measurement; empty when nothing can be measured.
     pub fn run(
         &self,
         renderer: &dyn Transport,
         work: Work<'_>,
     ) -> Result<Vec<MeasuredMoment>, TransportError> {
-        // More pixels and more paths for each.
+        // More pixels, and more paths for each.
         let by = self.effort.isqrt();
         let effort = Effort {
             pixels: EFFORT.pixels * by,
@@ -234,13 +237,13 @@ impl MeasureJob {
         let mut meter: Option<(&Setup, Meter)> = None;
         for (at, (cue, time, moment, image)) in self.moments.iter().enumerate() {
             work.progress.report("measuring", at, self.moments.len());
-            // Heads stand elsewhere at each moment.
+            // Heads have other poses at each moment.
             let known = meter.take().filter(|(setup, _)| **setup == moment.setup);
             let (_, meter) = match known {
                 Some(known) => meter.insert(known),
                 None => match Meter::new(renderer, &moment.setup, work) {
                     Ok(Some(new)) => meter.insert((&moment.setup, new)),
-                    // The images serve without it.
+                    // Images are usable without the measurement.
                     Ok(None) | Err(TransportError::Memory { .. }) => return Ok(measured),
                     Err(error) => return Err(error),
                 },
@@ -256,7 +259,7 @@ impl MeasureJob {
     }
 }
 
-/// The moments that [`MeasureJob`] measures.
+/// The moments for [`MeasureJob`].
 fn moments(estimate: &Estimate<'_>) -> Result<Vec<(usize, Time)>, Error> {
     let document = estimate.document;
     let light_of = |image: &Arc<Image>| image.data().iter().map(|x| f64::from(*x)).sum::<f64>();
@@ -284,10 +287,10 @@ fn moments(estimate: &Estimate<'_>) -> Result<Vec<(usize, Time)>, Error> {
     Ok(moments)
 }
 
-/// The parts that all measurements from one view share.
+/// Data shared by all measurements in one view.
 struct Meter {
     estimator: Box<dyn PixelEstimator>,
-    /// False at pixels near those that show an emitter.
+    /// False at pixels near visible emitters.
     counted: Vec<bool>,
 }
 
@@ -307,7 +310,7 @@ impl Meter {
         }))
     }
 
-    /// Measures a picture; its seconds are left at 0.
+    /// Measures an image, except the duration.
     fn measure(
         &self,
         image: &Image,
@@ -338,9 +341,9 @@ impl Meter {
     }
 }
 
-/// Pixels among the counted ones with the weights that make sums over them those of the whole picture: 0.4
-/// of them drawn evenly over the picture, 0.3 by their light and 0.3 by its square, which the error is a
-/// share of. Systematic: neighbours are rarely drawn together.
+/// Chooses counted pixels with weights that make sums over them estimate sums over the image: 0.4
+/// of them uniformly, 0.3 by their light, and 0.3 by its square, to which the error is relative.
+/// Systematic sampling: neighbours are rarely chosen together.
 fn choose(image: &Image, counted: &[bool], count: usize) -> Vec<(usize, f64)> {
     let bright = |rgb: &[f32]| rgb.iter().map(|x| f64::from(*x).max(0.0)).sum::<f64>();
     let all_pixels = image.data().chunks_exact(3).map(bright).enumerate();
@@ -355,7 +358,7 @@ fn choose(image: &Image, counted: &[bool], count: usize) -> Vec<(usize, f64)> {
         true => 0.4 / pixels + 0.3 * own / all + 0.3 * own * own / squares,
         false => 1.0 / pixels,
     };
-    // A start that no pattern of the picture follows.
+    // An offset independent of patterns in the image.
     let start = (mix(count as u64) >> 11) as f64 / (1_u64 << 53) as f64;
     let (mut sum, mut out) = (0.0, Vec::with_capacity(count));
     for (pixel, own) in &light {
@@ -397,12 +400,12 @@ impl Sums {
         }
     }
 
-    /// The squared error.
+    /// Estimate of the squared error.
     fn square(&self) -> f64 {
         self.error / self.light
     }
 
-    /// The error of all parts, with the interval of the jackknife over them.
+    /// The error of all blocks, with the jackknife interval.
     fn result(parts: &[Sums]) -> Option<MeasuredError> {
         let all = parts
             .iter()
@@ -432,13 +435,13 @@ mod tests {
 
     use super::*;
 
-    /// A number from -1 to 1, by chance.
+    /// A pseudo-random number from -1 to 1.
     fn noise(seed: &mut u64) -> f64 {
         *seed = mix(*seed ^ 0x5bd1);
         (*seed >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
     }
 
-    /// A picture of 96 x 64 with a bright spot.
+    /// An image of 96 x 64 with a bright spot.
     fn picture() -> Image {
         let pixel = |k: usize| match (k % 96, k / 96) {
             (70..74, 20..23) => [30.0; 3],
@@ -458,8 +461,8 @@ mod tests {
         assert!((mean / exact - 1.0).abs() < 0.02, "{mean} {exact}");
     }
 
-    /// Pictures that are off by 3 % at every pixel, estimates with noise of 10 %: the interval holds the
-    /// error in at least 36 of 40 cases, and noise alone is not taken for an error.
+    /// For images with 3 % error at every pixel and estimates with 10 % noise, the interval holds
+    /// the error in at least 36 of 40 cases, and noise alone is not taken for an error.
     #[test]
     fn intervals_hold_the_error() {
         let image = picture();
@@ -484,7 +487,7 @@ mod tests {
         assert!(held.into_iter().all(|held| held >= 36), "{held:?}");
     }
 
-    /// A narrow interval speaks for itself; a wide one says no more than what errors usually are.
+    /// A narrow interval determines the result; a wide one leaves the usual error.
     #[test]
     fn a_wide_interval_leaves_what_is_usual() {
         let likely = |error, most: f64| {

@@ -1,18 +1,18 @@
-//! What a result comes from: the show and the machine.
+//! Origin of a result: show and machine.
 
 use serde::{Deserialize, Serialize};
 
 use crate::{Engine, Host};
 
-/// Where something was measured.
+/// The machine of a measurement.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Machine {
-    /// Threads that were used.
+    /// Threads used.
     pub threads: usize,
     /// Cores the machine has, if known.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cores: Option<usize>,
-    /// Operating system and architecture, as `linux x86_64`.
+    /// Operating system and architecture, such as `linux x86_64`.
     pub system: String,
     /// The processor's name, if known.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -25,8 +25,8 @@ impl Machine {
         Machine::here(host.threads, host.processor.clone())
     }
 
-    /// This machine, as far as the standard library tells; the processor's name is the embedding
-    /// program's to find.
+    /// This machine, as far as the standard library knows it; the embedding program supplies the
+    /// processor's name.
     pub fn here(threads: usize, processor: Option<String>) -> Machine {
         Machine {
             threads,
@@ -37,10 +37,10 @@ impl Machine {
     }
 }
 
-/// What a result was measured of, and where.
+/// Subject and machine of a result.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Origin {
-    /// The show's title, or the name of what else was measured.
+    /// The show's title, or the name of another subject.
     pub subject: String,
     /// The machine.
     pub machine: Machine,

@@ -1,4 +1,4 @@
-//! What each step of quality sets and costs for a show: predicted, and measured when asked.
+//! Settings and cost of each quality step for a show: predicted, and measured on request.
 
 use std::collections::BTreeMap;
 
@@ -10,56 +10,57 @@ use crate::{Engine, Error};
 use footlight_picture::Image;
 use footlight_transport::{Quality, QualityParameter, Transport as _};
 
-/// A step is measured again while all its runs took less than this, seconds; the shortest counts.
+/// A step is measured repeatedly while its runs took less than this in total, seconds; the shortest
+/// counts.
 const ENOUGH: f64 = 0.5;
-/// But not more often than this.
+/// Most runs of a step.
 const RUNS: usize = 3;
 
-/// Seconds of the three things that one waits for.
+/// Durations that matter to a user, seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Seconds {
-    /// Before the first picture.
+    /// Before the first image.
     pub prepare: f64,
-    /// Every bank alone, after that.
+    /// Every bank alone, after preparation.
     pub banks: f64,
-    /// One more picture of banks that were all lit before.
+    /// One more image of banks that were all lit before.
     pub picture: f64,
 }
 
 impl Seconds {
-    /// What all banks take from nothing.
+    /// Time of all banks including preparation.
     pub fn total(&self) -> f64 {
         self.prepare + self.banks
     }
 }
 
-/// A step of quality for a show.
+/// A quality step for a show.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Step {
     /// Its number.
     pub quality: u8,
-    /// What it sets.
+    /// Its settings.
     #[serde(serialize_with = "by_name")]
     pub sets: Vec<QualityParameter>,
-    /// As predicted.
+    /// Predicted durations.
     pub predicted: Seconds,
-    /// As measured, if it was.
+    /// Measured durations, if any.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub measured: Option<Seconds>,
 }
 
-/// Every step of the scale for a show.
+/// Every quality step for a show.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct QualityForecast {
     /// The show's title.
     pub show: String,
     /// The operator.
     pub operator: String,
-    /// Where.
+    /// The machine.
     pub machine: Machine,
-    /// Seconds of the operator's unit of cost here and now.
+    /// Seconds per unit of the operator's cost, on this machine now.
     pub pace: f64,
-    /// Cheapest first.
+    /// Steps, the cheapest first.
     pub steps: Vec<Step>,
 }
 
@@ -68,14 +69,14 @@ fn by_name<S: Serializer>(sets: &[QualityParameter], out: S) -> Result<S::Ok, S:
     named.serialize(out)
 }
 
-/// What each step of quality sets for this show and what it will cost; also what it does cost,
-/// when `measure`d.
+/// Settings and predicted cost of each quality step for this show; also the measured cost if
+/// `measure` is set.
 ///
 /// # Errors
-/// [`Error::NoSetup`], [`Error::NoBanks`], else what rendering says.
+/// [`Error::NoSetup`], [`Error::NoBanks`], or an error of rendering.
 pub fn measure(engine: &Engine, measure: bool) -> Result<QualityForecast, Error> {
     let settings = alone_each(engine, &bank_names(engine)?)?;
-    // Three for an rgb bank; the fixed lights are a source that no bank lights.
+    // Three for an rgb bank; the fixed lights are a further source.
     let sources = together(&settings).iter().filter(|s| **s != 0.0).count() as f64;
     let estimate = engine.estimate();
     let rendering = estimate.rendering()?;
@@ -114,8 +115,8 @@ pub fn measure(engine: &Engine, measure: bool) -> Result<QualityForecast, Error>
     Ok(out)
 }
 
-/// Pictures of settings at a quality, from nothing prepared, and the seconds of the fastest of
-/// a few runs.
+/// Images of settings at a quality step including preparation, and the seconds of the fastest of a
+/// few runs.
 pub(super) fn measured(
     engine: &Engine,
     settings: &[Vec<f64>],
@@ -160,7 +161,7 @@ fn measured_once(
     Ok((images, seconds))
 }
 
-/// All of the settings at once.
+/// The sum of all settings.
 fn together(settings: &[Vec<f64>]) -> Vec<f64> {
     let coordinates = settings.first().map_or(0, Vec::len);
     let sum = |c: usize| settings.iter().filter_map(|s| s.get(c)).sum();

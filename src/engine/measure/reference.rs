@@ -1,4 +1,4 @@
-//! Reference pictures in a folder: `BANK.exr`, or the halves `BANK_A.exr` and `BANK_B.exr`.
+//! Reference images in a folder: `BANK.exr`, or the halves `BANK_A.exr` and `BANK_B.exr`.
 
 use std::path::Path;
 
@@ -6,25 +6,25 @@ use crate::error::ReferenceError;
 use footlight_host::files::Store;
 use footlight_picture::{Image, exr};
 
-/// The largest reference file that is read, in bytes.
+/// Most bytes of a reference file.
 const LARGEST: u64 = 1 << 30;
 
-/// A picture that is taken for the truth.
+/// An image used as ground truth.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reference {
     /// The best estimate.
     pub mean: Image,
-    /// Two estimates with independent noise, whose mean it is.
+    /// Two estimates with independent noise; `mean` is their mean.
     pub halves: Option<[Image; 2]>,
 }
 
 impl Reference {
-    /// One picture, of unknown noise.
+    /// A single image of unknown noise.
     pub fn of(mean: Image) -> Reference {
         Reference { mean, halves: None }
     }
 
-    /// Two halves; `None` when their sizes differ.
+    /// A reference from two halves; `None` when their sizes differ.
     pub fn of_halves(a: Image, b: Image) -> Option<Reference> {
         let numbers = a.data().iter().zip(b.data());
         let mean = numbers.map(|(p, q)| 0.5 * (p + q)).collect();
@@ -36,14 +36,14 @@ impl Reference {
         })
     }
 
-    /// Bytes that its pictures take.
+    /// Bytes of its images.
     pub fn bytes(&self) -> usize {
         let pictures = 1 + self.halves.as_ref().map_or(0, |halves| halves.len());
         pictures * size_of_val(self.mean.data())
     }
 
-    /// The references of `banks` in `folder`, all of `size`, in `memory` bytes at most; halves where
-    /// there are any.
+    /// Loads the references of `banks` in `folder`, all of `size`, in at most `memory` bytes;
+    /// halves are preferred.
     ///
     /// # Errors
     /// [`Error::Reference`](crate::Error::Reference); every bank without a reference is named.
@@ -73,7 +73,7 @@ impl Reference {
         let load = |bank: &String, left: usize| -> Result<Reference, ReferenceError> {
             if halves(bank) {
                 let (a, b) = (open(first(bank), left / 3)?, open(second(bank), left / 3)?);
-                // Both were just found to be of one size.
+                // Both have equal sizes, as checked before.
                 if let Some(reference) = Reference::of_halves(a, b) {
                     return Ok(reference);
                 }

@@ -1,4 +1,4 @@
-//! Error against time over the operator's scale of quality.
+//! Error against time over the operator's quality steps.
 
 use std::path::Path;
 
@@ -9,14 +9,14 @@ use crate::{Engine, Error};
 use footlight_transport::Quality;
 use footlight_transport::surfaces::emitter_mask;
 
-/// The error of every step of quality against the time that it takes.
+/// The error of every quality step against its time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tradeoff {
     /// The show and the machine.
     pub origin: Origin,
-    /// What the errors are against.
+    /// The reference.
     pub against: Against,
-    /// Pixels next to an emitter are left out of the errors.
+    /// True when pixels next to an emitter are left out of the errors.
     pub without_emitters: bool,
     /// The show's own coarse step.
     pub coarse: u8,
@@ -26,19 +26,19 @@ pub struct Tradeoff {
     pub steps: Vec<Measured>,
 }
 
-/// What stands for the truth.
+/// The ground truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Against {
-    /// Reference pictures.
+    /// Reference images.
     References {
-        /// Each comes as two halves, so that its noise does not count.
+        /// True when each comes as two halves, so that noise does not count.
         noise_free: bool,
     },
-    /// The operator's own pictures at this step.
+    /// The operator's own images at this step.
     Quality(u8),
 }
 
-/// What a step of quality took and how far it was off.
+/// Time and error of a quality step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
     /// The step.
@@ -47,7 +47,7 @@ pub struct Measured {
     pub prepare: f64,
     /// Seconds to render all banks.
     pub render: f64,
-    /// Relative error of each bank; `None` where it cannot be known.
+    /// Relative error of each bank; `None` if unknown.
     pub banks: Vec<(String, Option<f64>)>,
 }
 
@@ -57,13 +57,13 @@ impl Measured {
         self.prepare + self.render
     }
 
-    /// The mean error of the banks whose error is known; `None` if no bank's is.
+    /// The mean over banks with a known error; `None` without any.
     pub fn mean(&self) -> Option<f64> {
         let (count, sum) = (self.known()).fold((0_usize, 0.0), |(n, s), (_, e)| (n + 1, s + e));
         (count > 0).then(|| sum / count as f64)
     }
 
-    /// The bank with the largest error; `None` where no bank is off.
+    /// The bank with the largest error; `None` when no bank has an error.
     pub fn worst(&self) -> Option<(&str, f64)> {
         let off = self.known().filter(|(_, error)| *error > 0.0);
         off.max_by(|a, b| a.1.total_cmp(&b.1))
@@ -76,14 +76,14 @@ impl Measured {
 }
 
 impl Tradeoff {
-    /// For each step, whether no other has both a smaller mean error and a shorter time.
+    /// For each step, true when no other has both a smaller mean error and a shorter time.
     pub fn front(&self) -> Vec<bool> {
         let points = self.steps.iter().map(|s| (s.seconds(), s.mean()));
         pareto(&points.collect::<Vec<_>>())
     }
 }
 
-/// For each of the points (time, error), whether no other one beats it in both.
+/// For each point (time, error), true when no other one beats it in both.
 pub fn pareto(points: &[(f64, Option<f64>)]) -> Vec<bool> {
     let beaten = |time: f64, error: f64| {
         points
@@ -94,9 +94,9 @@ pub fn pareto(points: &[(f64, Option<f64>)]) -> Vec<bool> {
     points.iter().map(on).collect()
 }
 
-/// Error against time over the scale of quality, every bank alone: against the pictures in
-/// `folder`, or against the finest step. Pixels beside an emitter are left out where others
-/// are seen.
+/// Measures error against time over the quality steps, for every bank alone: against the images in
+/// `folder`, or against the finest step. Pixels next to an emitter are left out if others are
+/// visible.
 ///
 /// # Errors
 /// As [`compare`](super::comparison::compare).
@@ -146,7 +146,7 @@ pub fn measure(engine: &Engine, folder: Option<&Path>) -> Result<Tradeoff, Error
         steps.push(step_of(quality, seconds, errors.collect()));
         report(quality);
     }
-    // Where nothing but lamps is seen they are counted.
+    // When only lamps are visible, they count.
     let left_out = near.contains(&true) && counted.contains(&true);
     let noise_free = references.iter().all(|r| r.halves.is_some());
     Ok(Tradeoff {
@@ -175,7 +175,7 @@ mod tests {
             (4.0, None),
         ];
         assert_eq!(pareto(&points), [true, false, true, false]);
-        // Of two equal points neither beats the other.
+        // Equal points do not beat each other.
         assert_eq!(pareto(&[(1.0, Some(1.0)), (1.0, Some(1.0))]), [true, true]);
     }
 }

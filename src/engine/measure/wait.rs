@@ -1,5 +1,4 @@
-//! How long a show makes one wait: the seconds of a whole run, predicted before anything is
-//! rendered.
+//! Predicted duration of a whole run, for a warning before anything is rendered.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -8,33 +7,33 @@ use crate::{Document, Engine, Error};
 use footlight_show::model::LightKind;
 use footlight_transport::{Cost, Quality};
 
-/// Seconds from which a run is worth a warning.
+/// Duration from which a run is worth a warning, seconds.
 pub const LONG: f64 = 60.0;
 
-/// Units of cost that no machine takes [`LONG`] for: one of our operator's unit has a fifth of a
-/// second on two cores. Below, the machine's own pace is not measured.
+/// Cost below which every machine takes less than [`LONG`], so that the speed need not be measured:
+/// a unit of our operator's cost takes a fifth of a second on two cores.
 const SURELY_SHORT: f64 = 60.0;
 
-/// A run that takes longer than [`LONG`].
+/// A run longer than [`LONG`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct LongRun {
-    /// Predicted seconds from nothing stored to the first refined picture.
+    /// Predicted seconds from an empty store to the first refined image.
     pub seconds: f64,
-    /// Steps of quality of coarse and refined pictures that take no longer than [`LONG`], the finest
-    /// such, with their seconds; `None` where there are none.
+    /// The finest quality steps of coarse and refined images within [`LONG`], with their seconds;
+    /// `None` if there are none.
     pub instead: Option<(u8, u8, f64)>,
-    /// A panel of many polygons, each of which is a lamp of its own: its name, and how many.
+    /// A panel of many polygons, each of which is a lamp: its name and their number.
     pub many_lamps: Option<(String, usize)>,
 }
 
-/// Polygons of one panel that make a show slow to compute: few sets glow in more.
+/// Polygons of one panel from which a show is slow to compute; few sets have more.
 const MANY_LAMPS: usize = 200;
 
-/// The run of this show, where it takes long on this machine; `None` where it does not, or
-/// where the show has nothing to render.
+/// Prediction of a long run of this show on this machine; `None` for a short one, or without
+/// anything to render.
 ///
 /// # Errors
-/// What rendering says; on cancel.
+/// An error of rendering; on cancel.
 pub fn long_run(engine: &Engine) -> Result<Option<LongRun>, Error> {
     let estimate = engine.estimate();
     let Ok(rendering) = estimate.rendering() else {
@@ -91,8 +90,8 @@ fn many_lamps(document: &Document) -> Option<(String, usize)> {
     most.filter(|(_, lamps)| *lamps > MANY_LAMPS)
 }
 
-/// Units of all sources alone at both coarse steps and one picture of all at the refined one, from
-/// nothing prepared; a step that serves twice is prepared once.
+/// Cost of all sources alone at both coarse steps and one image of all at the refined one,
+/// including preparation; a step used twice is prepared once.
 fn run_cost(costs: &BTreeMap<u8, Cost>, [cheap, fine, refined]: [u8; 3], sources: f64) -> f64 {
     let of = |step: u8| costs.get(&step).copied().unwrap_or_default();
     let mut units = of(cheap).alone(sources);

@@ -1,26 +1,26 @@
-//! Keys in terms of a basis: whether they can be expressed, and how.
+//! Expresses keys in a basis.
 
 use super::{PlanError, weighted_columns};
 use footlight_show::linalg::{Matrix, Orthonormal};
 use footlight_show::timeline::KeySequence;
 
-/// Keys are expressed to this share of the largest; a tenth of what is promised.
+/// Tolerance of expressed keys, relative to the largest: a tenth of the promised one.
 const EXPRESSED: f64 = 1e-10;
-/// What is left of a weighted key in the span is rounding below this many norms of the key times
-/// the square root of its length. A bank without weight counts a millionth: there, rounding of
-/// the others' light would look like light of its own.
+/// The remainder of a weighted key in the span is rounding below this many norms of the key times
+/// the square root of its length. A bank without weight counts a millionth: there, rounding of the
+/// others' light would look like light of this bank.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
-/// Keys handled together, as the columns of a matrix: 5 times faster than one by one.
+/// Keys processed together as columns of a matrix: 5 times faster than one by one.
 const BLOCK: usize = 512;
 
-/// The weighted keys in their order, coordinates x at most [`BLOCK`] at a time.
+/// The weighted keys in order, as matrices of at most [`BLOCK`] columns.
 fn blocks<'a>(keys: &'a KeySequence, w: &'a [f64]) -> impl Iterator<Item = Matrix> + 'a {
     let chunks = keys.keys().chunks(BLOCK);
     chunks.map(move |chunk| weighted_columns(chunk, w))
 }
 
-/// Adds directions, worst key first, until every key is expressed; `lower` is the sequence's
-/// factor in the metric.
+/// Adds directions, worst key first, until every key is expressed; `lower` is the sequence's factor
+/// in the metric.
 pub(super) fn complete(
     keys: &KeySequence,
     w: &[f64],
@@ -51,7 +51,7 @@ pub(super) fn complete(
     Ok(())
 }
 
-/// The weighted key that the directions miss by most, and by how much in settings.
+/// The weighted key with the largest remainder, and that remainder in settings.
 fn worst(keys: &KeySequence, w: &[f64], directions: &Orthonormal) -> (f64, Vec<f64>) {
     let basis = directions.matrix(w.len());
     let transposed = basis.transpose();
@@ -82,14 +82,14 @@ pub(super) fn express(
     let mut weights = Vec::with_capacity(keys.keys().len());
     for block in blocks(keys, w) {
         let across = &transposed * block;
-        // Adding zero makes -0 the same as 0.
+        // Adding zero turns -0 into 0.
         let scaled = |c: &[f64]| c.iter().zip(&scales).map(|(x, s)| x * s + 0.0).collect();
         weights.extend(across.column_iter().map(|c| scaled(c.as_slice())));
     }
     (basis, weights)
 }
 
-/// A direction of weighted light as a setting with a largest number of 1, and its scale.
+/// Converts a direction of weighted light to a setting with a largest number of 1, and its scale.
 pub(super) fn as_setting(q: &[f64], w: &[f64]) -> (Vec<f64>, f64) {
     let raw: Vec<f64> = q.iter().zip(w).map(|(x, w)| x / w).collect();
     let scale = raw.iter().fold(0.0f64, |m, x| m.max(x.abs()));

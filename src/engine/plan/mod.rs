@@ -1,13 +1,13 @@
-//! What to render well, and in which order: a pure function of keys, durations, a metric and the
-//! settings that the pool already has.
+//! Chooses what to render well, and in which order: a pure function of keys, durations, a metric
+//! and the settings in the pool.
 //!
 //! With K a segment's control points, B its Bernstein mass matrix and h its length, the integral of
 //! L·Lᵀ over the sequence is M = A·Aᵀ for A = [K · chol(h·B)] over all segments; the singular value
 //! decomposition of W·A (W diagonal, one weight for each coordinate) orders directions of light by
-//! the weighted error that they remove. M itself is never decomposed: squaring costs half the digits.
-//! Weights of zero (a bank that no pixel sees) count as a millionth of the largest, so that every
-//! key can still be expressed while such banks come last. Where single moments count
-//! ([`Weighting::at`]), their weighted settings are the columns of A.
+//! the weighted error that they remove. M itself is never decomposed, because squaring costs half
+//! the digits. Weights of zero (a bank that no pixel sees) are replaced by a millionth of the
+//! largest, so that every key can still be expressed and such banks come last. When single moments
+//! count ([`Weighting::at`]), their weighted settings are the columns of A.
 
 mod express;
 mod moment;
@@ -28,28 +28,28 @@ pub use worst::{Moment, worst_left};
 use footlight_show::linalg::{Matrix, Orthonormal, SvdError, svd};
 use footlight_show::timeline::KeySequence;
 
-/// What the weights w_i of the coordinates mean, the diagonal of W; C_i is coordinate i's coarse
-/// image at full, ‖·‖ the square root of the sum of squares over pixels and channels.
+/// Definition of the weights w_i of the coordinates, the diagonal of W; C_i is coordinate i's
+/// coarse image at full, ‖·‖ the square root of the sum of squares over pixels and channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Metric {
-    /// w_i = 1: light as the desk sees it.
+    /// w_i = 1: light as set at the desk.
     Settings,
-    /// w_i = ‖C_i‖: how bright the coordinate is at full.
+    /// w_i = ‖C_i‖: brightness of the coordinate at full.
     Norm,
     /// w_i = ‖C_i‖ · |(1/T) ∫ l_i(t) dt|, with l_i the coordinate's setting over the sequence of
     /// length T (Dorsey, Arvo and Greenberg, "Interactive Design of Complex Time-Dependent
     /// Lighting", 1995).
     Influence,
-    /// w_i = ‖D_i‖, with D_i the difference of i's coarse images at two qualities: what its coarse
-    /// image is estimated to be wrong by.
+    /// w_i = ‖D_i‖, with D_i the difference of i's coarse images at two qualities: the estimated
+    /// error of its coarse image.
     Error,
 }
 
 impl Metric {
-    /// Those that can be chosen; [`Metric::Norm`] stands in where no error is estimated.
+    /// The metrics to choose from; [`Metric::Norm`] is the substitute when no error is estimated.
     pub const ALL: [Metric; 3] = [Metric::Settings, Metric::Influence, Metric::Error];
 
-    /// As reports write it.
+    /// Its name in reports.
     pub fn name(self) -> &'static str {
         match self {
             Metric::Settings => "settings",
@@ -60,26 +60,26 @@ impl Metric {
     }
 }
 
-/// Why there is no plan.
+/// Reason why there is no plan.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlanError {
     /// A weight is negative or not finite.
     #[error("the weight of coordinate {coordinate} is {weight}")]
     Weight {
-        /// Which coordinate.
+        /// Index of the coordinate.
         coordinate: usize,
         /// Its weight.
         weight: f64,
     },
-    /// All weights are zero: nothing is wrong with any coarse image, so nothing is worth refining.
+    /// All weights are zero: no coarse image has an error, so that nothing is worth refining.
     #[error("all weights are zero: nothing is left to improve")]
     NoWeight,
     /// Weights, settings and keys must have the same number of coordinates.
     #[error("{found} numbers were given for {wanted} coordinates")]
     Shape {
-        /// How many there are.
+        /// The number found.
         found: usize,
-        /// How many the keys have.
+        /// The number in the keys.
         wanted: usize,
     },
     /// The decomposition failed its check.
@@ -88,17 +88,17 @@ pub enum PlanError {
     /// Keys are not the product of weights and basis.
     #[error("the basis misses a key by {off:e} of the largest")]
     Unverified {
-        /// By how much.
+        /// The difference.
         off: f64,
     },
 }
 
-/// Zero weights count as this share of the largest.
+/// Zero weights are replaced by this share of the largest.
 const FLOOR: f64 = 1e-6;
 /// Singular values below this many eps·max(rows, columns) of the largest are rounding.
 const RANK: f64 = 8.0 * f64::EPSILON;
 
-/// The diagonal metric W, and what of the sequence counts.
+/// The diagonal metric W, and the moments that count.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weighting {
     metric: Metric,
@@ -136,9 +136,9 @@ impl Weighting {
         }
     }
 
-    /// The same where not all of the time counts, by its length, but these moments, each by its
-    /// scale. Directions in the order of their singular values then bring the worst moment's error
-    /// down with few images: an average over the time hides dark or short cues.
+    /// Counts these moments, each by its scale, instead of the whole time by length. Directions in
+    /// the order of their singular values then reduce the worst moment's error with few images; an
+    /// average over time hides dark or short cues.
     #[must_use]
     pub fn at(self, moments: Vec<Moment>) -> Weighting {
         Weighting { moments, ..self }
@@ -148,7 +148,7 @@ impl Weighting {
     /// full.
     ///
     /// # Errors
-    /// As [`Weighting::new`]; as many norms as coordinates.
+    /// As [`Weighting::new`]; an error for a wrong number of norms.
     pub fn influence(norms: &[f64], keys: &KeySequence) -> Result<Weighting, PlanError> {
         same_shape(norms.len(), keys)?;
         let means = moment::means(keys);
@@ -156,7 +156,7 @@ impl Weighting {
         Weighting::new(Metric::Influence, weights.collect())
     }
 
-    /// What the weights mean.
+    /// The metric.
     pub fn metric(&self) -> Metric {
         self.metric
     }
@@ -166,7 +166,7 @@ impl Weighting {
         &self.weights
     }
 
-    /// The weights with zeros lifted.
+    /// The weights with zeros replaced.
     fn lifted(&self) -> Vec<f64> {
         let largest = self.weights.iter().fold(0.0f64, |m, w| m.max(*w));
         let lift = |w: &f64| w.max(FLOOR * largest);
@@ -174,7 +174,7 @@ impl Weighting {
     }
 }
 
-/// Settings as the columns of a matrix, each coordinate times its weight.
+/// Settings as the columns of a matrix, with each coordinate multiplied by its weight.
 fn weighted_columns(settings: &[impl AsRef<[f64]>], w: &[f64]) -> Matrix {
     let mut out = Matrix::zeros(w.len(), settings.len());
     for (mut column, setting) in out.column_iter_mut().zip(settings) {
@@ -194,25 +194,25 @@ fn same_shape(found: usize, keys: &KeySequence) -> Result<(), PlanError> {
     }
 }
 
-/// A basis of all key settings in the order of what it is worth.
+/// A basis of all key settings, in the order of its benefit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// The metric it was made in.
     pub metric: Metric,
-    /// The error of the sequence that was aimed for.
+    /// The tolerance of the sequence.
     pub tolerance: f64,
-    /// False where the sequence has no length and all looks count alike.
+    /// False for a sequence without length, whose looks all count equally.
     pub time_weighted: bool,
     /// One for each basis setting, descending: weighted light times the square root of seconds.
     pub singular_values: Vec<f64>,
-    /// Settings, each scaled so that its largest number (disregarding signs) is 1. Many are
-    /// negative in places: G takes settings of any sign.
+    /// Settings, each scaled to a largest absolute number of 1. Many have negative numbers, which G
+    /// accepts.
     pub basis: Vec<Vec<f64>>,
-    /// For each key, a number for each basis setting: key = sum of weight · basis setting.
+    /// For each key, a weight for each basis setting: key = sum of weight · basis setting.
     pub weights: Vec<Vec<f64>>,
     /// Predicted error of the sequence after each number of refined images, 0 to the rank.
     pub predicted: Vec<f64>,
-    /// How many of the basis settings the tolerance needs.
+    /// Number of basis settings needed for the tolerance.
     pub used: usize,
     /// Coordinates whose weight is zero.
     pub unseen: Vec<usize>,
@@ -221,15 +221,15 @@ pub struct Plan {
 impl Plan {
     /// Plans a sequence.
     ///
-    /// `tolerance` is the error of the sequence that is aimed for (0: no error at all); `norm` is
-    /// the sequence's own norm in the units of the weights, sqrt of ∫ ‖I(t)‖² dt
-    /// ([`sequence_norm`]); without it errors are relative to the weighted norm of the settings.
+    /// `tolerance` is the permitted error of the sequence (0: none); `norm` is the sequence's norm
+    /// in the units of the weights, sqrt of ∫ ‖I(t)‖² dt ([`sequence_norm`]); without it errors are
+    /// relative to the weighted norm of the settings.
     ///
-    /// The basis has full numerical rank. Where a key lasts so short that the time weights lose it
-    /// in rounding (a last look without length, a zero weight), a direction for it comes last.
+    /// The basis has full numerical rank. When a key is so short that its time weight is lost in
+    /// rounding (a last look without length, a zero weight), a direction for it comes last.
     ///
     /// # Errors
-    /// Weights of another number than the coordinates; a decomposition that fails its check.
+    /// For a wrong number of weights; for a decomposition that fails its check.
     pub fn new(
         keys: &KeySequence,
         weighting: &Weighting,
@@ -282,8 +282,8 @@ impl Plan {
     }
 }
 
-/// The error of no direction, and those once each of the directions is refined: square roots of the
-/// sums of squares of the singular values that are left, over `norm`; 0 where that is 0.
+/// The error before any direction is refined, and after each of them: square roots of the sums of
+/// squares of the remaining singular values, over `norm`; 0 where that is 0.
 fn predicted(sigma: &[f64], norm: f64) -> (f64, Vec<f64>) {
     let mut sum = 0.0;
     let mut error = 0.0;

@@ -9,14 +9,15 @@ use super::Moment;
 use footlight_show::linalg::{Matrix, Triangle, mass_factor};
 use footlight_show::timeline::KeySequence;
 
-/// Length of each segment in seconds; all alike when the sequence has none.
+/// Length of each segment in seconds; all equal when the sequence has none.
 fn lengths(keys: &KeySequence) -> Vec<f64> {
     let timeless = keys.duration() <= 0.0;
     let of = |s: &footlight_show::timeline::Segment| if timeless { 1.0 } else { s.duration() };
     keys.segments().iter().map(of).collect()
 }
 
-/// Gives `take` the columns of W · [K · chol(h·B)] over all segments, one for each control point.
+/// Passes the columns of W · [K · chol(h·B)] over all segments to `take`, one for each control
+/// point.
 fn weighted(keys: &KeySequence, w: &[f64], mut take: impl FnMut(&[f64])) {
     let factors: Vec<Matrix> = (0..=3).map(mass_factor).collect();
     let mut column = vec![0.0; keys.coordinates()];
@@ -25,7 +26,7 @@ fn weighted(keys: &KeySequence, w: &[f64], mut take: impl FnMut(&[f64])) {
         let root = length.sqrt();
         for j in 0..segment.keys.len() {
             column.fill(0.0);
-            // Lower: column j has the rows from j on.
+            // Lower triangular: column j has the rows from j on.
             for (i, key) in segment.keys.iter().enumerate().skip(j) {
                 let share = root * factor[(i, j)];
                 let weighted = keys.keys()[*key].iter().zip(w).map(|(x, w)| w * x * share);
@@ -40,11 +41,11 @@ fn weighted(keys: &KeySequence, w: &[f64], mut take: impl FnMut(&[f64])) {
 pub(super) struct Factor {
     /// A triangular factor of A·Aᵀ, coordinates x coordinates at most.
     pub lower: Matrix,
-    /// How many columns A has.
+    /// Number of columns of A.
     pub columns: usize,
 }
 
-/// What is decomposed: the weighted control points by time, or, unless there are none, moments.
+/// The factor to decompose: the moments, or without any, the weighted control points by time.
 pub(super) fn factor(keys: &KeySequence, moments: &[Moment], w: &[f64]) -> Factor {
     let mut triangle = Triangle::new(keys.coordinates());
     let mut columns = 0;
@@ -62,7 +63,7 @@ pub(super) fn factor(keys: &KeySequence, moments: &[Moment], w: &[f64]) -> Facto
     }
 }
 
-/// Time-averaged settings; the average of a segment is that of its control points.
+/// Time averages of the settings; a segment's average is the mean of its control points.
 pub(super) fn means(keys: &KeySequence) -> Vec<f64> {
     let lengths = lengths(keys);
     let total: f64 = lengths.iter().sum();
@@ -78,8 +79,8 @@ pub(super) fn means(keys: &KeySequence) -> Vec<f64> {
     out
 }
 
-/// The sequence's second moment M = ∫ L(t) L(t)ᵀ dt (t in seconds): Σ h · K · B · Kᵀ, exactly. For
-/// a sequence without length the sum over its looks.
+/// The sequence's second moment M = ∫ L(t) L(t)ᵀ dt (t in seconds): Σ h · K · B · Kᵀ, exact. For a
+/// sequence without length, the sum over its looks.
 pub fn second_moment(keys: &KeySequence) -> Matrix {
     let mut columns = Vec::new();
     let ones = vec![1.0; keys.coordinates()];

@@ -1,4 +1,4 @@
-//! What to refine next, given what is refined already.
+//! The next settings to refine, given those refined already.
 
 use super::express::as_setting;
 use super::{PlanError, RANK, Weighting, moment, predicted, same_shape};
@@ -8,34 +8,33 @@ use footlight_show::timeline::KeySequence;
 /// A setting worth rendering well.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Direction {
-    /// The setting, scaled so that its largest number (disregarding signs) is 1; orthogonal in the
-    /// metric to the pool and to the directions before it.
+    /// The setting, scaled to a largest absolute number of 1; orthogonal in the metric to the pool
+    /// and to the directions before it.
     pub setting: Vec<f64>,
-    /// Weighted light times the square root of seconds that it accounts for.
+    /// Its weighted light times the square root of seconds.
     pub singular_value: f64,
-    /// Predicted error of the sequence once it and those before it are refined.
+    /// Predicted error of the sequence after refining it and those before it.
     pub error: f64,
 }
 
-/// What is left to refine, the most useful first.
+/// The remaining directions, the most useful first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NextSteps {
-    /// Predicted error with the pool as it is.
+    /// Predicted error with the current pool.
     pub error: f64,
     /// The directions; none when the pool spans the sequence.
     pub directions: Vec<Direction>,
-    /// Settings of the pool that lie in the span of those before them (`index` counts the pool):
-    /// they add nothing.
+    /// Settings of the pool in the span of those before them (`index` counts the pool): they add
+    /// nothing.
     pub refused: Vec<Dependent>,
 }
 
-/// Orders what `pool` (settings of refined images) leaves of the sequence: its span is taken away
-/// from W·A, the rest decomposed. Directions that are rounding or near the span are refused, not
-/// normalised. `norm` as in [`super::Plan::new`].
+/// Orders the part of the sequence outside `pool` (settings of refined images): its span is removed
+/// from W·A, and the rest decomposed. Directions that are rounding or near the span are refused,
+/// not normalised. `norm` as in [`super::Plan::new`].
 ///
 /// # Errors
-/// Weights or settings of another number than the coordinates; a decomposition that fails its
-/// check.
+/// For a wrong number of weights or settings; for a decomposition that fails its check.
 pub fn next(
     keys: &KeySequence,
     pool: &[Vec<f64>],
@@ -50,7 +49,7 @@ pub fn next(
     let known = span.vectors().len();
     let mut sigma = leading(a, &mut span)?;
     if !weighting.moments.is_empty() {
-        // What counted moments do not show comes last, by the time that it takes.
+        // Light outside the counted moments comes last, weighted by time.
         let others = leading(moment::factor(keys, &[], &w).lower, &mut span)?;
         sigma.extend(others.iter().map(|_| 0.0));
     }
@@ -71,7 +70,8 @@ pub fn next(
     })
 }
 
-/// Adds to a span what it leaves of the columns of `a`, the largest first: its singular values.
+/// Adds the part of the columns of `a` outside a span to the span, the largest first; returns its
+/// singular values.
 fn leading(a: Matrix, span: &mut Orthonormal) -> Result<Vec<f64>, SvdError> {
     let noise = RANK * a.nrows().max(a.ncols()) as f64 * a.norm();
     let mut rest = a;
@@ -91,7 +91,7 @@ fn leading(a: Matrix, span: &mut Orthonormal) -> Result<Vec<f64>, SvdError> {
     Ok(sigma)
 }
 
-/// An orthonormal basis of the weighted pool, and what was refused.
+/// An orthonormal basis of the weighted pool, and the refused settings.
 pub(super) fn span(
     keys: &KeySequence,
     pool: &[Vec<f64>],

@@ -1,16 +1,16 @@
-//! A setting in terms of the refined ones: c = (Sᵀ W² S)⁻¹ Sᵀ W² L, by QR of W·S.
+//! Projection of a setting on the refined ones: c = (Sᵀ W² S)⁻¹ Sᵀ W² L, by QR of W·S.
 
 use super::next::span;
 use super::{PlanError, Weighting, moment, same_shape, weighted_columns};
 use footlight_show::linalg::{Matrix, least_squares};
 use footlight_show::timeline::KeySequence;
 
-/// For each of `settings`, one coefficient for each setting of `pool`, which make the weighted
-/// difference least. A setting of the pool itself comes back as itself. Settings of the pool in the
-/// span of those before them get 0.
+/// For each of `settings`, the coefficients of `pool` that minimise the weighted difference. A
+/// setting of the pool itself is reproduced. Settings of the pool in the span of those before them
+/// get 0.
 ///
 /// # Errors
-/// Settings of another number of coordinates than there are weights.
+/// For settings with a wrong number of coordinates.
 pub fn projection(
     pool: &[Vec<f64>],
     weighting: &Weighting,
@@ -47,11 +47,11 @@ pub fn projection(
 }
 
 /// Predicted error of the sequence when every setting L is shown as its projection on the refined
-/// images plus the coarse rest: sqrt of ∫ ‖W (L − S c)‖² dt over `norm` (as in
+/// images plus the remainder in coarse ones: sqrt of ∫ ‖W (L − S c)‖² dt over `norm` (as in
 /// [`super::Plan::new`]). It never rises with a new image.
 ///
 /// # Errors
-/// Weights or settings of another number than the coordinates.
+/// For a wrong number of weights or settings.
 pub fn forecast(
     keys: &KeySequence,
     pool: &[Vec<f64>],

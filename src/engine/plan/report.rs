@@ -1,5 +1,4 @@
-//! A plan with the show that it is for: no pool, clock or machine in it, so that every run gives the
-//! same.
+//! A plan with its show, without pool, clock or machine, so that every run gives equal results.
 
 use std::collections::BTreeSet;
 
@@ -20,32 +19,32 @@ pub struct PlanReport {
     pub banks: Vec<BankReport>,
     /// Names of a setting's numbers, in order.
     pub coordinates: Vec<String>,
-    /// Coordinates behind them: poses of heads whose reflected light is rendered.
+    /// Number of further coordinates: poses of heads whose reflected light is rendered.
     #[serde(skip_serializing_if = "is_none")]
     pub head_poses: usize,
     /// The segments in time.
     pub segments: Vec<SegmentReport>,
     /// The key settings.
     pub keys: Vec<Vec<f64>>,
-    /// Whether directions are weighted by how long they are lit.
+    /// True when directions are weighted by time.
     pub time_weighted: bool,
-    /// The error of the worst moment aimed for.
+    /// The tolerance of the worst moment.
     pub tolerance: f64,
-    /// What errors are in.
+    /// Unit of errors.
     pub unit: ErrorUnit,
     /// Numerical rank.
     pub rank: usize,
-    /// How many basis settings the tolerance needs.
+    /// Number of basis settings needed for the tolerance.
     pub used: usize,
     /// One for each basis setting.
     pub singular_values: Vec<f64>,
     /// Basis settings.
     pub basis: Vec<Vec<f64>>,
-    /// For each key, a number for each basis setting.
+    /// For each key, a weight for each basis setting.
     pub weights: Vec<Vec<f64>>,
     /// Predicted errors.
     pub predicted: Vec<Predicted>,
-    /// What needs no work, or none of its own, and why.
+    /// Parts that need no images, or none for themselves, and why.
     #[serde(skip)]
     pub left_out: Vec<LeftOut>,
 }
@@ -77,13 +76,13 @@ pub struct SegmentReport {
 /// An error after some refined images.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Predicted {
-    /// How many refined images.
+    /// Number of refined images.
     pub refined: usize,
     /// Error of the sequence.
     pub error: f64,
 }
 
-/// Something that the plan does without, and why.
+/// Something that the plan leaves out, and why.
 #[derive(Clone, Debug, PartialEq)]
 pub enum LeftOut {
     /// A coordinate that gives no light in the sequence.
@@ -98,37 +97,37 @@ pub enum LeftOut {
         /// Its setting, 1 for full.
         setting: f64,
     },
-    /// A coordinate that always gives a multiple of another's light: they share refined images.
+    /// A coordinate that is always a multiple of another: they share refined images.
     MultipleOf {
         /// Its name.
         name: String,
         /// The other's name.
         other: String,
-        /// How much of the other's light.
+        /// Ratio to the other's light.
         factor: f64,
     },
-    /// A coordinate that adds nothing to the error of the view.
+    /// A coordinate that contributes no error to the view.
     Unseen {
         /// Its name.
         name: String,
     },
-    /// Segments in which nothing changes: they have one key each and no blends.
+    /// Number of segments without change: they have one key each and no blends.
     HeldSegments(usize),
-    /// Knots where nothing bends: the segments on both sides are one.
+    /// Number of knots without a bend: the segments on both sides are one.
     JoinedKnots(usize),
-    /// Control points that equal another key.
+    /// Number of control points that equal another key.
     MergedKeys(usize),
-    /// Knots that were added so that no key is negative.
+    /// Number of knots inserted so that no key is negative.
     InsertedKnots(usize),
-    /// Basis settings that the tolerance does without.
+    /// Basis settings not needed for the tolerance.
     SparedDirections {
-        /// How many.
+        /// Their number.
         count: usize,
-        /// How many are refined.
+        /// Number of refined settings.
         used: usize,
-        /// The predicted error of the sequence after those.
+        /// Predicted error of the sequence after those.
         error: f64,
-        /// The error that is enough.
+        /// The tolerance.
         tolerance: f64,
     },
     /// Fixed lights are part of every key and raise the rank by one.
@@ -142,7 +141,7 @@ fn is_none(count: &usize) -> bool {
 }
 
 impl Plan {
-    /// The plan of `keys`, which were made from `show`, as data to be written.
+    /// The plan of `keys`, which were made from `show`, as data.
     ///
     /// # Errors
     /// [`PlanError::Svd`] when a decomposition fails its check.
@@ -196,7 +195,7 @@ impl Plan {
     ) -> Result<Vec<LeftOut>, PlanError> {
         let mut out = Vec::new();
         let lit = show.coordinates();
-        // A bank whose heads turn is no constant and no multiple, whatever its level.
+        // A bank whose heads turn is neither constant nor a multiple, whatever its level.
         let parameters = show.parameters();
         let moves = show
             .cues
@@ -282,7 +281,7 @@ impl Plan {
         ];
         let some = counted.into_iter().filter(|(n, _)| *n > 0);
         out.extend(some.map(|(n, of)| of(n)));
-        // One error for each number of refined images; none is spared after the last.
+        // One error for each number of refined images; after the last, none is left out.
         if let Some([error, spared @ ..]) = self.predicted.get(self.used..)
             && !spared.is_empty()
         {
@@ -296,7 +295,7 @@ impl Plan {
     }
 }
 
-/// The number that makes one row the other, if there is one (to 1e-12 of the largest).
+/// The factor between two rows, if there is one (to 1e-12 of the largest).
 fn factor(from: &[f64], to: &[f64]) -> Option<f64> {
     let largest = |row: &[f64]| row.iter().fold(0.0f64, |m, x| m.max(x.abs()));
     let pairs = || from.iter().zip(to);
@@ -307,7 +306,7 @@ fn factor(from: &[f64], to: &[f64]) -> Option<f64> {
     (factor != 0.0 && factor.is_finite() && pairs().all(close)).then_some(factor)
 }
 
-/// True where the keys without a coordinate have a smaller rank.
+/// True when removing a coordinate reduces the rank of the keys.
 fn raises_rank(keys: &KeySequence, coordinate: usize) -> Result<bool, PlanError> {
     let all = weighted_columns(keys.keys(), &vec![1.0; keys.coordinates()]);
     if coordinate >= all.nrows() {

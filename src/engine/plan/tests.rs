@@ -30,7 +30,7 @@ fn largest(rows: &[Vec<f64>]) -> f64 {
     rows.iter().flatten().fold(0.0f64, |m, x| m.max(x.abs()))
 }
 
-/// How far keys are from weights · basis, over the largest key.
+/// Largest difference of keys from weights · basis, relative to the largest key.
 fn missed(keys: &KeySequence, plan: &Plan) -> f64 {
     let mut worst = 0.0f64;
     for (key, weights) in keys.keys().iter().zip(&plan.weights) {
@@ -42,8 +42,8 @@ fn missed(keys: &KeySequence, plan: &Plan) -> f64 {
     worst / largest(keys.keys()).max(1e-300)
 }
 
-/// ∫ ‖W (L − S c)‖² dt by Gauss-Legendre with four points on each segment (exact to degree 7), c
-/// from the normal equations' solver for each instant.
+/// ∫ ‖W (L − S c)‖² dt by four-point Gauss-Legendre quadrature on each segment (exact to degree 7),
+/// with c from the normal equations at each instant.
 fn quadrature(keys: &KeySequence, pool: &[Vec<f64>], weighting: &Weighting) -> f64 {
     let nodes = [0.861_136_311_594_052_6, 0.339_981_043_584_856_26];
     let shares = [0.347_854_845_137_453_85, 0.652_145_154_862_546_1];
@@ -217,7 +217,7 @@ fn weights_of_zero_come_last_and_bad_ones_are_refused() {
     );
 }
 
-/// A bank that always gives half of another's light: one picture serves both, and the error counts
+/// A bank that always gives half of another's light: one image serves both, and the error counts
 /// the light of both.
 #[test]
 fn a_proportional_bank_saves_its_picture_and_counts_in_the_error() {
@@ -235,7 +235,7 @@ fn a_proportional_bank_saves_its_picture_and_counts_in_the_error() {
     let before = forecast(&keys, &[], &weighting, Some(50.0)).unwrap();
     let after = forecast(&keys, &plan.basis, &weighting, Some(50.0)).unwrap();
     assert!((before - 0.1).abs() < 1e-15 && after < 1e-16);
-    // The first bank alone leaves what of the second is not in its direction: nothing is shared.
+    // The first bank alone leaves the part of the second outside its direction: nothing is shared.
     let alone = forecast(&keys, &[vec![1.0, 0.0]], &weighting, Some(50.0)).unwrap();
     assert!((alone - 0.08).abs() < 1e-15, "{alone}");
 }
@@ -255,8 +255,8 @@ fn segments_in_which_nothing_changes_cost_one_key() {
     assert!(report.left_out.contains(&LeftOut::HeldSegments(2)));
 }
 
-/// Rounding of the other banks' light must not be taken for light of the bank without weight, which
-/// counts a millionth; with real light there it must not be lost either.
+/// Rounding of other banks' light must not be taken for light of a bank without weight, which
+/// counts a millionth; nor must real light of it be lost.
 #[test]
 fn a_bank_without_weight_adds_no_direction_of_rounding() {
     for seed in 0..20 {
@@ -275,7 +275,7 @@ fn a_bank_without_weight_adds_no_direction_of_rounding() {
 
 #[test]
 fn the_norm_of_a_sequence_is_its_gram_matrix_against_the_moment() {
-    // One bank up from 0 to 1 in 3 s with an image of norm 2: ∫ (2 t/3)² dt = 4.
+    // One bank rises from 0 to 1 in 3 s with an image of norm 2: ∫ (2 t/3)² dt = 4.
     let mut show = empty(1);
     show.cues
         .push(cue(1, Trigger::At(seconds(0.0)), 3.0, vec![to(0, 100.0)]));
@@ -284,7 +284,7 @@ fn the_norm_of_a_sequence_is_its_gram_matrix_against_the_moment() {
     assert!((moment[(0, 0)] - 1.0).abs() < 1e-15);
     let norm = sequence_norm(&Matrix::from_element(1, 1, 4.0), &moment);
     assert!((norm - 2.0).abs() < 1e-15);
-    // Its coarse error is a tenth of it: so is the predicted error before anything is refined.
+    // Its coarse error is a tenth of its light; so is the predicted error before refinement.
     let weighting = Weighting::new(Metric::Error, vec![0.2]).unwrap();
     let plan = Plan::new(&keys, &weighting, 0.02, Some(norm)).unwrap();
     assert!((plan.predicted[0] - 0.1).abs() < 1e-15);
@@ -375,7 +375,7 @@ fn the_report_says_what_is_left_out() {
         report.banks.last().map(|b| (b.name.as_str(), b.kind)),
         Some(("exits", "fixed"))
     );
-    // Zeros have no sign, so that the printed form is the same everywhere.
+    // Zeros have no sign, so that the printed form is equal everywhere.
     let numbers = report
         .basis
         .iter()
@@ -390,7 +390,7 @@ fn the_report_says_what_is_left_out() {
     assert_eq!(report, plan.report(&show, &keys).unwrap());
 }
 
-/// A bank whose heads turn is not said to be constant, nor said to be unseen for its direct light.
+/// A bank whose heads turn is reported neither as constant nor, for its direct light, as unseen.
 #[test]
 fn a_bank_whose_heads_turn_is_not_left_out() {
     let text = "show \"S\"\nlight mh spot at 0,0,6 aim 0,4,0 beam 12 field 20 900 cd moves\n\

@@ -1,4 +1,4 @@
-//! What refining leaves of single moments: the error that counts is that of the worst one.
+//! Errors of single moments after refinement; the worst moment counts.
 
 use super::Weighting;
 use footlight_show::linalg::Orthonormal;
@@ -8,13 +8,13 @@ use footlight_show::linalg::Orthonormal;
 pub struct Moment {
     /// Its setting.
     pub setting: Vec<f64>,
-    /// What an error there is multiplied by, such as one over its light; 0 where none counts.
+    /// Factor on its error, such as one over its light; 0 if it does not count.
     pub scale: f64,
 }
 
 impl Moment {
-    /// Moments whose errors count relative to their lights; what has less than `NEARLY_OUT` of the
-    /// brightest one's does not count.
+    /// Moments whose errors count relative to their light; a moment below `NEARLY_OUT` of the
+    /// brightest does not count.
     pub fn relative(settings: Vec<Vec<f64>>, light: impl Fn(&[f64]) -> f64) -> Vec<Moment> {
         let lights: Vec<f64> = settings.iter().map(|s| light(s)).collect();
         let least = NEARLY_OUT * lights.iter().copied().fold(0.0, f64::max);
@@ -25,18 +25,18 @@ impl Moment {
         settings.into_iter().zip(lights).map(moment).collect()
     }
 
-    /// Its setting, each coordinate times its weight, times its scale.
+    /// Its setting, weighted and scaled.
     pub(super) fn weighted(&self, w: &[f64]) -> Vec<f64> {
         let pairs = self.setting.iter().zip(w);
         pairs.map(|(x, w)| x * w * self.scale).collect()
     }
 }
 
-/// Less light than this part of the brightest moment's is nearly out.
+/// Light, relative to the brightest moment's, below which a moment is nearly out.
 const NEARLY_OUT: f64 = 0.02;
 
-/// The largest weighted rest over the moments, each times its scale: with nothing refined, with the
-/// settings of `pool`, and with each of `directions` after them. It never rises.
+/// The largest weighted remainder over the moments, each times its scale: without refinement, with
+/// the settings of `pool`, and with each of `directions` after them. It never rises.
 pub fn worst_left(
     moments: &[Moment],
     pool: &[Vec<f64>],
@@ -70,7 +70,7 @@ fn largest(rests: &[Vec<f64>]) -> f64 {
     rests.iter().map(square).fold(0.0, f64::max).sqrt()
 }
 
-/// Takes the component along a unit vector away from each of some vectors.
+/// Removes the component along a unit vector from each vector.
 fn take_away(unit: Option<&Vec<f64>>, rests: &mut [Vec<f64>]) {
     for (rest, unit) in rests.iter_mut().zip(unit.into_iter().cycle()) {
         let along: f64 = rest.iter().zip(unit).map(|(x, q)| x * q).sum();

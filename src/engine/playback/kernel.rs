@@ -1,10 +1,10 @@
 //! One pass from key images to a frame: decoding, at most three blends, exposure, tone curve and
-//! display code, with every key read once and the frame written once.
+//! display code. Every key is read once and the frame written once.
 //!
-//! A frame's bytes are those of [`ByteTable`] on the blended light, whatever the processor: the
-//! loops are compiled for several sets of instructions, with the same products and sums in the same
-//! order. Keys in single precision are blended by lerps, which keep what two keys agree in to the
-//! bit; of other keys the weight is part of the product that decodes them. Channels are taken
+//! A frame's bytes equal those of [`ByteTable`] on the blended light on every processor: the loops
+//! are compiled for several instruction sets, with equal products and sums in equal order. Keys in
+//! single precision are blended by lerps, which preserve to the bit what two keys have in common;
+//! for other keys the weight is part of the product that decodes them. Channels are processed
 //! [`BLOCK`] at a time.
 
 mod read;
@@ -19,8 +19,8 @@ use footlight_show::timeline::Blend;
 /// The channels of a block.
 type Block = [f32; BLOCK];
 
-/// The blends of one instant, in single precision: how many keys there are, the factors of the
-/// lerps, and what weight these give each key.
+/// The blends of one instant, in single precision: number of keys, lerp factors, and the resulting
+/// weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Factors {
     keys: usize,
@@ -29,7 +29,7 @@ pub struct Factors {
 }
 
 impl Factors {
-    /// From the exact factors.
+    /// Converts exact factors.
     pub fn new(blend: Blend) -> Factors {
         let factors = match blend {
             Blend::Hold => [0.0; 3],
@@ -45,11 +45,11 @@ impl Factors {
     }
 }
 
-/// Where the blended light goes.
+/// Destination of the blended light.
 pub enum Target<'a> {
-    /// As it is.
+    /// Linear light.
     Light(&'a mut [f32]),
-    /// As display bytes.
+    /// Display bytes.
     Bytes(&'a mut [u8], &'a ByteTable),
 }
 
@@ -61,7 +61,7 @@ impl<'a> Target<'a> {
         }
     }
 
-    /// The first `channels`, and the rest.
+    /// Splits at `channels`.
     fn split(self, channels: usize) -> (Target<'a>, Target<'a>) {
         let at = channels.min(self.len());
         match self {
@@ -77,7 +77,7 @@ impl<'a> Target<'a> {
     }
 }
 
-/// The keys of one segment, all of one format.
+/// The keys of one segment, in one format.
 #[derive(Clone, Debug)]
 pub struct Keys<'a>(Stored<'a>);
 
@@ -93,7 +93,7 @@ impl<'a> Keys<'a> {
         Keys(Stored::Floats(keys.map(Floats).collect()))
     }
 
-    /// Keys as they are kept; `None` unless all are of one format.
+    /// Keys as stored; `None` unless all have one format.
     pub fn new(keys: &[&'a KeyImage]) -> Option<Keys<'a>> {
         let stored = match keys.first()? {
             KeyImage::Float(_) => Stored::Floats(all(keys, |key| match key {
@@ -112,8 +112,8 @@ impl<'a> Keys<'a> {
     }
 
     /// Blends the keys into `target`, with up to `threads` threads; the result does not depend on
-    /// their number. A block that a key does not fill counts as black in that key; without the keys
-    /// that `factors` wants nothing is written.
+    /// their number. A block that a key does not fill counts as black in that key; when keys for
+    /// `factors` are missing, nothing is written.
     pub fn blend(&self, factors: Factors, target: Target<'_>, threads: usize) {
         match &self.0 {
             Stored::Floats(keys) => spread(keys, factors, target, threads, floats),
@@ -126,10 +126,10 @@ fn all<'a, K>(keys: &[&'a KeyImage], key: impl Fn(&'a KeyImage) -> Option<K>) ->
     keys.iter().map(|k| key(k)).collect()
 }
 
-/// A part is worth a thread of its own from so many channels on: a tenth of a millisecond.
+/// Channels per part that are worth a thread: a tenth of a millisecond.
 const SHARE: usize = 1 << 18;
 
-/// Hands the frame out in parts, one to a thread.
+/// Divides the frame into parts, one per thread.
 fn spread<K: Key>(
     keys: &[K],
     factors: Factors,
@@ -154,8 +154,8 @@ fn spread<K: Key>(
     });
 }
 
-// One entry for each way of storing: what they call is inlined into them, and so is compiled for
-// each set of instructions.
+// One entry for each storage format: the functions called are inlined, and so compiled for each
+// instruction set.
 
 #[multiversion::multiversion(targets = "simd")]
 fn floats(keys: &[Floats<'_>], factors: Factors, target: Target<'_>) {
@@ -259,7 +259,7 @@ fn blended<K: Key, const N: usize>(
     out
 }
 
-/// The sum of weighed light.
+/// The sum of weighted light.
 #[inline(always)]
 fn sum<const N: usize>(light: [f32; N]) -> f32 {
     match light.as_slice() {

@@ -1,30 +1,29 @@
-//! Key images as playback keeps them, in single or half precision; and the page's code of 8 bits.
+//! Key images in playback, in single or half precision; and the page's code of 8 bits.
 //!
-//! Playback reads key images faster than it can compute with them, so their size sets its pace.
-//! Light is decoded before it is blended; a larger code never stands for less light; zero stays
-//! zero.
+//! Playback is limited by reading key images, so their size sets its speed. Light is decoded before
+//! blending; a larger code never means less light; zero stays zero.
 //!
-//! A code c of 8 bits, 0 to 1, stands for the light `low c^2 + high c^8`, with two numbers for each
-//! picture. The square follows the display's own code, so that darks are coded as finely as they
-//! are shown: `low` is at most [`Tone::knee`]. The eighth power reaches lamps in sight, which must
-//! stay a hundred times brighter than white where a cue fades them. It takes no table, only
-//! multiplications.
+//! A code c of 8 bits, 0 to 1, means the light `low c^2 + high c^8`, with two numbers for each
+//! image. The square follows the display's own code, so that darks are coded as finely as they are
+//! shown: `low` is at most [`Tone::knee`]. The eighth power covers visible lamps, which must stay a
+//! hundred times brighter than white while a cue fades them. Decoding takes only multiplications
+//! and no table.
 //!
 //! [`Tone::knee`]: footlight_picture::tone::Tone::knee
 
 use footlight_picture::Image;
 
-/// How a key image is kept.
+/// Storage format of a key image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Format {
-    /// Single precision: as it was made, 12 bytes a pixel.
+    /// Single precision, unchanged: 12 bytes per pixel.
     Float,
-    /// Half precision with a scale: a relative error of 2^-11 at most, 6 bytes a pixel.
+    /// Half precision with a scale: relative error at most 2^-11, 6 bytes per pixel.
     Half,
 }
 
 impl Format {
-    /// All, the most exact first.
+    /// All formats, the most exact first.
     pub const ALL: [Format; 2] = [Format::Float, Format::Half];
 
     /// Its name: `f32` or `f16`.
@@ -36,21 +35,21 @@ impl Format {
     }
 }
 
-/// The channels of a picture as playback keeps it, interleaved RGB, row by row from the top.
+/// The channels of a key image, interleaved RGB, row by row from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub enum KeyImage {
-    /// As they are.
+    /// Unchanged.
     Float(Vec<f32>),
     /// Light = IEEE 754 binary16 times `scale`, a power of two. Never subnormal, infinite or NaN.
     Half {
         /// The bits of the half-precision numbers.
         codes: Vec<u16>,
-        /// What 1.0 stands for.
+        /// The light of code 1.0.
         scale: f32,
     },
 }
 
-/// What the codes of a picture in 8 bits stand for.
+/// Meaning of the 8-bit codes of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ByteCurve {
     /// Light per (c/255)^2.
@@ -59,13 +58,13 @@ pub struct ByteCurve {
     pub high: f32,
 }
 
-/// The brightest light that 8 bits hold, in knees: one hundred times white with the filmic curve.
-/// Brighter light is cut there; while it fades from full to a hundredth the difference is not seen.
+/// The brightest light of the 8-bit code, in knees: one hundred times white with the filmic curve.
+/// Brighter light is clipped, which is invisible until it fades to a hundredth.
 const REACH: f32 = 512.0;
 
 impl ByteCurve {
-    /// The curve for a picture whose largest magnitude is `peak`, with darks as fine as `knee`
-    /// makes them; dimmer pictures have finer steps throughout.
+    /// The curve for an image with the largest magnitude `peak`, with darks as fine as `knee` makes
+    /// them; dimmer images have finer steps throughout.
     pub fn new(peak: f32, knee: f32) -> ByteCurve {
         let peak = peak.min(REACH * knee);
         let low = peak.min(knee);
@@ -81,7 +80,7 @@ impl ByteCurve {
         byte_light(code, low, high)
     }
 
-    /// The factors of c^2 and c^8 for codes as whole numbers.
+    /// Factors of c^2 and c^8 for integer codes.
     fn per_code(self) -> (f32, f32) {
         let square = 255.0_f64 * 255.0;
         let low = f64::from(self.low) / square;
@@ -89,7 +88,7 @@ impl ByteCurve {
         (low as f32, high as f32)
     }
 
-    /// Each channel's nearest code, whatever its sign.
+    /// Nearest code of each channel's magnitude.
     pub(super) fn codes(self, data: &[f32]) -> Vec<u8> {
         let middles = self.middles();
         let starts = starts(&middles);
@@ -110,8 +109,8 @@ impl ByteCurve {
         data.iter().map(code).collect()
     }
 
-    /// The light between each code and the next, where the nearer code changes. In double
-    /// precision: rounded to single, a middle may pass a value that lies beside it.
+    /// The light between neighbouring codes, where the nearest code changes. In double precision: a
+    /// middle rounded to single could pass a neighbouring value.
     fn middles(self) -> [f64; 255] {
         let light = |code: u8| f64::from(self.light(code));
         std::array::from_fn(|code| {
@@ -121,10 +120,10 @@ impl ByteCurve {
     }
 }
 
-/// Stretches of positive floats that agree in their 16 leading bits.
+/// Number of stretches of positive floats that agree in their 16 leading bits.
 const STRETCHES: usize = 1 << 15;
 
-/// For each stretch of floats the code of its first: from there the next middles are few.
+/// The code at the start of each stretch of floats, from which few middles remain to compare.
 fn starts(middles: &[f64; 255]) -> Box<[u8; STRETCHES]> {
     let mut starts = Box::new([0; STRETCHES]);
     let mut code = 0;
@@ -138,7 +137,7 @@ fn starts(middles: &[f64; 255]) -> Box<[u8; STRETCHES]> {
     starts
 }
 
-/// low c^2 + high c^8: three products to the power, none of a table.
+/// low c^2 + high c^8: the power by three products, without a table.
 fn byte_light(code: u8, low: f32, high: f32) -> f32 {
     let c = f32::from(code);
     let c2 = c * c;
@@ -146,29 +145,29 @@ fn byte_light(code: u8, low: f32, high: f32) -> f32 {
     low * c2 + high * (c4 * c4)
 }
 
-/// 2^112: what the exponent of a half lacks when its bits are read as those of a float.
+/// 2^112: the exponent that a half's bits lack when read as a float.
 const REBIAS: f32 = f32::from_bits((127 + 112) << 23);
-/// Light that halves of an image keep, as a part of its brightest: 2^-29.
+/// Least light that halves keep, relative to an image's brightest: 2^-29.
 pub const HALF_RANGE: f64 = 1.0 / (1 << 29) as f64;
-/// Light beyond which halves cut.
+/// Light at which halves are clipped.
 pub const HALF_BRIGHTEST: f32 = 2.1e9;
 /// The largest half.
 const HALF_MOST: f32 = 65504.0;
-/// The smallest normal half, 2^-14. Below it nothing is kept: with the peak at 2^15 and more it is
-/// 2^-29 of the picture's brightest light.
+/// The smallest normal half, 2^-14; smaller values become zero. With the peak at 2^15 and more it
+/// is 2^-29 of the image's brightest light.
 const HALF_LEAST: f32 = 1.0 / 16384.0;
 
-/// The light of a half that is zero or normal, its `factor` being scale times [`REBIAS`]. The sign
-/// goes to the top, exponent and mantissa to where a float has them; no instruction beyond those of
-/// whole numbers is needed, so that every processor gives the same bits.
+/// The light of a half that is zero or normal, with `factor` = scale times [`REBIAS`]. The sign
+/// moves to the top, exponent and mantissa to their positions in a float; only integer instructions
+/// are used, so that every processor gives equal bits.
 #[inline(always)]
 pub(super) fn half_light(code: u16, factor: f32) -> f32 {
-    // The sign is spread over the four top bits, three of which are taken away.
+    // Sign extension fills the four top bits, three of which are masked.
     let bits = (i32::from(code.cast_signed()) << 13) as u32 & 0x8fff_e000;
     f32::from_bits(bits) * factor
 }
 
-/// The factor that [`half_light`] wants.
+/// The factor for [`half_light`].
 pub(super) fn half_factor(scale: f32) -> f32 {
     scale * REBIAS
 }
@@ -184,22 +183,22 @@ fn half(value: f32) -> u16 {
     rounded as u16 | if value < 0.0 { 0x8000 } else { 0 }
 }
 
-/// The power of two that takes `peak` to between 2^14 and 2^15; 1 for black. Light beyond 2.1e9 is
-/// cut: the disk of the sun is 1.6e9 cd/m2.
+/// The power of two that scales `peak` to between 2^14 and 2^15; 1 for black. Light beyond 2.1e9 is
+/// clipped: the disk of the sun has 1.6e9 cd/m2.
 fn half_scale(peak: f32) -> f32 {
     if peak < f32::MIN_POSITIVE {
         return 1.0;
     }
     let exponent = (peak.to_bits() >> 23) as i32 - 127;
-    // At both ends of the floats' range the factors must stay normal numbers.
+    // Keeps the factors normal at both ends of the floats' range.
     2.0_f32.powi((exponent - 14).clamp(-126, 15))
 }
 
 impl KeyImage {
-    /// `image` in a format.
+    /// Converts `image` to a format.
     ///
-    /// What is not finite stays so in single precision; otherwise NaN becomes zero and infinities
-    /// the brightest light that the format holds.
+    /// Infinite and NaN values are kept in single precision; in half precision NaN becomes zero and
+    /// infinities the brightest light of the format.
     pub fn new(image: &Image, format: Format) -> KeyImage {
         let data = image.data();
         match format {
@@ -212,7 +211,7 @@ impl KeyImage {
         }
     }
 
-    /// Bytes that its channels take.
+    /// Bytes of its channels.
     pub fn bytes(&self) -> usize {
         match self {
             KeyImage::Float(data) => size_of_val(data.as_slice()),
@@ -220,7 +219,7 @@ impl KeyImage {
         }
     }
 
-    /// The light that it stands for.
+    /// The decoded light.
     #[cfg(test)]
     pub fn light(&self) -> Vec<f32> {
         match self {
@@ -262,7 +261,7 @@ mod tests {
         image.light().iter().step_by(3).copied().collect()
     }
 
-    /// Light by the code of 8 bits, its sign kept as the page keeps it.
+    /// Light after the 8-bit code, with its sign, as in the page.
     fn coded(values: &[f32], knee: f32) -> Vec<f32> {
         let curve = ByteCurve::new(peak(&row(values)), knee);
         let codes = curve.codes(values);
@@ -278,7 +277,7 @@ mod tests {
             .collect()
     }
 
-    /// Every half that is kept, against its definition.
+    /// Every normal half against its definition.
     #[test]
     fn halves_are_those_of_ieee_754() {
         for code in 0..=u16::MAX {
@@ -294,7 +293,7 @@ mod tests {
             assert_eq!(half_light(code, half_factor(0.125)), value / 8.0);
         }
         assert_eq!(half_light(0, half_factor(1.0)), 0.0);
-        // Ties go to the even one; the largest is not passed.
+        // Ties go to the even code; the largest half is the limit.
         assert_eq!(half(2049.0), half(2048.0));
         assert_eq!(half(2051.0), half(2052.0));
         for huge in [65519.0, 65520.0, 1e30, f32::INFINITY] {
@@ -314,7 +313,7 @@ mod tests {
                 assert!((value - back).abs() <= bound, "{value} {back}");
             }
         }
-        // Beyond, and black.
+        // Beyond the limit, and black.
         let back = kept(&[3e38, f32::INFINITY, 0.0], Format::Half);
         assert!(back[0] > 2e9 && back[1].is_finite() && back[2] == 0.0);
         assert_eq!(kept(&[0.0, f32::NAN], Format::Half), [0.0, 0.0]);
@@ -349,10 +348,10 @@ mod tests {
         assert!((cut[0] - 256.0).abs() < 1e-3);
     }
 
-    /// How far, in steps of the display, one key may be shown from its own brightness.
+    /// Largest error of a key's displayed brightness, in display steps.
     #[test]
     fn light_is_coded_about_as_finely_as_it_is_shown() {
-        // By the picture's peak, white being 1.
+        // By the image's peak, with white at 1.
         let filmic = [(0.2, 0.73), (2.0, 0.73), (8.0, 0.91), (70.0, 1.4)];
         let plain = [(0.2, 0.32), (2.0, 0.94), (8.0, 1.5), (70.0, 2.4)];
         for (curve, bounds) in [(ToneCurve::Filmic, filmic), (ToneCurve::Plain, plain)] {
@@ -379,7 +378,7 @@ mod tests {
     }
 
     proptest! {
-        /// The code is the nearest one, for any picture.
+        /// The code is the nearest one, for any image.
         #[test]
         fn bytes_are_the_nearest(
             values in prop::collection::vec(-20.0_f32..20.0, 1..40),

@@ -1,11 +1,11 @@
-//! The page: a show in one HTML file that plays it in a browser, without Footlight or a network; and
-//! the same page as a program serves it, with the show and its pictures beside it.
+//! The page: a show in one HTML file that plays it in a browser, without Footlight or a network;
+//! and the same page served by a program, with the show and its images in separate files.
 //!
-//! Invariants: a file fetches nothing, and a served page only from where it came (their own policies
-//! forbid the rest); images are in the code of 8 bits of [`super::key`], as PNG, and are decoded to
-//! light before they are blended; exposure and curve are those of every other output; the pictures
-//! keep their budget, smaller if they must. This module does not decide how a desk looks: that is the
-//! page's own text (`page/`), which does not depend on Rust.
+//! Invariants: a file fetches nothing, and a served page only from its own server (their content
+//! security policies forbid the rest); images use the 8-bit code of [`super::key`], as PNG, and are
+//! decoded to light before blending; exposure and curve equal those of every other output; the
+//! images keep the size budget, reduced if necessary. The page's own text (`page/`) decides its
+//! appearance and does not depend on Rust.
 
 mod coding;
 
@@ -23,16 +23,16 @@ use footlight_show::printable;
 use footlight_show::timeline::{KeySequence, Segment};
 use footlight_show::units::ToneCurve;
 
-/// The most bytes of a page unless something else is said.
+/// Default limit of a page, bytes.
 pub const BUDGET: usize = 20_000_000;
 
-/// Why a page could not be made.
+/// Reason why a page could not be made.
 #[derive(Debug, thiserror::Error)]
 pub enum PageError {
-    /// The embedding program asked to stop.
+    /// The embedding program cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-    /// A picture could not be coded, or all of them would not fit.
+    /// An image could not be encoded, or the images do not fit.
     #[error(transparent)]
     Picture(#[from] PictureError),
     /// The show could not be written as data.
@@ -40,22 +40,22 @@ pub enum PageError {
     Data(#[from] serde_json::Error),
 }
 
-/// A coordinate as the page shows it.
+/// A coordinate in the page.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Fader {
     /// Its name.
     pub name: String,
-    /// The channel of its bank on the desk.
+    /// Channel of its bank at the desk.
     pub channel: Option<u32>,
-    /// Where its picture alone at full stands among [`Contents::banks`].
+    /// Index of its image, alone at full, in [`Contents::banks`].
     pub picture: usize,
-    /// Whether a fader moves it; the fixed lights have none.
+    /// True when a fader moves it; false for the fixed lights.
     pub varies: bool,
     /// From level to setting.
     pub law: Law,
 }
 
-/// A bank of colour mixers: a fader of its level, a control of its colour.
+/// An rgb bank: a fader for its level, a control for its colour.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Mixer {
     /// Its name.
@@ -64,8 +64,8 @@ pub struct Mixer {
     pub first: usize,
     /// From level to light.
     pub law: Law,
-    /// Seconds, level, and the shares of red, green and blue (0 to 1, linear), at least once; straight
-    /// between, two of one time at a jump.
+    /// Seconds, level, and shares of red, green and blue (0 to 1, linear): at least one entry,
+    /// straight lines between, two entries at one time for a jump.
     pub track: Vec<[f64; 5]>,
 }
 
@@ -75,7 +75,7 @@ pub struct Mixer {
 pub enum Law {
     /// Setting = level to this power.
     Power(u8),
-    /// Settings of evenly spaced levels, straight between.
+    /// Settings of evenly spaced levels, with straight lines between.
     Table(Vec<f64>),
 }
 
@@ -86,69 +86,70 @@ pub struct Cue {
     pub number: String,
     /// Its label; may be empty.
     pub label: String,
-    /// When it starts, seconds.
+    /// Start, seconds.
     pub go: f64,
-    /// When the last of it has arrived, seconds.
+    /// Completion, seconds.
     pub complete: f64,
-    /// Whether it starts the next cue by itself.
+    /// True when it starts the next cue automatically.
     pub starts: bool,
-    /// Its times and what it starts, in a designer's words; may be empty.
+    /// Its times and link, in a designer's words; may be empty.
     pub timing: String,
-    /// For the operator; may be empty.
+    /// Note for the operator; may be empty.
     pub note: String,
-    /// Coordinates that it moves, with the seconds from its GO until they have arrived.
+    /// Coordinates that it moves, with the seconds from its GO to the end of the move.
     pub moves: Vec<(usize, f64)>,
 }
 
-/// What is played.
+/// Content of a page.
 #[derive(Debug)]
 pub struct Contents<'a> {
     /// The show's title.
     pub title: Cow<'a, str>,
-    /// How good its pictures are, in a line; may be empty.
+    /// Quality of its images, in one line; may be empty.
     pub quality: String,
     /// Its coordinates, in order.
     pub faders: Vec<Fader>,
     /// Its banks of colour mixers, in order.
     pub mixers: Vec<Mixer>,
-    /// Its cues, in time.
+    /// Its cues, by time.
     pub cues: Vec<Cue>,
     /// Its key settings and segments.
     pub keys: &'a KeySequence,
-    /// True where key images have what those of banks have not: they are never left out.
+    /// True when key images contain the light of heads, which images of banks lack, so that they
+    /// are never left out.
     pub has_heads: bool,
-    /// Pictures of the keys in their order.
+    /// Images of the keys, in order.
     pub pictures: Vec<&'a Image>,
-    /// Pictures that faders name, of the same size.
+    /// Images for the faders, of equal size.
     pub banks: Vec<&'a Image>,
-    /// How light is shown.
+    /// Tone mapping.
     pub tone: Tone,
 }
 
-/// A page that kept its budget.
+/// A page within its budget.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Page {
     /// The file.
     pub html: String,
-    /// Width and height of its pictures.
+    /// Width and height of its images.
     pub size: (usize, usize),
-    /// Whether it has the keys' pictures; else it adds those of the banks up.
+    /// True with images of keys; otherwise the page adds up images of banks.
     pub blends: bool,
 }
 
-/// A picture as the page reads it.
+/// An image in the page.
 #[derive(Clone, Debug, Serialize)]
 pub struct Picture {
-    /// As [`Coded::law`].
+    /// Like [`Coded::law`].
     pub law: [f32; 2],
-    /// The address of a PNG file of the codes.
+    /// URL of a PNG file of the codes.
     pub codes: String,
-    /// That of one that is white in the channels that are negative.
+    /// URL of a PNG file that is white in negative channels.
     pub signs: Option<String>,
 }
 
 impl Picture {
-    /// With its files in the addresses themselves.
+    /// An image with its files as data URLs.
     pub fn inside(coded: Coded) -> Picture {
         let address = |file: Vec<u8>| {
             let mut address = "data:image/png;base64,".to_owned();
@@ -163,7 +164,7 @@ impl Picture {
     }
 }
 
-/// A segment as the page reads it, times in seconds.
+/// A segment in the page, times in seconds.
 #[derive(Debug, Serialize)]
 struct Stretch<'a> {
     start: f64,
@@ -172,7 +173,7 @@ struct Stretch<'a> {
     keys: &'a [usize],
 }
 
-/// All that the page reads.
+/// The page's data.
 #[derive(Debug, Serialize)]
 struct Data<'a> {
     title: &'a str,
@@ -185,15 +186,15 @@ struct Data<'a> {
     coordinates: &'a [Fader],
     mixers: &'a [Mixer],
     cues: &'a [Cue],
-    /// How many pictures are those of keys; the banks' follow.
+    /// Number of key images, which precede those of banks.
     keys: usize,
     settings: &'a [Vec<f64>],
     segments: Vec<Stretch<'a>>,
     pictures: Vec<Picture>,
 }
 
-/// Bytes that [`write()`] takes at most, about: a picture as it is coded on each thread, and the file
-/// twice, which holds no more than all pictures uncompressed in base64.
+/// Approximate memory for [`write()`]: one image being encoded on each thread, and twice the file,
+/// which is at most all images uncompressed in base64.
 pub fn bytes(contents: &Contents<'_>, budget: usize, threads: usize) -> usize {
     let pictures = contents.pictures.iter().chain(&contents.banks);
     let channels: usize = pictures.map(|image| image.data().len()).sum();
@@ -201,12 +202,12 @@ pub fn bytes(contents: &Contents<'_>, budget: usize, threads: usize) -> usize {
     threads * one * (size_of::<f32>() + 4) + 2 * budget.min(channels / 3 * 4)
 }
 
-/// The page of a show in at most `budget` bytes. Where the keys' pictures would not fit, as with
-/// effects, those of the banks are added up instead; if these do not fit either, they are made
-/// smaller, all alike, down to 160 pixels a row.
+/// Writes the page of a show in at most `budget` bytes. If the key images do not fit, as with
+/// effects, the page adds up images of banks instead; if these do not fit either, all are reduced,
+/// down to a width of 160 pixels.
 ///
 /// # Errors
-/// [`PageError`] on cancel, for pictures without pixels, and when even small ones do not fit.
+/// [`PageError`] on cancel, for images without pixels, and when even small ones do not fit.
 pub fn write(contents: &Contents<'_>, budget: usize, work: Work<'_>) -> Result<Page, PageError> {
     let full = contents.banks.first().map_or((0, 0), |i| i.size());
     let mut size = full;
@@ -233,8 +234,7 @@ pub fn write(contents: &Contents<'_>, budget: usize, work: Work<'_>) -> Result<P
     }
 }
 
-/// The data of a served page, which adds the banks' pictures up: these have the addresses that
-/// `pictures` says, and this size.
+/// The data of a served page, which adds up images of banks with the URLs `pictures` and this size.
 ///
 /// # Errors
 /// [`PageError::Data`].
@@ -247,7 +247,7 @@ pub fn data(
     json(contents, pictures, 0, (size, full))
 }
 
-/// A page that is served; one that `follows` looks on while another runs the show.
+/// A served page; with `follows`, one that watches while another runs the show.
 pub fn served(title: &str, follows: bool) -> String {
     let policy = "default-src 'none'; connect-src 'self'; img-src 'self' data:; \
                   script-src 'unsafe-inline'; style-src 'unsafe-inline'";
@@ -259,7 +259,7 @@ pub fn served(title: &str, follows: bool) -> String {
     filled(&escaped(title), policy, &start, &data)
 }
 
-/// All that the page reads.
+/// The page's data as JSON.
 fn json<'a>(
     contents: &'a Contents<'_>,
     pictures: Vec<Picture>,
@@ -292,7 +292,7 @@ fn json<'a>(
         segments: segments.iter().map(stretch).collect(),
         pictures,
     };
-    // One step after the other, so that no more than two copies are there at once.
+    // Free each copy before the next, so that at most two exist.
     let json = serde_json::to_string(&data)?;
     drop(data);
     Ok(printable::json(&json))
@@ -307,14 +307,14 @@ fn html(
 ) -> Result<String, PageError> {
     let policy =
         "default-src 'none'; img-src data:; script-src 'unsafe-inline'; style-src 'unsafe-inline'";
-    // Inside a script element nothing may look like its end, or like an older browser's line end.
+    // Inside a script element nothing may look like its end tag, or like an old browser's line end.
     let data = json(contents, pictures, keys, sizes)?.replace('<', "\\u003c");
     let title = escaped(&contents.title);
     let start = [include_str!("page/file.js")];
     Ok(filled(&title, policy, &start, &data))
 }
 
-/// What the page says of itself.
+/// The remark shown in the page.
 fn remark(
     contents: &Contents<'_>,
     keys: usize,
@@ -343,7 +343,7 @@ fn remark(
     )
 }
 
-/// The template with its places filled, each once, so that no content is taken for a place.
+/// Fills the template; each placeholder is replaced once, so that content is never taken for one.
 fn filled(title: &str, policy: &str, start: &[&str], json: &str) -> String {
     let script = [
         include_str!("page/light.js"),
@@ -372,7 +372,7 @@ fn filled(title: &str, policy: &str, start: &[&str], json: &str) -> String {
     page
 }
 
-/// Text for HTML.
+/// Escapes text for HTML.
 fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
@@ -394,7 +394,7 @@ mod tests {
         }
     }
 
-    /// Noise, which no PNG makes smaller.
+    /// Noise, which PNG cannot compress.
     fn noise(width: usize, height: usize) -> Image {
         let mut state = 7_u32;
         let mut next = || {
@@ -473,7 +473,7 @@ mod tests {
         let data: serde_json::Value = serde_json::from_str(data).unwrap();
         assert_eq!(data["title"], title);
         assert_eq!(data["coordinates"][0]["name"], "{{show}}");
-        // The only address is a name, that of SVG.
+        // The only URL is a name, that of SVG.
         assert_eq!(html.matches("://").count(), 1);
         assert!(html.contains("default-src 'none'; img-src data:;"));
         let page = served(title, true);

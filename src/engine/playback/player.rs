@@ -1,4 +1,4 @@
-//! A sequence as display bytes, from key images in the format of one's choice.
+//! A sequence as display bytes, from key images in a chosen format.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ use footlight_show::units::{Time, srgb_decode};
 #[derive(Debug)]
 pub struct Player {
     playback: Arc<Playback>,
-    /// The key images as they are kept; none where the playback's own are read.
+    /// The converted key images; empty when the playback's own are used.
     kept: Vec<KeyImage>,
     format: Format,
     table: ByteTable,
@@ -24,10 +24,10 @@ pub struct Player {
 }
 
 impl Player {
-    /// Codes every key image in `format`. In single precision nothing is copied.
+    /// Converts every key image to `format`. In single precision nothing is copied.
     ///
     /// # Errors
-    /// Where the embedding program asked to stop.
+    /// When the embedding program cancelled.
     pub fn new(
         playback: &Arc<Playback>,
         format: Format,
@@ -50,11 +50,12 @@ impl Player {
         })
     }
 
-    /// Codes every key image in half precision where that shows no difference, else in single.
+    /// Converts every key image to half precision if the difference is invisible, otherwise keeps
+    /// single precision.
     ///
-    /// A half keeps light to 2^-11 of itself, a twentieth of a step of the display, down to 2^-29 of
-    /// the brightest light of its image. So halves serve unless that is more than the light of half
-    /// a step, as where the sun stands in sight.
+    /// A half keeps light to a relative 2^-11, a twentieth of a display step, down to 2^-29 of the
+    /// brightest light of its image. So halves are sufficient unless that is more than the light of
+    /// half a step, for example when the sun is visible.
     ///
     /// # Errors
     /// As [`Player::new`].
@@ -75,15 +76,14 @@ impl Player {
         Player::new(playback, format, tone, work)
     }
 
-    /// Frames a second that playback of a timeline alone reaches, measured over about half a second of
-    /// the clock.
+    /// Frames per second of playback over a timeline, measured for about half a second.
     pub fn frame_rate(&self, timeline: &Timeline, clock: &dyn Clock) -> f64 {
         let (start, end) = (timeline.start(), timeline.end());
         let mut bytes = Vec::new();
         let begin = clock.seconds();
         let mut frames = 0_usize;
         loop {
-            // A stride that is no simple fraction visits all kinds of segments.
+            // An irrational stride visits all kinds of segments.
             let part = (frames as f64 * 0.618_033_988_75).fract();
             self.show(start + (end - start).scaled(part), &mut bytes);
             frames += 1;
@@ -99,17 +99,17 @@ impl Player {
         self.playback.size()
     }
 
-    /// How many key images there are.
+    /// Number of key images.
     pub fn keys(&self) -> usize {
         self.playback.images().len()
     }
 
-    /// How the key images are kept.
+    /// Storage format of the key images.
     pub fn format(&self) -> Format {
         self.format
     }
 
-    /// Bytes that the key images take.
+    /// Bytes of the key images.
     pub fn bytes(&self) -> usize {
         let exact = |images: &[Image]| images.iter().map(|i| size_of_val(i.data())).sum();
         match self.format {
@@ -118,8 +118,8 @@ impl Player {
         }
     }
 
-    /// The frame at `time` as sRGB bytes, interleaved, row by row from the top, in `out`, which
-    /// takes their size; times outside the sequence show its first and last look.
+    /// Writes the frame at `time` to `out` as sRGB bytes, interleaved, row by row from the top;
+    /// `out` is resized. Times outside the sequence show its first and last look.
     pub fn show(&self, time: Time, out: &mut Vec<u8>) {
         let (width, height) = self.playback.size();
         out.resize(width * height * 3, 0);
@@ -131,7 +131,7 @@ impl Player {
         self.blend(time, Target::Bytes(out, &self.table));
     }
 
-    /// The same as light.
+    /// Writes the linear light of the frame at `time`.
     pub fn light(&self, time: Time, out: &mut Image) {
         let size = self.playback.size();
         if out.size() != size {

@@ -1,9 +1,9 @@
-//! What a picture is a picture of, as a content address: equal addresses, equal pictures.
+//! Content addresses of images: equal addresses, equal images.
 //!
-//! A picture depends on scene, view, quality and the lights that are lit, each by its strength in
-//! three channels; names of lights and banks, and lights that are dark, do not matter. Every type
-//! is taken apart field by field, so that a new field does not compile until it is part of the
-//! address. Stable over compilers and machines: SHA-256 over little-endian bits.
+//! An image depends on scene, view, quality and the lit lights, each by its strength in three
+//! channels; names of lights and banks, and dark lights, do not matter. Every type is destructured
+//! field by field, so that a new field does not compile until it is part of the address. Addresses
+//! are stable over compilers and machines: SHA-256 over little-endian bits.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -25,10 +25,10 @@ use footlight_stage::{
 };
 use footlight_transport::Quality;
 
-/// Version of everything here: raised when the way of addressing changes.
+/// Version of the addresses, raised when their definition changes.
 const SCHEME: &str = "footlight address 2";
 
-/// The first half of a SHA-256, as 32 hexadecimal digits in names.
+/// The first half of a SHA-256, written as 32 hexadecimal digits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub struct Digest([u8; 16]);
@@ -54,7 +54,7 @@ impl fmt::Display for Digest {
 }
 
 impl Digest {
-    /// From what `Display` wrote.
+    /// Parses the output of `Display`.
     pub fn parse(text: &str) -> Option<Digest> {
         if text.len() != 32 || !text.bytes().all(|b| b.is_ascii_hexdigit()) {
             return None;
@@ -96,7 +96,7 @@ impl Hasher {
         numbers.into_iter().for_each(|x| self.number(x));
     }
 
-    /// Any number of numbers.
+    /// Adds a list of numbers.
     fn list(&mut self, numbers: &[f64]) {
         self.count(numbers.len());
         numbers.iter().for_each(|x| self.number(*x));
@@ -110,7 +110,7 @@ impl Hasher {
         self.numbers([point.x, point.y, point.z]);
     }
 
-    /// Size and numbers, in blocks that the hash takes whole.
+    /// Adds an image's size and numbers, in blocks for the hash.
     pub fn image(&mut self, image: &Image) {
         self.count(image.width());
         self.count(image.height());
@@ -130,12 +130,12 @@ impl Hasher {
     }
 }
 
-/// Where pictures belong together: operator, scene and view.
+/// Operator, scene and view, which group images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct SceneKey(pub Digest);
 
 impl SceneKey {
-    /// `results` is what the operator says of its pictures: name and version.
+    /// Creates a key; `results` is name and version of the operator's images.
     pub fn new(results: &str, scene: &Scene, view: &View) -> SceneKey {
         let mut hasher = Hasher::new("ground");
         hasher.text(env!("CARGO_PKG_VERSION"));
@@ -293,7 +293,7 @@ fn add_distribution(hasher: &mut Hasher, distribution: &Distribution) {
     hasher.list(lamp_lumens.as_slice());
 }
 
-/// A light's shape, which strengths only scale, and its colour.
+/// A light's shape, without strength, and its colour.
 fn apart(light: &Light) -> (Digest, Rgb) {
     let mut hasher = Hasher::new("light");
     let colour = match light {
@@ -355,7 +355,7 @@ fn apart(light: &Light) -> (Digest, Rgb) {
     (hasher.finish(), colour)
 }
 
-/// The lights that are lit, by shape, and how strongly in each channel.
+/// The lit lights, by shape, with their strength in each channel.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(from = "Bits", into = "Bits")]
 pub struct Lighting {
@@ -363,7 +363,8 @@ pub struct Lighting {
 }
 
 impl Lighting {
-    /// From pairs of shape and strength; those of one shape add up, those that cancel are dark.
+    /// From pairs of shape and strength; strengths of one shape add up, and lights that cancel are
+    /// dark.
     pub fn new(lit: impl IntoIterator<Item = (Digest, [f64; 3])>) -> Lighting {
         let mut out: BTreeMap<Digest, [f64; 3]> = BTreeMap::new();
         for (shape, strength) in lit {
@@ -374,13 +375,13 @@ impl Lighting {
         Lighting { lit: out }
     }
 
-    /// Shapes and strengths, in order of shapes.
+    /// Shapes and strengths, sorted by shape.
     pub fn lit(&self) -> &BTreeMap<Digest, [f64; 3]> {
         &self.lit
     }
 }
 
-/// Shapes and the bits of their strengths, which JSON keeps exactly.
+/// Shapes and the bits of their strengths, which JSON preserves.
 type Bits = Vec<(Digest, [u64; 3])>;
 
 impl From<Lighting> for Bits {
@@ -398,31 +399,31 @@ impl From<Bits> for Lighting {
     }
 }
 
-/// What one picture shows.
+/// Content of one image.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Address {
     /// Operator, scene and view.
     pub scene_key: SceneKey,
-    /// Step of the operator's scale.
+    /// Quality step.
     pub quality: Quality,
-    /// What is lit.
+    /// The lit lights.
     pub lighting: Lighting,
-    /// Names all of the above, and the order in which the operator adds the lights up: sums in
-    /// another order may differ in their last bits.
+    /// Hash of the above and of the order in which the operator adds lights: sums in another order
+    /// may differ in their last bits.
     pub key: Digest,
 }
 
-/// What tells pictures apart in a store.
+/// Identity of an image in a store.
 pub type Name = (SceneKey, Quality, Digest);
 
 impl Address {
-    /// The picture's name.
+    /// The image's name.
     pub fn name(&self) -> Name {
         (self.scene_key, self.quality, self.key)
     }
 }
 
-/// A rig as addresses see it.
+/// A rig in the terms of addresses.
 #[derive(Clone, Debug)]
 pub struct Lights {
     shapes: Vec<Digest>,
@@ -431,7 +432,8 @@ pub struct Lights {
 }
 
 impl Lights {
-    /// Takes a rig apart. Emitters that name no light are left out; operators refuse such rigs.
+    /// Extracts the lights of a rig. Emitters with an invalid light are skipped; operators refuse
+    /// such rigs.
     pub fn new(rig: &Rig) -> Lights {
         let Rig { lights, sources } = rig;
         let (shapes, colours): (Vec<Digest>, Vec<Rgb>) = lights.iter().map(apart).unzip();
@@ -466,13 +468,13 @@ impl Lights {
         out
     }
 
-    /// What is lit under a setting.
+    /// The lit lights under a setting.
     pub fn lighting(&self, setting: &[f64]) -> Lighting {
         let strengths = self.strengths(setting);
         Lighting::new(self.shapes.iter().copied().zip(strengths))
     }
 
-    /// The address of the picture of a setting.
+    /// The address of the image of a setting.
     pub fn address(&self, scene_key: SceneKey, quality: Quality, setting: &[f64]) -> Address {
         let mut hasher = Hasher::new("picture");
         hasher.digest(scene_key.0);
@@ -492,7 +494,7 @@ impl Lights {
         }
     }
 
-    /// True when every light that is lit belongs to this rig.
+    /// True when every lit light belongs to this rig.
     pub fn has_all(&self, lighting: &Lighting) -> bool {
         lighting.lit.keys().all(|shape| self.shapes.contains(shape))
     }

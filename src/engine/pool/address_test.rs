@@ -1,4 +1,4 @@
-//! Addresses tell pictures apart by all that they show, and by nothing else.
+//! Addresses distinguish images by their whole content, and by nothing else.
 
 #![allow(clippy::indexing_slicing, reason = "a test's own data")]
 
@@ -52,7 +52,7 @@ fn only_what_is_lit_matters() {
     assert_eq!(at(&before, &[1.0, 0.0]), at(&moved, &[1.0, 0.0]));
     assert_ne!(at(&before, &[0.0, 1.0]), at(&moved, &[0.0, 1.0]));
     assert_ne!(at(&before, &[1.0, 0.0]), at(&before, &[0.5, 0.0]));
-    // Other banks, the same light; other names, a dark light in between.
+    // Other banks with equal light; other names with a dark light in between.
     let grouped = rig(vec![spot(0.0), spot(9.0), spot(1.0)], &[&[0, 2], &[1]]);
     assert_eq!(at(&before, &[0.5, 0.5]), at(&grouped, &[0.5, 0.0]));
 }
@@ -104,7 +104,7 @@ fn operator_scene_view_and_quality_are_part_of_it() {
     assert_ne!(at(1), at(2));
 }
 
-/// A luminaire measured in one plane from straight down to this angle, and its address.
+/// Address of a luminaire measured in one plane from straight down to this angle.
 fn measured(degrees: &str, candela: &str, lumens: &str) -> Digest {
     let file = format!(
         "IESNA:LM-63-2002\nTILT=NONE\n1 {lumens} 1 2 1 1 2 0 0 0\n1 1 10\n0 {degrees}\n0\n\
@@ -136,8 +136,8 @@ fn every_number_of_a_measured_light_is_part_of_it() {
     }
 }
 
-/// The way of addressing must not change by accident: stores would be useless without a word.
-/// The digests were computed from the stated bytes by another program.
+/// Addresses must not change by accident, because stores would silently become useless. The
+/// expected digests were computed from the documented bytes by another program.
 #[test]
 fn addresses_are_stable() {
     let mut hasher = Hasher::new("test");
@@ -149,7 +149,7 @@ fn addresses_are_stable() {
     assert_eq!(digest.to_string(), "43473119d1d0af171dfdfe77ff3fc031");
     let light = measured("90", "1000 0", "1200");
     assert_eq!(light.to_string(), "4c854d687d60c21ea92438d237e9f1c3");
-    // A ground holds the package's version, which may change.
+    // A real scene key includes the package's version, which may change.
     let scene_key = SceneKey(digest);
     let lights = Lights::new(&rig(vec![spot(0.0), spot(1.0)], &[&[0], &[1]]));
     let address = lights.address(scene_key, Quality(2), &[1.0, 0.5]);

@@ -1,9 +1,9 @@
-//! The pool on disk: verified pictures by content address, in a folder of the pool's own.
+//! The pool on disk: verified images by content address, in a dedicated folder.
 //!
-//! `FOLDER/pictures/SCENE/QUALITY-KEY.exr` holds one picture in single precision, uncompressed,
-//! with what it shows and a checksum of all of it in its header. A file
-//! that is truncated, changed, renamed, foreign or of another version is not used, and the picture
-//! is rendered again in its place. Checksums find faults, not forgery.
+//! `FOLDER/pictures/SCENE/QUALITY-KEY.exr` holds one image in single precision, uncompressed, with
+//! its description and a checksum of everything in its header. A file that is truncated, changed,
+//! renamed, foreign or of another version is not used, and its image is rendered again. Checksums
+//! detect faults, not forgery.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -17,41 +17,41 @@ use footlight_transport::Quality;
 
 use super::address::{Address, Digest, Hasher, Lighting, Name, SceneKey};
 
-/// Version of the files' own form.
+/// Version of the file format.
 const FORMAT: u32 = 2;
-/// Bytes of a file beyond its pixels, at most: what is lit stands in the header.
+/// Most bytes of a file beyond its pixels: the header lists the lit lights.
 const HEADER_LIMIT: u64 = 8 << 20;
-/// Bytes in which most headers end.
+/// Bytes that hold most headers.
 const HEADER_START: u64 = 32 << 10;
-/// What stands in the pool's folder: pictures, who is at work on which, and lists of them.
+/// Subfolders of the pool: images, claims and task lists.
 const OWN_FOLDERS: [&str; 3] = ["claims", "pictures", "tasks"];
 
 const ATTRIBUTE_LABEL: &str = "footlight.picture";
 const ATTRIBUTE_CHECK: &str = "footlight.check";
 
-/// What the header of a picture says of it, as JSON.
+/// Description of an image in its header, as JSON.
 #[derive(Serialize, Deserialize)]
 struct Label {
     format: u32,
     address: Address,
-    /// What it shows, for people; ASCII.
+    /// The setting, for people; ASCII.
     setting: String,
-    /// Where a refined one stood: [`Place`], its numbers as bits, which JSON keeps exactly.
+    /// Place of a refined image: [`Place`], its numbers as bits, which JSON preserves.
     refined: Option<(usize, Vec<u64>)>,
 }
 
-/// A picture in the store, as its name says.
+/// An image in the store, according to its name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Stored {
     /// Operator, scene and view.
     pub scene_key: SceneKey,
-    /// Step of the operator's scale.
+    /// Quality step.
     pub quality: Quality,
-    /// The picture's name.
+    /// The image's key.
     pub key: Digest,
     /// Size of its file.
     pub bytes: u64,
-    /// When it was last used.
+    /// Time of last use.
     used: u64,
 }
 
@@ -61,19 +61,20 @@ impl Stored {
     }
 }
 
-/// Where a refined picture stood in the pool that it was rendered for.
+/// Place of a refined image in its original pool.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Place {
-    /// Refined pictures before it.
+    /// Number of refined images before it.
     pub order: usize,
-    /// Its setting, one number for each source. Strengths of lights say the same but for rounding.
+    /// Its setting, one number for each source. Strengths of lights would equal it only up to
+    /// rounding.
     pub setting: Vec<f64>,
 }
 
-/// Trouble with a store for a warning.
+/// Warnings about a store.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Note {
-    /// Stored pictures were of no use and were dropped.
+    /// Stored images were unusable and removed.
     #[error(
         "a stored picture is of no use and was dropped; what is needed is rendered again: {}: \
          {reason}{}", path.display(), others(*pictures)
@@ -81,12 +82,12 @@ pub enum Note {
     Damaged {
         /// The first of them.
         path: PathBuf,
-        /// What is wrong with it: the error.
+        /// Its fault.
         reason: String,
-        /// How many there were.
+        /// Their number.
         pictures: usize,
     },
-    /// Nothing is written any more in this session.
+    /// Writing has stopped for this session.
     #[error("pictures are no longer stored, only kept until you leave: {reason}")]
     Stopped {
         /// The error.
@@ -101,13 +102,12 @@ fn others(pictures: usize) -> String {
     }
 }
 
-/// What the folder of a picture's scene and its own file are called, without an ending.
+/// Name of the scene's folder and of the image's file, without extension.
 pub fn names((scene_key, quality, key): Name) -> [String; 2] {
     [scene_key.0.to_string(), format!("{}-{key}", quality.0)]
 }
 
-/// The pictures of a scene by the names of their files, from that of the scene's folder; none where there
-/// is no folder.
+/// Names of a scene's images, given its folder's name; empty without a folder.
 ///
 /// # Errors
 /// [`FileError`] when it cannot be listed.
@@ -128,24 +128,24 @@ pub fn pictures_of(
 /// The store of one folder.
 #[derive(Debug)]
 pub struct DiskCache {
-    /// Where it is.
+    /// The folder.
     pub folder: PathBuf,
     /// The most bytes it may hold.
     pub limit: u64,
-    /// Other processes store pictures here too, and another one keeps the limit.
+    /// True when other processes store images here too, and another one keeps the limit.
     is_shared: bool,
-    /// Bytes in the store as far as known; `None` before the first look.
+    /// Bytes in the store as far as known; `None` before the first query.
     bytes: Option<u64>,
     damaged: usize,
-    /// The file, and what is wrong with it.
+    /// The first damaged file, and its fault.
     first_damage: Option<(PathBuf, String)>,
-    /// Why nothing is written any more.
+    /// Reason why writing has stopped.
     stopped: Option<String>,
     told: [bool; 2],
 }
 
 impl DiskCache {
-    /// In `folder`, of at most `limit` bytes.
+    /// A store in `folder`, of at most `limit` bytes.
     pub fn new(folder: impl Into<PathBuf>, limit: u64) -> DiskCache {
         DiskCache {
             folder: folder.into(),
@@ -159,17 +159,17 @@ impl DiskCache {
         }
     }
 
-    /// From now on only adds pictures: what is there is neither counted, replaced nor trimmed.
+    /// From now on only adds images: existing ones are neither counted, replaced nor trimmed.
     pub fn share(&mut self) {
         self.is_shared = true;
     }
 
-    /// Why nothing is written any more, if so.
+    /// Reason why writing has stopped, if so.
     pub fn stopped(&self) -> Option<&str> {
         self.stopped.as_deref()
     }
 
-    /// Whether a file is there for a picture; it is read, and verified, where it is used.
+    /// True when a file for an image exists; it is verified when used.
     pub fn has(&self, store: &dyn Store, name: Name) -> bool {
         store.read_start(&self.path(name), 1).is_ok()
     }
@@ -182,8 +182,8 @@ impl DiskCache {
             .join(picture + ".exr")
     }
 
-    /// The verified picture of an address, `size` pixels wide and high, and what it says is lit;
-    /// `None` when it is not there or not whole.
+    /// Reads the verified image of an address, `size` pixels wide and high, and its lights; `None`
+    /// when it is missing or damaged.
     pub fn find(
         &mut self,
         store: &dyn Store,
@@ -214,7 +214,7 @@ impl DiskCache {
         };
         match read {
             Ok(found) => {
-                // A use that cannot be recorded only makes the picture look older.
+                // If the touch fails, the image merely looks older.
                 let _ = store.touch(&path);
                 Some(found)
             }
@@ -225,7 +225,7 @@ impl DiskCache {
         }
     }
 
-    /// Removes a picture that is of no use. Else it would be reported again by every command.
+    /// Removes an unusable image, which every command would report again.
     fn drop_damaged(&mut self, store: &dyn Store, path: &Path, reason: String) {
         if let Err(error) = store.remove(path) {
             self.stop(&error);
@@ -236,13 +236,13 @@ impl DiskCache {
             .get_or_insert_with(|| (path.to_owned(), reason));
     }
 
-    /// Writes nothing more in this session; the first reason is the one that is reported.
+    /// Stops writing for this session; the first reason is reported.
     fn stop(&mut self, reason: &dyn std::fmt::Display) {
         self.stopped.get_or_insert_with(|| reason.to_string());
     }
 
-    /// What is wrong where a folder of the store is a link, which may have come with a stranger's
-    /// show and could lead anywhere.
+    /// Fault of a folder in the store that is a link: it may have come with a stranger's show and
+    /// lead anywhere.
     fn link(&self, store: &dyn Store, scene_key: &str) -> Option<String> {
         let pictures = self.folder.join("pictures");
         let of_scene = pictures.join(scene_key);
@@ -252,8 +252,8 @@ impl DiskCache {
         Some(format!("`{}` is a link", link.display()))
     }
 
-    /// What the pictures of a scene and quality say they show; to be verified by
-    /// [`DiskCache::find`] before any is used.
+    /// Lights of a scene's images at a quality step, according to their headers;
+    /// [`DiskCache::find`] verifies them before use.
     pub fn addresses(
         &self,
         store: &dyn Store,
@@ -266,8 +266,8 @@ impl DiskCache {
         labels.map(|label| label.address).collect()
     }
 
-    /// The refined pictures of a scene at this quality or a better one, as their headers say; to
-    /// be verified by [`DiskCache::find`].
+    /// Refined images of a scene at this quality or a better one, according to their headers;
+    /// [`DiskCache::find`] verifies them.
     pub fn refined(
         &self,
         store: &dyn Store,
@@ -285,12 +285,12 @@ impl DiskCache {
         good.filter_map(read).collect()
     }
 
-    /// What a stored picture says it shows, from its header alone; `None` when that is unreadable.
+    /// Lights of a stored image from its header alone; `None` when that is unreadable.
     pub fn lighting(&self, store: &dyn Store, stored: Stored) -> Option<Lighting> {
         Some(self.label(store, stored)?.address.lighting)
     }
 
-    /// The label of a stored picture, from its header alone, if it is what the file's name says.
+    /// The label of a stored image from its header alone, if it agrees with the file's name.
     fn label(&self, store: &dyn Store, stored: Stored) -> Option<Label> {
         let path = self.path(stored.name());
         [HEADER_START, HEADER_LIMIT].into_iter().find_map(|limit| {
@@ -299,8 +299,8 @@ impl DiskCache {
         })
     }
 
-    /// Stores a picture; `setting` says what it shows, `place` where it stands if it is a
-    /// refined one. After the first failure nothing more is written in this session.
+    /// Stores an image; `setting` describes it, `place` is set for a refined one. After the first
+    /// failure nothing more is written in this session.
     pub fn keep(
         &mut self,
         store: &dyn Store,
@@ -363,16 +363,16 @@ impl DiskCache {
         }
     }
 
-    /// Removes what was used least recently, so that so many bytes more are within the limit.
+    /// Removes the least recently used images, so that `bytes` more are within the limit.
     ///
     /// # Errors
-    /// [`FileError`] when something cannot be removed.
+    /// [`FileError`] when removal fails.
     pub fn make_room(&mut self, store: &dyn Store, bytes: u64) -> Result<(), FileError> {
         self.trim(store, self.limit.saturating_sub(bytes))
     }
 
-    /// Keeps the folder out of version control by a file of its own, unless there is more in the
-    /// folder than ours: somebody's own folder is not to be hidden.
+    /// Excludes the folder from version control by a file in it, unless the folder holds other
+    /// files: a user's folder must not be hidden.
     fn claim(&self, store: &dyn Store) -> Result<(), FileError> {
         let ours = |entry: &Entry| OWN_FOLDERS.contains(&entry.name.as_str());
         if store.entries(&self.folder)?.iter().all(ours) {
@@ -381,7 +381,7 @@ impl DiskCache {
         Ok(())
     }
 
-    /// Every picture in the store, whether it serves or not; none when it cannot be listed.
+    /// Every image in the store; empty when it cannot be listed.
     pub fn stored(&self, store: &dyn Store) -> Vec<Stored> {
         let scene_keys = store.entries(&self.folder.join("pictures"));
         let scene_keys = scene_keys.unwrap_or_default().into_iter();
@@ -412,7 +412,7 @@ impl DiskCache {
         entries.filter_map(stored).collect()
     }
 
-    /// Removes what was used least recently until a limit is kept, and parts left behind.
+    /// Removes the least recently used images down to a limit, and leftover parts.
     fn trim(&mut self, store: &dyn Store, limit: u64) -> Result<(), FileError> {
         let mut all = self.stored(store);
         all.sort_by_key(|s| s.used);
@@ -429,7 +429,7 @@ impl DiskCache {
         Ok(())
     }
 
-    /// Removes what killed processes left half written.
+    /// Removes leftovers of killed processes.
     fn sweep(&self, store: &dyn Store) -> Result<(), FileError> {
         let pictures = self.folder.join("pictures");
         for Entry { name, .. } in store.entries(&pictures)? {
@@ -440,11 +440,11 @@ impl DiskCache {
         Ok(())
     }
 
-    /// Removes the pictures that `which` picks, and what killed processes left of others; how many
-    /// and how many bytes.
+    /// Removes the images selected by `which`, and leftovers of killed processes; returns the
+    /// number and bytes.
     ///
     /// # Errors
-    /// [`FileError`] when one cannot be removed; those before it are gone.
+    /// [`FileError`] when removal fails; earlier removals stay.
     pub fn free(
         &mut self,
         store: &dyn Store,
@@ -459,13 +459,13 @@ impl DiskCache {
             store.remove(&path)?;
             count += 1;
             bytes += stored.bytes;
-            // The folder goes with its last picture; it may well hold others.
+            // Remove the folder after its last image; it may hold others.
             let _ = path.parent().map(|folder| store.remove(folder));
         }
         Ok((count, bytes))
     }
 
-    /// Warnings for the user, each kind of trouble once in a session.
+    /// Warnings for the user, each kind once in a session.
     pub fn notes(&mut self) -> Vec<Note> {
         let mut notes = Vec::new();
         if let (Some((path, reason)), false) = (&self.first_damage, self.told[0]) {
@@ -486,7 +486,7 @@ impl DiskCache {
     }
 }
 
-/// The file of a picture.
+/// Encodes the file of an image.
 fn encoded(label: &Label, image: &Image) -> Result<Vec<u8>, PictureError> {
     let text = serde_json::to_string(label).map_err(|e| PictureError::Size(e.to_string()))?;
     let attributes = [
@@ -497,7 +497,7 @@ fn encoded(label: &Label, image: &Image) -> Result<Vec<u8>, PictureError> {
     exr::encode(image, Precision::Float, &attributes)
 }
 
-/// Of everything in the file that has a meaning.
+/// Checksum of everything in the file that has a meaning.
 fn checksum(label: &str, image: &Image) -> String {
     let mut hasher = Hasher::new("check");
     hasher.text(label);
@@ -505,7 +505,7 @@ fn checksum(label: &str, image: &Image) -> String {
     hasher.finish().to_string()
 }
 
-/// What a header says, if it is of the picture of this name.
+/// The label in a header, if it is of the image with this name.
 fn label(header: &[(String, String)], name: Name) -> Result<Label, &'static str> {
     let label: Label = serde_json::from_str(value(header, ATTRIBUTE_LABEL))
         .ok()
@@ -518,7 +518,7 @@ fn label(header: &[(String, String)], name: Name) -> Result<Label, &'static str>
     }
 }
 
-/// What a file shows, if it is whole and what its name says.
+/// Verifies a file against its name and checksum.
 fn verified(bytes: &[u8], name: Name, size: (usize, usize)) -> Result<(Lighting, Image), String> {
     let words = |error: PictureError| error.to_string();
     let attributes = exr::attributes(bytes).map_err(words)?;
@@ -534,7 +534,7 @@ fn verified(bytes: &[u8], name: Name, size: (usize, usize)) -> Result<(Lighting,
     Ok((label.address.lighting, image))
 }
 
-/// An attribute of a header; empty where there is none.
+/// A header attribute; empty if missing.
 fn value<'a>(header: &'a [(String, String)], wanted: &str) -> &'a str {
     let found = header.iter().find(|(name, _)| name == wanted);
     found.map_or("", |(_, value)| value.as_str())

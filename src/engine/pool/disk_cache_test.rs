@@ -1,4 +1,4 @@
-//! Faults of single files: whatever happens to the bytes, what is found is what was stored.
+//! Faults of single files: whatever happens to the bytes, an image found equals the one stored.
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -134,7 +134,8 @@ fn no_flipped_bit_no_truncation_and_no_other_file_is_taken_for_the_picture() {
             }
         }
     }
-    // What is left has no meaning here: offsets' spare bits, pixel aspect, the window's centre.
+    // The remaining bytes have no meaning here: spare bits of offsets, pixel aspect, the window's
+    // centre.
     assert!(refused > harmless.len(), "{refused} {}", harmless.len());
     for end in 0..whole.len() {
         store.write(&path, &whole[..end]).unwrap();

@@ -1,9 +1,9 @@
-//! One answer to "do we have a picture of this?": memory, the store on disk, and sums of both.
+//! Looks up images: in memory, in the store on disk, and as sums of both.
 //!
-//! The order is: the same address in memory; the same address on disk; a sum of pictures of the
-//! same scene and quality; rendering. The first two give the very bits that rendering gave; a sum
-//! agrees to the rounding of single precision and is neither kept nor stored. Pictures that no pool
-//! uses are kept within a budget.
+//! The order is: the address in memory; the address on disk; a sum of images of the same scene and
+//! quality; rendering. The first two give the bits of the original rendering; a sum agrees to the
+//! rounding of single precision and is neither kept nor stored. Images that no pool uses are kept
+//! within a budget.
 
 use std::sync::Arc;
 
@@ -14,7 +14,7 @@ use super::address::{Address, Digest, Lighting};
 use super::disk_cache::{DiskCache, Note, Place};
 use super::linear_span::{self, Terms};
 
-/// How pictures were come by.
+/// Statistics on the sources of images.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct CacheStatistics {
     /// Rendered by the operator.
@@ -23,12 +23,12 @@ pub struct CacheStatistics {
     pub kept: usize,
     /// Found in the store.
     pub stored: usize,
-    /// Added up from others.
+    /// Computed as a sum of others.
     pub summed: usize,
 }
 
 impl CacheStatistics {
-    /// What came after `before`.
+    /// The difference to `before`.
     #[must_use]
     pub fn since(self, before: CacheStatistics) -> CacheStatistics {
         CacheStatistics {
@@ -39,47 +39,47 @@ impl CacheStatistics {
         }
     }
 
-    /// Pictures that needed no rendering.
+    /// Number of images that needed no rendering.
     pub fn found(self) -> usize {
         self.kept + self.stored + self.summed
     }
 }
 
-/// A picture that is asked for.
+/// A requested image.
 #[derive(Clone, Debug)]
 pub struct Wanted {
-    /// What it shows.
+    /// Its address.
     pub address: Address,
-    /// The same for people.
+    /// Its description for people.
     pub words: String,
-    /// Where it stands among the pool's refined pictures, to be used again as such with other
-    /// sources; `None` for a coarse one.
+    /// Its place among the pool's refined images, for reuse with other sources; `None` for a coarse
+    /// one.
     pub refined: Option<Place>,
 }
 
-/// A picture in memory.
+/// An image in memory.
 #[derive(Clone, Debug)]
 pub struct Kept {
-    /// What it shows.
+    /// Its address.
     pub address: Address,
-    /// Where it stood among its pool's refined pictures; `None` for a coarse one.
+    /// Its place among its pool's refined images; `None` for a coarse one.
     pub refined: Option<Place>,
-    /// The picture.
+    /// The image.
     pub image: Arc<Image>,
 }
 
-/// All pictures at hand.
+/// The image cache.
 #[derive(Debug, Default)]
 pub struct ImageCache {
-    /// The most recently used last.
+    /// Images by time of use, the latest last.
     kept: Vec<Kept>,
-    /// The store on disk, if there is one; taken away, nothing is found in it or stored.
+    /// The store on disk, if any; without it nothing is found there or stored.
     pub disk_cache: Option<DiskCache>,
     statistics: CacheStatistics,
 }
 
 impl ImageCache {
-    /// With a store on disk, or without.
+    /// A cache with or without a store on disk.
     pub fn new(disk_cache: Option<DiskCache>) -> ImageCache {
         ImageCache {
             disk_cache,
@@ -87,28 +87,28 @@ impl ImageCache {
         }
     }
 
-    /// How pictures were come by so far.
+    /// Statistics so far.
     pub fn statistics(&self) -> CacheStatistics {
         self.statistics
     }
 
-    /// Counts pictures that were rendered and are not to be kept.
+    /// Counts rendered images that are not kept.
     pub fn count_rendered(&mut self, pictures: usize) {
         self.statistics.rendered += pictures;
     }
 
-    /// Pictures in memory.
+    /// Images in memory.
     pub fn kept(&self) -> &[Kept] {
         &self.kept
     }
 
-    /// Bytes that the pictures in memory take.
+    /// Bytes of the images in memory.
     pub fn bytes(&self) -> usize {
         let of = |kept: &Kept| size_of_val(kept.image.data());
         self.kept.iter().map(of).sum()
     }
 
-    /// Forgets the pictures in memory that `which` picks; how many.
+    /// Drops the images in memory selected by `which`; returns their number.
     pub fn forget(&mut self, which: impl Fn(&Kept) -> bool) -> usize {
         let before = self.kept.len();
         self.kept.retain(|kept| !which(kept));
@@ -121,7 +121,7 @@ impl ImageCache {
         disk_cache.map_or_else(Vec::new, DiskCache::notes)
     }
 
-    /// The pictures of `wanted`, all of one scene and quality, that need no rendering.
+    /// Returns those images of `wanted`, all of one scene and quality, that need no rendering.
     pub fn find(
         &mut self,
         wanted: &[Wanted],
@@ -145,9 +145,8 @@ impl ImageCache {
         out
     }
 
-    /// Which of `wanted`, all of one scene and quality, are at hand or are sums of what is, as far
-    /// as names and headers show: no picture is read. One that turns out to be damaged is rendered
-    /// after all.
+    /// Which of `wanted`, all of one scene and quality, exist or are sums of existing images,
+    /// according to names and headers: no image is read. A damaged one is rendered after all.
     pub fn has(&self, wanted: &[Wanted], store: &dyn Store) -> Vec<bool> {
         let (at_hand, combinations) = self.combinations(&wanted.iter().collect::<Vec<_>>(), store);
         let known = |(one, sum): (&Wanted, Option<Terms>)| {
@@ -156,14 +155,14 @@ impl ImageCache {
         wanted.iter().zip(combinations).map(known).collect()
     }
 
-    /// Keeps and stores a picture that was rendered.
+    /// Keeps and stores a rendered image.
     pub fn take_in(&mut self, wanted: &Wanted, image: Image, store: &dyn Store) -> Arc<Image> {
         self.statistics.rendered += 1;
         if let Some(disk_cache) = &mut self.disk_cache {
             let about = (wanted.words.as_str(), wanted.refined.as_ref());
             disk_cache.keep(store, &wanted.address, about, &image);
         }
-        // Two sources may be lit alike; then both were asked for and one picture is enough.
+        // Two sources may be lit alike; one image is enough for both.
         if let Some(kept) = self.in_memory(wanted.address.key) {
             return Arc::clone(&kept.image);
         }
@@ -184,8 +183,8 @@ impl ImageCache {
         image
     }
 
-    /// What there are pictures of, in memory and on disk, of the scene and quality of `wanted`, and
-    /// which sums of these they are.
+    /// Existing images, in memory and on disk, of the scene and quality of `wanted`, and the sums
+    /// of them that give `wanted`.
     fn combinations(
         &self,
         wanted: &[&Wanted],
@@ -201,7 +200,7 @@ impl ImageCache {
         if let Some(disk_cache) = &self.disk_cache {
             at_hand.extend(disk_cache.addresses(store, scene_key, quality));
         }
-        // Sums must not depend on what was used last.
+        // Sums must not depend on the order of use.
         at_hand.sort_by_key(|address| address.key);
         at_hand.dedup_by_key(|address| address.key);
         let pictures: Vec<&Lighting> = at_hand.iter().map(|a| &a.lighting).collect();
@@ -210,7 +209,7 @@ impl ImageCache {
         (at_hand, combinations)
     }
 
-    /// The sum itself, from pictures that are what they say.
+    /// Computes the sum from verified images.
     fn sum(
         &mut self,
         terms: &Terms,
@@ -227,8 +226,8 @@ impl ImageCache {
         linear_span::weighted_sum(size, &terms)
     }
 
-    /// The picture of the very address, from memory (`true`) or the store; `None` where there is none,
-    /// or it is not what its header said. `refined` as in [`Kept`].
+    /// The image of an address, from memory (`true`) or the store; `None` when there is none, or it
+    /// disagrees with its header. `refined` as in [`Kept`].
     fn fetch(
         &mut self,
         address: &Address,
@@ -250,7 +249,7 @@ impl ImageCache {
         is_right.then(|| (self.keep(address.clone(), refined.cloned(), image), false))
     }
 
-    /// The same, counted as a picture that needed no rendering.
+    /// Like `fetch`, counted as an image that needed no rendering.
     pub fn recall(
         &mut self,
         address: &Address,
@@ -267,8 +266,7 @@ impl ImageCache {
         Some(image)
     }
 
-    /// Drops what was used least recently of what is not held elsewhere, until the budget in bytes
-    /// is kept.
+    /// Drops the least recently used images that nothing else holds, down to a budget in bytes.
     pub fn trim(&mut self, budget: usize) {
         let idle = |kept: &Kept| match Arc::strong_count(&kept.image) {
             1 => size_of_val(kept.image.data()),

@@ -1,9 +1,9 @@
-//! Pictures that are sums of pictures, and settings that say the same with other sources.
+//! Finds images that are sums of images, and equivalent settings of other sources.
 //!
-//! Light adds up, so a picture whose lighting is a sum of lightings with pictures needs no
-//! rendering. Only exact sums count: every light's strength comes out to rounding, and the sum may
-//! not live on cancellation, because each picture carries the rounding of single precision and
-//! that is multiplied. This module handles vectors and pictures, nothing of banks or stores.
+//! Light adds up, so an image whose lighting is a sum of existing lightings needs no rendering.
+//! Only exact sums count: every light's strength agrees to rounding, and the sum must not rely on
+//! cancellation, which would amplify the single-precision rounding of each image. This module
+//! handles vectors and images and knows neither banks nor stores.
 
 use std::collections::BTreeMap;
 
@@ -12,21 +12,21 @@ use footlight_show::linalg::{Matrix, Orthonormal, least_squares};
 
 use super::address::{Digest, Lighting};
 
-/// A vector by its entries that are not zero.
+/// A vector by its nonzero entries.
 type Sparse<K> = BTreeMap<K, f64>;
 
-/// Least share of a column that must be outside the span of those before it: a column that is
-/// nearer would need large coefficients of either sign.
+/// Least share of a column outside the span of those before it: a nearer one would need large
+/// coefficients of either sign.
 const MIN_RESIDUAL: f64 = 1e-6;
 
-/// Largest sum of magnitudes that may be added up for a result of magnitude 1.
+/// Largest sum of magnitudes for a result of magnitude 1.
 const CANCELLATION: f64 = 8.0;
 
-/// How exactly each entry must come out, of the magnitudes added up for it.
+/// Tolerance of each entry, relative to the magnitudes added.
 const EXACT: f64 = 64.0 * f64::EPSILON;
 
-/// For each of `targets` the coefficients of `columns` (index and factor, none of them 0) whose sum
-/// it is, exactly; `None` where there are none. Columns with few entries are preferred.
+/// For each of `targets` the `columns` (index and nonzero factor) whose sum it is, exactly; `None`
+/// if there are none. Columns with few entries are preferred.
 fn solve<K: Ord + Copy>(
     columns: &[Sparse<K>],
     targets: &[Sparse<K>],
@@ -66,7 +66,7 @@ fn solve<K: Ord + Copy>(
     out
 }
 
-/// Columns that are not in the span of the others, with their places, the sparsest first.
+/// Linearly independent columns with their indices, the sparsest first.
 fn independent<K: Ord>(
     columns: &[Sparse<K>],
     dense: impl Fn(&Sparse<K>) -> Vec<f64>,
@@ -84,13 +84,13 @@ fn independent<K: Ord>(
     order
 }
 
-/// Rounding of the solution taken back: coefficients are mostly small whole numbers.
+/// Removes rounding from a coefficient: coefficients are mostly small whole numbers.
 fn tidied(c: f64) -> f64 {
     let whole = c.round();
     if (c - whole).abs() < 1e-12 { whole } else { c }
 }
 
-/// Whether the sum of columns, each by its factor, is the target.
+/// True when the weighted sum of columns is the target.
 fn exact<K: Ord + Copy>(
     terms: &[(f64, &Sparse<K>)],
     target: &Sparse<K>,
@@ -111,12 +111,11 @@ fn exact<K: Ord + Copy>(
     added <= CANCELLATION * wanted
 }
 
-/// A linear combination of pictures: index and weight in each channel.
+/// A linear combination of images: index and weight in each channel.
 pub type Terms = Vec<(usize, [f64; 3])>;
 
-/// For each of `targets` the linear combination of `pictures` that is lit exactly like it; `None`
-/// where there is none. Channels do not mix, so each has coefficients of its own: another colour is
-/// another factor.
+/// For each of `targets` the linear combination of `pictures` with exactly its lighting; `None` if
+/// there is none. Channels are solved separately: another colour is another factor.
 pub fn combinations(pictures: &[&Lighting], targets: &[&Lighting]) -> Vec<Option<Terms>> {
     let mut out: Vec<Option<BTreeMap<usize, [f64; 3]>>> =
         vec![Some(BTreeMap::new()); targets.len()];
@@ -148,8 +147,8 @@ fn in_channel(lighting: &Lighting, channel: usize) -> Sparse<Digest> {
         .collect()
 }
 
-/// The settings of `sources` (the lighting of each at unit setting) that are lit like each of
-/// `targets`, exactly; `None` where there is none. One of several equal sources takes it all.
+/// The settings of `sources` (the lighting of each at unit setting) with exactly the lighting of
+/// each of `targets`; `None` if there is none. Among equal sources one takes the whole light.
 pub fn settings(sources: &[Lighting], targets: &[&Lighting]) -> Vec<Option<Vec<f64>>> {
     let flat = |lighting: &Lighting| -> Sparse<(Digest, usize)> {
         let entries = lighting.lit().iter();
@@ -174,9 +173,9 @@ pub fn settings(sources: &[Lighting], targets: &[&Lighting]) -> Vec<Option<Vec<f
     solved.map(|terms| terms.map(setting)).collect()
 }
 
-/// The weighted sum of pictures of `size`, each channel added in double precision and rounded once;
-/// `None` where a picture has another size, or where the sum lives on cancellation, so that the
-/// rounding of the pictures would show.
+/// The weighted sum of images of `size`, each channel added in double precision and rounded once;
+/// `None` when an image has another size, or the sum relies on cancellation, so that the images'
+/// rounding would be visible.
 pub fn weighted_sum(size: (usize, usize), terms: &[([f64; 3], &Image)]) -> Option<Image> {
     let mut parts = Vec::with_capacity(terms.len());
     for (weights, image) in terms {
@@ -256,7 +255,7 @@ mod tests {
         let red = lit(&[(1, [450.0, 0.0, 0.0])]);
         let found = sum(std::slice::from_ref(&warm), &red).unwrap();
         assert_eq!(found, [(0, [0.5, 0.0, 0.0])]);
-        // The other way round there is no green to begin with.
+        // The reverse is impossible, because there is no green.
         assert_eq!(sum(&[red], &warm), None);
     }
 
@@ -267,7 +266,7 @@ mod tests {
         for d in [1e-2, 1e-4, 1e-7, 1e-12] {
             assert_eq!(sum(&[near(0.0), near(d)], &target), None, "{d}");
         }
-        // Pictures show what strengths do not: light 2 hardly shows beside light 1.
+        // Images can cancel where strengths do not: light 2 is hardly visible next to light 1.
         let image = |x: f32| Image::from_data(1, 1, vec![x, x, x]).unwrap();
         let (both, one) = (image(1.000_001), image(1.0));
         assert_eq!(
@@ -287,7 +286,7 @@ mod tests {
         let target = lit(&[(1, [1.0; 3]), (2, [-3.0; 3]), (3, [1.25, 0.0, 0.0])]);
         let pink = lit(&[(3, [1.0, 0.5, 0.5])]);
         let found = settings(&sources, &[&target, &pink]);
-        // Matrix kernels differ by processor and build in the last bit.
+        // Matrix kernels differ in the last bit by processor and build.
         let near = |found: &Option<Vec<f64>>, wanted: &[f64]| {
             let found = found.as_ref().unwrap();
             let off = found.iter().zip(wanted).map(|(a, b)| (a - b).abs());

@@ -1,6 +1,6 @@
 use super::*;
 
-/// A picture of one row, grey.
+/// A grey image of one row.
 fn row(values: &[f32]) -> Image {
     let data = values.iter().flat_map(|v| [*v; 3]).collect();
     Image::from_data(values.len(), 1, data).unwrap()
@@ -11,7 +11,7 @@ fn distance(a: &Image, b: &Image) -> f64 {
     (dot(&d, &d) / 3.0).sqrt()
 }
 
-/// Two banks with coarse errors of 0.01 and 1, which a projection in plain settings mixes up.
+/// Two banks with coarse errors of 0.01 and 1, which a projection in plain settings confuses.
 struct Two {
     truth: [Image; 2],
     pool: Pool,
@@ -46,7 +46,7 @@ fn projecting_in_plain_settings_would_be_worse_than_coarse_and_ours_is_not() {
     let coarse = distance(&two.pool.coarse()[0], &truth);
     assert!((coarse - 0.01).abs() < 1e-6);
 
-    // (1,0) projected on (1,1) in plain settings is half of the refined picture.
+    // In plain settings, (1,0) projected on (1,1) is half of the refined image.
     let c = two.pool.coarse();
     let plain = combine((4, 1), &[(0.5, &refined), (0.5, &c[0]), (-0.5, &c[1])], 1);
     assert!(distance(&plain, &truth) > 40.0 * coarse);
@@ -69,7 +69,7 @@ fn errors_are_relative_to_the_light_of_each_moment() {
         };
         plan::worst_left(&[moment], &pool.settings(), &[], pool.weighting())
     };
-    // The lights' coarse pictures are 5 and sqrt(50), off by 0.01 and 1.
+    // The lights' coarse images are 5 and sqrt(50), off by 0.01 and 1.
     for dim in [1.0, 1e-4] {
         assert!((left(&two.pool, [dim, 0.0])[1] - 0.01 / 5.0).abs() < 1e-5);
     }
@@ -85,8 +85,8 @@ fn errors_are_relative_to_the_light_of_each_moment() {
     assert!(now < 1e-9 && alone > 0.1);
 }
 
-/// What the operator states stands for the estimate: at every moment before a picture is
-/// refined, and of refined pictures in the end.
+/// The operator's statement serves as the estimate: at every moment before refinement, and for
+/// refined images at the end.
 #[test]
 fn stated_errors_hold_before_and_after_refining() {
     let coarse = vec![row(&[5.0, 0.0]), row(&[0.0, 7.0])];
@@ -98,18 +98,18 @@ fn stated_errors_hold_before_and_after_refining() {
     };
     let pool = pool.stating(Some(stated), &[false; 2]).unwrap();
     assert!(pool.is_relative() && pool.is_stated());
-    // Norms are over all channels, of which these pictures have three alike.
+    // Norms are over all channels, of which these images have three equal ones.
     let wanted = 3.0_f64.sqrt() * 15.0_f64.hypot(28.0);
     assert!((pool.light(&[3.0, 4.0]) - wanted).abs() < 1e-9);
     assert_eq!(pool.error(1.0, 1.0), 0.02);
     assert_eq!(pool.error(0.0, 1.0), 0.005);
     assert!(pool.error(0.5, 1.0) < 0.02 && pool.error(0.5, 1.0) > 0.01);
-    // A refined image that says that coarse ones err less says nothing of those that are refined.
+    // A refined image that shows smaller errors of coarse ones tells nothing about refined ones.
     let mut exact = pool.clone();
     assert!(exact.add(vec![1.0, 1.0], row(&[5.0, 7.0]), Quality(2), Work::silent()));
     assert!(exact.error(1.0, 1.0) < 0.02);
     assert_eq!(exact.error(0.0, 1.0), 0.005);
-    // Sums of the coarse images themselves leave what was stated.
+    // Sums of the coarse images themselves keep the stated error.
     let same = Stated {
         refined: 1.0,
         ..stated
@@ -160,7 +160,7 @@ fn a_refined_setting_is_reproduced_and_other_sizes_are_refused() {
     assert_eq!(two.pool.refined().len(), 2);
 }
 
-/// With memory for the extrapolated pictures and without it, after each change of the fit.
+/// With and without memory for the extrapolated images, after each change of the fit.
 #[test]
 fn a_preview_is_the_same_to_the_bit_with_little_memory() {
     let mut two = Two::new();
@@ -190,15 +190,14 @@ fn corrections_extrapolate_and_calibrate() {
     let refined = two.rendered([1.0, 1.0]);
     two.pool
         .add(vec![1.0, 1.0], refined, Quality(4), Work::silent());
-    // The error of the finer quality is minus the difference D = finer - coarser times one, so
-    // a = 1 takes all of it away.
+    // The finer quality's error is minus the difference D = finer - coarser, so a = 1 removes it.
     assert!((two.pool.fit.extrapolation - 1.0).abs() < 1e-6);
-    // One correction, as large as it was expected to be.
+    // One correction, as large as expected.
     assert!((two.pool.calibration() - 1.0).abs() < 1e-6);
     let refined = two.rendered([1.0, -0.5]);
     two.pool
         .add(vec![1.0, -0.5], refined, Quality(4), Work::silent());
-    // Nothing is left by the extrapolation; only the estimate itself still speaks for an error.
+    // Extrapolation leaves no error; only the estimate itself still contributes one.
     assert!((two.pool.calibration() - (1.0_f64 / 3.0).sqrt()).abs() < 1e-3);
     let preview = two.pool.preview(&[0.3, 0.9], Work::silent()).unwrap();
     assert!(distance(&preview, &two.rendered([0.3, 0.9])) < 1e-6);

@@ -1,5 +1,5 @@
-//! One call of the operator with all that it needs, to be done on any thread while the engine goes
-//! on.
+//! One call of the operator with everything that it needs, to run on any thread while the engine
+//! continues.
 
 use super::SetupImages;
 use footlight_host::work::Work;
@@ -12,13 +12,13 @@ pub(crate) struct Job {
     pub setup: Setup,
     pub quality: Quality,
     pub settings: Vec<Vec<f64>>,
-    /// Prepared earlier; else it is prepared first.
+    /// A prepared operator; without it the job prepares one.
     operator: Option<Box<dyn Prepared>>,
 }
 
-/// What a job gives back.
+/// Result of a job.
 pub(crate) struct Rendered {
-    /// To be given back to the rendering, unless preparing it failed.
+    /// To be returned to the rendering, unless preparing it failed.
     pub operator: Option<Box<dyn Prepared>>,
     /// One for each setting.
     pub images: Result<Vec<Image>, TransportError>,
@@ -36,7 +36,7 @@ impl Job {
         let prepared = match operator {
             Some(operator) => Ok(operator),
             None => {
-                // What does not fit is better known before it is prepared than after.
+                // Check the memory before preparing, not after.
                 let view = &setup.view;
                 let pixels = view.width.saturating_mul(view.height);
                 let images = size_of::<[f32; 3]>().saturating_mul(pixels * settings.len());
@@ -61,8 +61,9 @@ impl Job {
 }
 
 impl SetupImages {
-    /// A call that renders `settings`, with the operator if it is prepared; it must be given back.
-    /// Of the operators of other steps those are kept that leave most of `memory`, bytes.
+    /// Creates a job that renders `settings`, with the prepared operator if there is one, which
+    /// must be returned. Drops operators of other steps when they use more than a quarter of
+    /// `memory` (bytes).
     pub fn new_job(&mut self, quality: Quality, settings: Vec<Vec<f64>>, memory: usize) -> Job {
         self.make_room(quality, memory);
         self.in_job = Some(quality.0);

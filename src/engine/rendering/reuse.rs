@@ -1,6 +1,6 @@
-//! Refined images that are there already: those that an edit left in memory, and those that earlier
-//! sessions stored. They serve whatever the cues say now, as corrections of the coarse images, and
-//! so a session goes on where the last one ended.
+//! Existing refined images: those that an edit left in memory, and those stored by earlier
+//! sessions. As corrections of coarse images they stay valid when cues change, so that a session
+//! continues where the last one ended.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -16,15 +16,15 @@ use footlight_picture::Image;
 use footlight_show::linalg::Orthonormal;
 use footlight_transport::Quality;
 
-/// The least share of a known setting, in the pool's metric, that must be outside the span of those
-/// taken before it. Of two settings nearer than this the difference would count a thousandfold, and
-/// with it the rounding of single precision: 6e-5 of an image. Planned settings are orthogonal, so
-/// this sorts out near-copies of other sessions alone.
+/// Least share of a known setting, in the pool's metric, outside the span of those before it.
+/// Between nearer settings the difference would count a thousandfold, and with it the rounding of
+/// single precision: 6e-5 of an image. Planned settings are orthogonal, so this excludes only
+/// near-copies of other sessions.
 const OUTSIDE: f64 = 1e-3;
 
-/// A refined image at hand.
+/// An existing refined image.
 pub(super) struct Known {
-    /// In terms of the sources as they are now.
+    /// Its setting in terms of the current sources.
     setting: Vec<f64>,
     pub address: Address,
     place: Place,
@@ -39,8 +39,8 @@ pub(crate) struct Reused {
 
 impl SetupImages {
     /// Refined images in memory, and with `store` also on disk, of at least this quality, that the
-    /// sources can express: in the order in which they were refined, so that a pool made again is
-    /// the same to the last bit.
+    /// current sources can express: in the order of their refinement, so that a recreated pool is
+    /// equal to the last bit.
     pub(super) fn known(
         &self,
         image_cache: &ImageCache,
@@ -67,7 +67,7 @@ impl SetupImages {
         let settings = linear_span::settings(&sources, &lit);
         let known = settings.into_iter().zip(all);
         let known = known.filter_map(|(setting, (place, address))| {
-            // With the sources that it was rendered for, the very numbers that it was rendered of.
+            // For the original sources, use the original numbers.
             let own = self.lights.address(key, address.quality, &place.setting);
             let same = place.setting.len() == units.len() && own.key == address.key;
             Some(Known {
@@ -83,8 +83,8 @@ impl SetupImages {
         known.collect()
     }
 
-    /// The refined images that are known and not in the pool yet, with their settings, but for those
-    /// that say next to nothing new; none without a pool.
+    /// Known refined images not yet in the pool, with their settings, except those that add almost
+    /// nothing; empty without a pool.
     pub fn reusable(
         &mut self,
         image_cache: &mut ImageCache,
@@ -105,7 +105,7 @@ impl SetupImages {
         };
         let mut span = Orthonormal::new();
         for setting in &have {
-            // What the pool took is never refused.
+            // Settings in the pool are never refused.
             let _ = span.push(&weighted(setting));
         }
         let mut out = Vec::new();
@@ -124,7 +124,7 @@ impl SetupImages {
             let quality = known.address.quality;
             if let Some(image) = image_cache.recall(&known.address, Some(&known.place), size, store)
             {
-                // What is this far outside is never refused.
+                // A setting this far outside is never refused.
                 let _ = span.push(&weighted);
                 out.push(Reused {
                     setting: known.setting,

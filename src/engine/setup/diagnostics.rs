@@ -1,5 +1,5 @@
-//! Errors that show only when the stage's files are read: diagnostics at the statement that names
-//! the file, the surface or the light.
+//! Errors found while reading the stage's files: diagnostics at the statement that names the file,
+//! the surface or the light.
 
 use footlight_host::files::FileError;
 use footlight_picture::PictureError;
@@ -12,7 +12,7 @@ use footlight_stage::stage_file::SceneError;
 use footlight_stage::still::{ImageError, Refused};
 use footlight_stage::{Scene, StageCamera};
 
-/// What to do about a path as Windows has it.
+/// Advice for a Windows path.
 const NO_BACKSLASH: &str = "write `/` for `\\`; the file must be in the show's folder, or below it";
 
 fn error(
@@ -64,7 +64,7 @@ pub(super) fn of_stage(cause: &SceneError, stage: &Stage, spans: &SpanMap) -> Di
     error(codes::STAGE_FILE, message, stage.id, spans, vec![help])
 }
 
-/// What is not taken of the file at `path` as it stands there; `id` names it.
+/// Contents of the file at `path` that are not read unchanged; `id` is the statement that names it.
 pub(super) fn of_file_notes(
     path: &str,
     id: NodeId,
@@ -83,8 +83,8 @@ pub(super) fn of_file_notes(
     }
 }
 
-/// A set that is a spot in the view: `size` metres from corner to corner, so far away. Were `unit`
-/// metres one of the file's, it would fill the picture.
+/// A set that is a spot in the view: `size` metres from corner to corner, at this distance. With
+/// `unit` metres per unit of the file, it would fill the image.
 pub(super) fn of_small_stage(
     stage: &Stage,
     size: f64,
@@ -117,7 +117,7 @@ pub(super) fn of_surface(surface: &Surface, scene: &Scene, spans: &SpanMap) -> D
     )
 }
 
-/// A surface of the show's own that the stage has already.
+/// A new surface of the show whose name the stage uses.
 pub(super) fn of_own_surface(surface: &Surface, spans: &SpanMap) -> Diagnostic {
     let name = &surface.name;
     let message = format!("the stage has a material `{name}` already");
@@ -142,17 +142,17 @@ pub(super) fn no_room(needed: usize, left: usize) -> String {
     )
 }
 
-/// What is wrong with a photometric file, naming it.
+/// Fault of a photometric file, with its name.
 pub(super) fn photometric_cause(path: &str, error: &dyn std::fmt::Display) -> String {
     format!("`{path}` {error}")
 }
 
-/// What is wrong with an image to project, naming its file.
+/// Fault of an image to project, with its name.
 pub(super) fn slide_cause(path: &str, error: &dyn std::fmt::Display) -> String {
     format!("`{path}`: {error}")
 }
 
-/// A photometric file that cannot be used; the cause names the file where reading it failed.
+/// A photometric file that cannot be used; the cause names the file if reading it failed.
 pub(super) fn of_photometric(cause: &str, light: NodeId, spans: &SpanMap) -> Diagnostic {
     let message = format!("the photometric file cannot be read: {cause}");
     let help = "put the IES LM-63 file (type C) or the EULUMDAT file of the luminaire next to the \
@@ -229,7 +229,7 @@ pub(super) fn of_camera(
     error(codes::NO_CAMERA, message, view.id, spans, vec![help])
 }
 
-/// Which light or camera of the stage could have been meant.
+/// The light or camera of the stage that was probably meant.
 fn of_stage_files(name: &str, known: &[String], what: &str) -> String {
     match nearest(name, known.iter().map(String::as_str)) {
         Some(near) => format!("did you mean `{near}`?"),
@@ -272,7 +272,7 @@ fn picture_help(error: &PictureError) -> &'static str {
     }
 }
 
-/// What helps where a file is not found, or not allowed.
+/// Advice for a file that is missing, or not allowed.
 fn file_help(error: &FileError) -> Option<String> {
     let help = match error {
         FileError::Outside(_) => {
@@ -284,7 +284,7 @@ fn file_help(error: &FileError) -> Option<String> {
     Some(help.to_owned())
 }
 
-/// Which layer could have been meant.
+/// The layer that was probably meant.
 fn layer_help(wanted: Option<&str>, layers: &[String]) -> Vec<String> {
     let names = || layers.iter().map(String::as_str);
     if let Some(near) = wanted.and_then(|name| nearest(name, names())) {
@@ -305,17 +305,17 @@ fn layer_help(wanted: Option<&str>, layers: &[String]) -> Vec<String> {
     }
 }
 
-/// A view, as a diagnostic names it.
+/// Name of a view in diagnostics.
 pub(super) fn view_name(view: &NamedView) -> String {
     format!("the view `{}`", view.name)
 }
 
-/// An image's file, as a diagnostic names it.
+/// Name of an image's file in diagnostics.
 pub(super) fn file_name(file: &ImageFile) -> String {
     format!("`{}`", file.path)
 }
 
-/// An image of another size than the picture; `of` says whose size that is.
+/// An image whose size differs from that of `of`.
 pub(super) fn of_size(
     (id, file): (NodeId, &ImageFile),
     found: (usize, usize),
@@ -332,7 +332,7 @@ pub(super) fn of_size(
     error(codes::IMAGE_SIZE, message, id, spans, vec![help.to_owned()])
 }
 
-/// Names that could have been meant.
+/// Names that were probably meant.
 fn materials(name: &str, scene: &Scene, emitting: bool) -> Vec<String> {
     let names = || scene.materials.iter().map(|m| m.name.as_str());
     if let Some(near) = nearest(name, names()) {

@@ -1,11 +1,11 @@
-//! Gloss of a stage's file under the words of a show.
+//! Gloss of a stage's file combined with a show's statements.
 
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
 use crate::Document;
 use footlight_host::files::Memory;
 
-/// Roughness of the boards and of the brass, and the colour of the brass in its gloss.
+/// Roughness of the boards and of the brass, and the brass's reflectance in its gloss.
 fn glosses(stage: &str) -> (Option<f64>, Option<f64>, Option<f64>) {
     let files = Memory::default()
         .with(
@@ -39,7 +39,7 @@ fn a_show_changes_the_gloss_of_a_file() {
         glosses("matt\nsurface boards gloss 0.3"),
         (Some(0.3), None, None)
     );
-    // Varnish goes; a metal would be black without its gloss.
+    // Varnish is removed; a metal would be black without its gloss.
     let rough = glosses("\nsurface boards gloss 1\nsurface brass gloss 1");
     assert_eq!(rough, (None, Some(1.0), Some(0.75)));
     let polished = glosses("\nsurface brass gloss 0.1 reflectance 0.5");

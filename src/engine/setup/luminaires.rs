@@ -13,8 +13,8 @@ use footlight_stage::photometric::Distribution;
 use super::Source;
 use super::diagnostics;
 
-/// The luminaire files of `show`, in about `memory` bytes; those that `old` has are taken from there.
-/// Warnings of what was not taken of a file come with them.
+/// Reads the luminaire files of `show`, in about `memory` bytes, reusing those of `old`. Also
+/// returns warnings about contents that are not used.
 ///
 /// # Errors
 /// A diagnostic for every file that cannot be used, at the first light that names it.

@@ -1,7 +1,7 @@
-//! Levels from an illuminance.
+//! Levels for an illuminance.
 //!
-//! A matt surface sends reflectance / pi times its illuminance to the eye, so that the images of the banks
-//! show how much light each throws on what the view shows.
+//! A matt surface reflects reflectance / pi times its illuminance towards the eye, so that the
+//! images of the banks tell the illuminance from each on visible surfaces.
 
 use std::f64::consts::PI;
 
@@ -13,22 +13,22 @@ use footlight_show::linalg::{Matrix, Vector};
 use footlight_show::units::Rgb;
 use footlight_transport::seen::{SeenSurface, seen};
 
-/// Levels from an illuminance, and how near they come.
+/// Levels for an illuminance, and the result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Illuminance {
     /// The levels.
     pub solved: Solved,
-    /// Lux at each point with the levels that stood, and with those solved for.
+    /// Illuminance in lux at each point, before and after.
     pub lux: Vec<[f64; 2]>,
 }
 
-/// The levels of the banks and groups of these names, of all banks without one, that bring the illuminance
-/// nearest to `lux` at points that the view shows, each with its name for messages. rgb banks keep their
-/// colours.
+/// The levels of the named banks and groups, or of all banks without names, that bring the
+/// illuminance nearest to `lux` at visible points, each with its name for messages. rgb banks keep
+/// their colours.
 ///
 /// # Errors
-/// [`Error::Solve`] for a point that is not seen, [`Error::NoSuchBank`], [`Error::NoBanks`], else what
-/// rendering says.
+/// [`Error::Solve`] for a point that is not visible, [`Error::NoSuchBank`], [`Error::NoBanks`], or
+/// an error of rendering.
 pub fn illuminance(
     engine: &mut Engine,
     live: &LiveControl,
@@ -57,7 +57,7 @@ pub fn illuminance(
             .collect()
     };
     let (lights, stood): (Vec<Vec<f64>>, _) = lights(engine, live, lit)?;
-    // A row for each point: the light of each coordinate, and what is to be met.
+    // One row per point: the light of each coordinate, and the target.
     let n = lights.len();
     let lit = |i, j| lights.get(j).map_or(lux, |light: &Vec<f64>| light[i]);
     let rows = Matrix::from_fn(surfaces.len(), n + 1, lit);
@@ -87,7 +87,7 @@ pub fn illuminance(
     })
 }
 
-/// The light that falls on a surface, lux where the lights are measured.
+/// Illuminance of a surface from its radiance, lux when the lights are measured.
 fn falling(image: &Image, surface: &SeenSurface) -> f64 {
     let width = image.width().max(1);
     let pixel = image

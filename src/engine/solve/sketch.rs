@@ -1,8 +1,8 @@
-//! Levels from a picture.
+//! Levels for a target image.
 //!
-//! Each channel of each pixel counts by its alpha, divided by the luminance there and the mean of the whole
-//! together, so that bright spots do not decide alone. Where the display shows its most, light counts only
-//! below that.
+//! Each channel of each pixel is weighted by its alpha over the sum of the luminance there and the
+//! overall mean, so that bright spots do not dominate. Where the display clips, only light below
+//! the limit counts.
 
 use std::path::Path;
 
@@ -18,50 +18,49 @@ use footlight_show::linalg::Matrix;
 use footlight_show::units::Rgb;
 use footlight_transport::contract::check_memory;
 
-/// The largest file that is read, in bytes.
+/// Most bytes of a file.
 const LARGEST: u64 = 1 << 30;
-/// Pixels that are looked at; larger pictures are averaged down.
+/// Most pixels compared; larger images are averaged down.
 const PIXELS: usize = 640 * 360;
-/// How far the shape of a sketch may be from that of the view.
+/// Largest relative difference of aspect ratio between sketch and view.
 const SHAPE: f64 = 0.1;
-/// Fewer pixels a row or a column tell nothing.
+/// Least number of rows and columns.
 const LEAST: usize = 8;
-/// Share of the light of the bank that is seen best that no display shows.
+/// Share of the most visible bank's light that is invisible on any display.
 const UNSEEN: f32 = 1e-6;
-/// Rounds in which it is found which channels that are cut count.
+/// Most iterations to find the clipped channels that count.
 const ROUNDS: usize = 20;
-/// Doublings of light that a free exposure is looked for in, either way, and steps of the search.
+/// Search range of a free exposure in octaves, either way, and steps of the search.
 const OCTAVES: f64 = 32.0;
 const SEARCH: usize = 80;
-/// A sketch whose luminance varies by more than this share of itself, and correlates less with that of the
-/// best picture, is of something else.
+/// Relative variation of luminance above which a sketch must correlate with the best image; with
+/// less correlation it is of another view.
 const VARIES: f64 = 0.2;
 const LIKE: f64 = 0.5;
 
-/// Levels from a picture, and how near they come.
+/// Levels for a target image, and the result.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sketched {
     /// The levels.
     pub solved: Solved,
-    /// The root mean square of what differs, as a share of the sketch's light, weighted as above: with the
-    /// levels that stood, and with those solved for.
+    /// Weighted root mean square difference, relative to the sketch's light: before and after.
     pub difference: [f64; 2],
-    /// The exposure, in stops, that was found; `None` where it was given.
+    /// The exposure found, in stops; `None` if it was given.
     pub exposure: Option<f64>,
-    /// Share of the sketch's light that differs whatever the levels, channel by channel.
+    /// Share of the sketch's light that no levels can reach, channel by channel.
     pub out_of_reach: f64,
-    /// The sketch, the picture of the levels, and what is out of reach (brighter than the banks at full;
-    /// negative: darker than all other light), of one size, in the show's light.
+    /// The sketch, the image of the levels, and the unreachable part (brighter than the banks at
+    /// full; negative: darker than all other light), of one size, in the show's light.
     pub images: [Image; 3],
 }
 
-/// The levels of the banks and groups of these names, of all banks without one, whose picture comes nearest
-/// to the one in the file at `path`. What a PNG, JPEG or WebP shows is light through the show's tone, at its
-/// exposure or, with `any_exposure`, at whichever fits best.
+/// The levels of the named banks and groups, or of all banks without names, whose image comes
+/// nearest to that in the file at `path`. PNG, JPEG and WebP are inverted through the show's tone,
+/// at its exposure or, with `any_exposure`, at the best one.
 ///
 /// # Errors
-/// [`Error::Reference`] where it cannot be read, [`Error::Solve`], [`Error::NoSuchBank`],
-/// [`Error::NoBanks`], else what rendering says.
+/// [`Error::Reference`] when it cannot be read, [`Error::Solve`], [`Error::NoSuchBank`],
+/// [`Error::NoBanks`], or an error of rendering.
 pub fn sketched(
     engine: &mut Engine,
     live: &LiveControl,
@@ -124,7 +123,7 @@ pub fn sketched(
     })
 }
 
-/// The size at which a sketch and the view are compared: each averaged down to the smaller.
+/// The size at which a sketch and the view are compared: the smaller of the two.
 fn common_size(found: (usize, usize), view: (usize, usize)) -> Result<(usize, usize), SolveError> {
     let [own, wanted] = [found, view].map(|(width, height)| width as f64 / height as f64);
     let (width, height) = (found.0.min(view.0), found.1.min(view.1));
@@ -137,19 +136,19 @@ fn common_size(found: (usize, usize), view: (usize, usize)) -> Result<(usize, us
         .into())
 }
 
-/// A sketch and the light that is to come near to it, channel by channel.
+/// A sketch and the light to approximate it, channel by channel.
 struct Fitting {
     sketch: Sketch,
     /// Weight of each channel.
     weights: Vec<f32>,
     /// The light of each coordinate at full.
     columns: Vec<Image>,
-    /// The sum of squares of the sketch.
+    /// Sum of squares of the sketch.
     light: f64,
 }
 
 impl Fitting {
-    /// With the settings that stand.
+    /// Prepares the fit at the current settings.
     fn new(
         engine: &mut Engine,
         live: &LiveControl,
@@ -168,7 +167,7 @@ impl Fitting {
         let weights: Vec<f32> = masked().flat_map(of).collect();
         let channels = sketch.light.data().iter().zip(&weights);
         let light: f64 = channels.map(|(v, w)| f64::from(v * w).powi(2)).sum();
-        // Not finite where no pixel counts, or none has light.
+        // Not finite when no pixel counts, or none has light.
         if !light.is_finite() || light <= 0.0 {
             return Err(SolveError::Black.into());
         }
@@ -184,7 +183,7 @@ impl Fitting {
         Ok((fitting, stood))
     }
 
-    /// Which of the coordinates light anything that counts.
+    /// Which of the coordinates contribute visible light.
     fn seen(&self) -> Vec<bool> {
         let peak = |image: &Image| {
             let weighted = image
@@ -203,7 +202,8 @@ impl Fitting {
         settings.iter().copied().zip(&self.columns).collect()
     }
 
-    /// What each channel of a picture is off by from the sketch, weighted; 0 where it is cut and brighter.
+    /// Weighted difference of each channel from the sketch; 0 where the sketch is clipped and the
+    /// image brighter.
     fn off<'f>(&'f self, picture: &'f Image, gain: f64) -> impl Iterator<Item = f64> + 'f {
         let meant = self.sketch.light.data().iter().zip(&self.sketch.cut);
         let rows = picture.data().iter().zip(meant).zip(&self.weights);
@@ -217,7 +217,7 @@ impl Fitting {
         })
     }
 
-    /// What a picture differs by from the sketch, as a share of its light.
+    /// Difference of an image from the sketch, relative to the sketch's light.
     fn difference(&self, picture: &Image, gain: f64) -> f64 {
         (self.off(picture, gain).map(|off| off * off).sum::<f64>() / self.light).sqrt()
     }
@@ -236,7 +236,7 @@ impl Fitting {
             .chain([&self.sketch.light])
             .map(Image::data);
         let columns: Vec<&[f32]> = columns.collect();
-        // At first no channel counts that is cut.
+        // At first, no clipped channel counts.
         let mut counted: Vec<bool> = self.sketch.cut.iter().map(|cut| !cut).collect();
         let mut rounds = 0..ROUNDS;
         loop {
@@ -270,8 +270,8 @@ impl Fitting {
         }
     }
 
-    /// Refuses a sketch whose bright and dark parts are elsewhere than those of the picture that comes nearest
-    /// with all lamps, however bright.
+    /// Refuses a sketch whose bright and dark areas do not match those of the nearest image with
+    /// all lamps at any brightness.
     fn check_likeness(&self, squares: &Squares, work: Work<'_>) -> Result<(), SolveError> {
         let any = |i| Unknown {
             bank: 0,
@@ -306,15 +306,15 @@ impl Fitting {
 }
 
 impl Squares {
-    /// The least gain with which the unknowns come nearest: where nothing else shines, the one at which the
-    /// brightest of them is at full.
+    /// The least gain for the best fit: without other light, the gain at which the brightest
+    /// unknown is at full.
     fn gain(&self, unknowns: &[Unknown], work: Work<'_>) -> Result<f64, Cancelled> {
         let n = self.stood.len();
         let (all, met) = (self.sums.trace() - self.sums[(n, n)], self.sums[(n, n)]);
         let middle = 0.5 * (met / all.max(f64::MIN_POSITIVE)).log2();
         let (mut low, mut high) = (middle - OCTAVES, middle + OCTAVES);
         let left = |at: f64| self.left(&self.solve(unknowns, at.exp2()).settings, at.exp2());
-        // What is left falls and then rises, as it is convex in gain and settings together.
+        // The remainder is convex in gain and settings together, so it falls and then rises.
         for _ in 0..SEARCH {
             work.check()?;
             let third = (high - low) / 3.0;
@@ -335,7 +335,7 @@ fn luminances(image: &Image) -> impl Iterator<Item = f64> {
         .map(|pixel| Rgb(pixel.map(f64::from)).luminance().max(0.0))
 }
 
-/// Rows whose products are summed as one, whatever the threads, and of these as many as the cache holds.
+/// Rows summed as one part, independent of the threads, divided into blocks that fit the cache.
 const PART: usize = 1 << 13;
 const ROWS: usize = 1 << 9;
 
@@ -387,7 +387,7 @@ mod tests {
 
     use super::*;
 
-    /// More rows than a part has, and no multiple of a block.
+    /// More rows than a part has, and not a multiple of a block.
     #[test]
     fn products_are_the_weighted_sums_of_every_pair() {
         let rows = PART + 3 * ROWS + 11;

@@ -16,7 +16,7 @@ pub enum Held {
     Up,
     /// The cue moves it to a lower level.
     Down,
-    /// The cue moves an rgb bank to another colour of equal brightness, or turns a head.
+    /// The cue raises some channels of an rgb bank and lowers others, or turns a head.
     Changed,
     /// It follows a path.
     Path,

@@ -1,25 +1,25 @@
-//! How the channels of a key are read, for each way of storing them.
+//! Reading channels of a key, for each storage format.
 //!
-//! Invariant: everything here is inlined into the loops of [`super`], and so compiled for the
-//! instructions that these are compiled for.
+//! Invariant: everything here is inlined into the loops of [`super`], and so compiled for their
+//! instruction set.
 
 use crate::playback::key::half_light;
 
-/// How the channels of a key are stored and read.
+/// A storage format of a key's channels.
 pub(super) trait Key: Copy + Send + Sync {
-    /// One channel as it is stored.
+    /// A stored channel.
     type Stored: Copy + Default;
 
-    /// All of them.
+    /// All stored channels.
     fn stored(&self) -> &[Self::Stored];
 
-    /// Whether a key's weight costs nothing when it is read.
+    /// True when weighting costs nothing during reading.
     const WEIGHED: bool;
 
-    /// The key with its light times `weight`; itself unless [`Key::WEIGHED`].
+    /// The key with its light multiplied by `weight`; unchanged unless [`Key::WEIGHED`].
     fn weighed(self, weight: f32) -> Self;
 
-    /// The key from a channel on, which is a multiple of [`BLOCK`].
+    /// The key from a channel on, a multiple of [`BLOCK`].
     fn from(self, channel: usize) -> Self;
 
     /// The light of a channel.

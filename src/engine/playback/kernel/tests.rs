@@ -13,7 +13,7 @@ const TONE: Tone = Tone {
     curve: ToneCurve::Filmic,
 };
 
-/// Four pictures that differ, with darks, lights and lamps; negative ones on request.
+/// Four different images with darks, lights and lamps; with negative values on request.
 fn pictures((width, height): (usize, usize), negative: bool) -> Vec<Image> {
     let channel = |picture: usize, i: usize| {
         let noise = (i * 7919 + picture * 104_729) % 10_007;
@@ -46,7 +46,7 @@ fn frame(keys: &[KeyImage], factors: Factors, threads: usize) -> (Vec<f32>, Vec<
     (light, bytes)
 }
 
-/// What the loops are compiled to without any choice of instructions.
+/// The loops compiled without a choice of instruction set.
 fn plainly(keys: &[KeyImage], factors: Factors, target: Target<'_>) {
     match Keys::new(&keys.iter().collect::<Vec<_>>()).unwrap().0 {
         Stored::Floats(keys) => by_degree(&keys, factors, target),
@@ -54,12 +54,12 @@ fn plainly(keys: &[KeyImage], factors: Factors, target: Target<'_>) {
     }
 }
 
-/// Every format and degree on a picture that is no whole number of blocks, against double
-/// precision on the decoded pictures, and its bytes against the thresholds' own encoder.
+/// Every format and degree on an image of a fractional number of blocks, against double precision
+/// on the decoded images, with bytes against the thresholds' own encoder.
 #[test]
 fn a_frame_is_the_blend_of_its_decoded_keys() {
     let size = (37, 11);
-    // Nothing negative; everywhere; in some blocks of one key alone.
+    // No negative values; everywhere; in some blocks of one key.
     let mut few = pictures(size, false);
     few[3].data_mut()[500..].copy_from_slice(&pictures(size, true)[3].data()[500..]);
     for images in [pictures(size, false), pictures(size, true), few] {
@@ -88,7 +88,7 @@ fn a_frame_is_the_blend_of_its_decoded_keys() {
     }
 }
 
-/// The same bits whatever the processor is chosen to run, and on any number of threads.
+/// Equal bits for every instruction set and number of threads.
 #[test]
 fn frames_do_not_depend_on_processor_or_threads() {
     for negative in [false, true] {
@@ -152,8 +152,8 @@ fn keys_that_are_missing_or_short_do_no_harm() {
 }
 
 proptest! {
-    /// Any bits as keys in either format, any moment: light stays between the
-    /// darkest and the brightest key of a channel.
+    /// For any bits as keys in either format, and any moment, light stays between the darkest and
+    /// the brightest key of a channel.
     #[test]
     fn a_blend_stays_between_its_keys(seed: u32, t in 0.0..1.0_f64, degree in 1_usize..4, at in 0_usize..2) {
         let pictures: Vec<Image> = (0..4_u32)

@@ -1,4 +1,4 @@
-//! Pictures in the code of 8 bits, as PNG files, within a budget.
+//! Images in the 8-bit code, as PNG files, within a budget.
 
 use super::PageError;
 use crate::playback::key::{ByteCurve, peak};
@@ -7,17 +7,17 @@ use footlight_picture::shrink::shrink;
 use footlight_picture::tone::Tone;
 use footlight_picture::{Image, PictureError, png};
 
-/// The least width that pictures are made smaller to.
+/// Least width of reduced images.
 const NARROWEST: usize = 160;
 
-/// A picture in the code of 8 bits.
+/// An image in the 8-bit code.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coded {
     /// Exposed light per c^2 and per c^8, c being 0 to 1.
     pub law: [f32; 2],
     /// A PNG file of the codes c.
     pub codes: Vec<u8>,
-    /// A PNG file that is white in the channels that are negative.
+    /// A PNG file that is white in negative channels.
     pub signs: Option<Vec<u8>>,
 }
 
@@ -28,8 +28,8 @@ impl Coded {
     }
 }
 
-/// Pictures of one size, coded within a budget of bytes as they stand in addresses: all alike made
-/// smaller where they must, and the size that they then have.
+/// Encodes images of one size within a budget of bytes in data URLs. If necessary all are reduced
+/// alike; returns them with their size.
 ///
 /// # Errors
 /// As [`super::write`].
@@ -49,14 +49,14 @@ pub fn fit(
     }
 }
 
-/// The next size to try for pictures that need so many bytes at this one.
+/// The next size to try when images need `needed` bytes at this one.
 pub fn smaller(
     size: (usize, usize),
     full: (usize, usize),
     needed: usize,
     budget: usize,
 ) -> Result<(usize, usize), PictureError> {
-    // The size of the file goes with the number of pixels, and small ones compress less well.
+    // The file grows with the number of pixels, and small images compress less well.
     let side = (0.95 * budget as f64 / needed as f64).sqrt();
     let scaled = |n: usize| ((n as f64 * side) as usize).max(1);
     let size = (scaled(size.0), scaled(size.1));
@@ -70,13 +70,13 @@ pub fn smaller(
     }
 }
 
-/// Pictures from which those of a page are estimated well within a factor of two.
+/// Number of images from which the total is estimated well within a factor of two.
 const ENOUGH: usize = 32;
 
-/// All pictures in a size that keeps the budget, or else the bytes that they would take.
+/// All images in a size within the budget, or the bytes that they would take.
 pub type Attempt = Result<Vec<Coded>, usize>;
 
-/// Codes pictures in a size as long as they keep the budget.
+/// Encodes images in a size as long as they stay within the budget.
 pub fn attempt(
     all: &[&Image],
     tone: Tone,
@@ -91,7 +91,7 @@ pub fn attempt(
         work.check()?;
         for picture in all_coded(together, size, tone) {
             let picture = picture?;
-            // As they stand in an address.
+            // Bytes in base64.
             bytes += picture.bytes() / 3 * 4;
             pictures.push(picture);
         }
@@ -104,7 +104,7 @@ pub fn attempt(
     Ok(Ok(pictures))
 }
 
-/// Some pictures in a size, each on a thread of its own.
+/// Encodes images in a size, each on a thread.
 fn all_coded(
     images: &[&Image],
     size: (usize, usize),
@@ -120,8 +120,8 @@ fn all_coded(
     in_order(images, images.len(), |image| one(image))
 }
 
-/// A picture in the code of 8 bits, of light as it is exposed. Signs are kept where the display
-/// could tell them from black.
+/// Encodes an image of exposed light in 8 bits. Signs are kept if the display could distinguish
+/// them from black.
 fn coded(image: &Image, tone: Tone) -> Result<Coded, PictureError> {
     let curve = ByteCurve::new(peak(image), tone.knee());
     let codes = curve.codes(image.data());
