@@ -1,7 +1,7 @@
 //! The terminal around the prompt: arguments, line editor, progress bars, pictures.
 //!
-//! Everything the program can do is a verb of [`footlight_prompt`]; this module only reads words from a
-//! person and shows what comes back. It is the only module that prints.
+//! Every action of the program is a verb of [`footlight_prompt`]; this module only reads words from
+//! a person and shows the results. It is the only module that prints.
 
 mod argument;
 mod drawing;
@@ -51,8 +51,8 @@ use self::settings::Settings;
 use self::slurm::Slurm;
 
 /// Runs the program with the process's own arguments and returns its exit code: 0 well, 1 the show
-/// has errors, 2 usage, 3 files or devices, 65 tasks of another version, 70 our own fault, 75 try again,
-/// 130 stopped by the user or the limit of time, 143 and 129 by SIGTERM and SIGHUP.
+/// has errors, 2 usage, 3 files or devices, 65 tasks of another version, 70 our own fault, 75 try
+/// again, 130 stopped by the user or the time limit, 143 and 129 by SIGTERM and SIGHUP.
 pub fn main() -> ExitCode {
     let (settings, task) = match argument::parse(std::env::args_os().map(spared)) {
         Ok(parsed) => parsed,
@@ -85,7 +85,7 @@ pub fn main() -> ExitCode {
         Ok(code) => code,
         Err(error) => screen.fail(&error),
     };
-    // What is rendered in the background ends with the program.
+    // Background rendering ends with the program.
     process::end_all();
     match LOST.get() {
         None => ExitCode::from(code),
@@ -93,7 +93,7 @@ pub fn main() -> ExitCode {
     }
 }
 
-/// Names the replacement of the argument that an error refuses, where an earlier version had it.
+/// Replacement of a rejected argument that an earlier version had.
 fn removed_argument(error: &clap::Error) -> Option<String> {
     let verb = std::env::args().nth(1).unwrap_or_default();
     let kinds = [
@@ -107,7 +107,7 @@ fn removed_argument(error: &clap::Error) -> Option<String> {
     })
 }
 
-/// What `footlight help go` asks for: a verb that is typed at the prompt alone.
+/// Help of `footlight help go`: a verb that exists only at the prompt.
 fn verb_help() -> Option<String> {
     let words: Vec<OsString> = std::env::args_os().skip(1).collect();
     match words.as_slice() {
@@ -116,7 +116,7 @@ fn verb_help() -> Option<String> {
     }
 }
 
-/// Prints help or the version, which are what was asked for.
+/// Prints requested help or the version.
 fn help(error: &clap::Error) -> ExitCode {
     let printed = error.print().and_then(|()| io::stdout().flush());
     match printed {
@@ -128,10 +128,10 @@ fn help(error: &clap::Error) -> ExitCode {
     }
 }
 
-/// Why something could not be written to standard output, if it was not closed.
+/// Error of writing to standard output, unless it was closed.
 static LOST: OnceLock<String> = OnceLock::new();
 
-/// The show's file that stands where a verb is expected.
+/// The show's file, when it stands in place of a verb.
 fn sole_show(mut words: impl Iterator<Item = OsString>) -> Option<String> {
     let word = words.nth(1)?.into_string().ok()?;
     word.ends_with(".lxq").then_some(word)
@@ -207,7 +207,7 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
             let (wake, events) = channel();
             let background: Box<dyn Background> = Box::new(Threads::new(wake.clone()));
             let host = Host {
-                // A person who types does not wait.
+                // An interactive user does not wait.
                 impatient: commands.is_empty() && io::stdin().is_terminal(),
                 background: Some(background),
                 ..host(show.as_deref(), settings, screen)
@@ -245,20 +245,20 @@ fn serve_editor(settings: &Settings) -> Result<u8, Error> {
             ..Host::default()
         }),
     };
-    // As the protocol says; a client that is gone hears no words.
+    // Exit code by the protocol; a lost client gets no message.
     Ok(match lsp::serve_standard(means).map_err(Error::Device)? {
         lsp::End::Orderly => 0,
         lsp::End::Abrupt => 1,
     })
 }
 
-/// The largest file that a show may name, in bytes: a stage may be larger than any text, and is read
-/// within what the show may take (1.5 million polygons, 230 MB of OBJ, took 630 MB).
+/// The largest file that a show may name, in bytes. A stage may be larger than any text, and is
+/// read within the show's memory (1.5 million polygons, 230 MB of OBJ, take 630 MB).
 fn file_limit(memory: usize) -> u64 {
     TEXT_LIMIT.max(memory as u64 / 8)
 }
 
-/// The terminal's means, for the show at `path` (`-`: standard input; none: an empty show).
+/// The host of the show at `path` (`-`: standard input; `None`: an empty show).
 fn host(path: Option<&Path>, settings: &Settings, screen: &Screen) -> Host {
     let file = path.filter(|p| *p != Path::new("-"));
     let folder = file.map_or(Path::new("."), folder_of);
@@ -288,7 +288,7 @@ fn host(path: Option<&Path>, settings: &Settings, screen: &Screen) -> Host {
     }
 }
 
-/// Opens a show with the terminal's means.
+/// Opens a show with the terminal as host.
 fn open(path: Option<&Path>, settings: &Settings, screen: &Screen) -> Result<Repl, Error> {
     load(path, host(path, settings, screen), (settings, screen))
 }
@@ -339,14 +339,14 @@ fn load(
     Ok(Repl::new(engine?, console))
 }
 
-/// Standard output for files, unless it is a terminal, which shows no films, or closed.
+/// Standard output for files, unless it is closed or a terminal, which shows no films.
 fn pipe() -> Option<Pipe> {
     let open = || Box::new(BufWriter::new(io::stdout())) as Box<dyn Write>;
     let is_read = !io::stdout().is_terminal() && !files::output_goes_nowhere();
     is_read.then(|| Box::new(open) as Pipe)
 }
 
-/// The folder that a file lies in.
+/// The folder of a file.
 fn folder_of(file: &Path) -> &Path {
     match file.parent() {
         Some(parent) if parent != Path::new("") => parent,
@@ -354,8 +354,8 @@ fn folder_of(file: &Path) -> &Path {
     }
 }
 
-/// Where pictures are stored: where the user says, else next to the show's file. A link there, which
-/// may have come with the show, could lead anywhere.
+/// The folder for images: given by the user, else next to the show's file. A link there could have
+/// come with the show and lead anywhere.
 fn pool_place(folder: Option<&Path>, settings: &Settings) -> Option<PoolPlace> {
     let folder = match &settings.pool {
         Some(said) if said.as_os_str() == "off" => return None,
@@ -381,8 +381,8 @@ fn print(text: impl Into<Printable>) -> bool {
     draw(&text.into())
 }
 
-/// Writes pictures and scripts to standard output as they are: nothing that names what a show or a
-/// file holds. False once it is closed.
+/// Writes images and scripts to standard output unchanged; they contain no names from shows or
+/// files. False once it is closed.
 fn draw(text: &str) -> bool {
     let mut out = io::stdout().lock();
     let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
@@ -394,7 +394,7 @@ fn draw(text: &str) -> bool {
     written.is_ok()
 }
 
-/// Writes to standard error, where a closed end does no harm.
+/// Writes to standard error; a closed end does no harm.
 fn complain(text: impl Into<Printable>) {
     let _ = io::stderr().lock().write_all(text.into().as_bytes());
 }

@@ -18,31 +18,32 @@
 //! # }
 //! ```
 //!
-//! It is the system of Dorsey, Arvo and Greenberg, "Interactive Design of Complex
-//! Time-Dependent Lighting" (1995): a show's text is compiled to *key settings*, a singular value
-//! decomposition orders the few settings worth rendering well, a linear light-transport operator
-//! G renders them, and any frame is at most three linear blends of key images.
+//! It is the system of Dorsey, Arvo and Greenberg, "Interactive Design of Complex Time-Dependent
+//! Lighting" (1995): a show's text is compiled to *key settings*, a singular value decomposition
+//! orders the few settings worth rendering well, a linear light-transport operator G renders them,
+//! and any frame is at most three linear blends of key images.
 //!
-//! The [`manual`] has the language, the commands, the files, and how exact and fast it is.
+//! The [`manual`] covers the language, the commands, the files, accuracy and speed.
 //!
 //! - [`Document`] is a text with everything that follows from it; an [`Edit`] is the smallest
 //!   change of the text.
 //! - [`Engine`] is a document with a renderer and the images made of it ([`Images`]): levels,
 //!   pictures, plan and forecast ([`Estimate`]), refinement ([`Refinement`], here or in the
 //!   background), playback ([`Player`]).
-//! - [`LiveControl`] is what a hand does at a desk: go, back, levels that are tried and recorded.
-//! - [`Repl`] is the prompt, without a terminal: lines in, words and pictures out.
-//! - [`Host`] is what the embedding program gives: files, clock, threads, progress, limits. Nothing
-//!   else of the outside is touched; the library prints nothing and keeps no state of the process.
-//!   A renderer of one's own is a [`Transport`].
+//! - [`LiveControl`] is manual control as at a desk: go, back, levels that are tried and recorded.
+//! - [`Repl`] is the prompt without a terminal: lines in, messages and images out.
+//! - [`Host`] is provided by the embedding program: files, clock, threads, progress, limits. The
+//!   library touches nothing else outside; it prints nothing and keeps no state of the process. A
+//!   custom renderer implements [`Transport`].
 //!
 //! Without the feature `cli`, which is on by default, no terminal crate is compiled, and the
-//! library builds for `wasm32-unknown-unknown`; an embedding program there gives its own [`Clock`].
+//! library builds for `wasm32-unknown-unknown`; an embedding program there supplies its own
+//! [`Clock`].
 //!
 //! # Crates
 //!
-//! This crate is a facade: it gives names of the crates below one place. Each imports only what
-//! stands above it in this table, as Cargo sees to.
+//! This crate is a facade: it re-exports the crates below. Each imports only crates above it in
+//! this table, as Cargo enforces.
 //!
 //! ```text
 //! text --show--> Show --timeline--> key settings --plan--> basis, order, predicted error
@@ -53,18 +54,18 @@
 //!
 //! | crate | its job |
 //! |---|---|
-//! | `footlight-host` | what the embedding program gives: files, clock, programs, progress, cancel |
-//! | `footlight-show` | the text and what it means: language, model, timeline, checks |
+//! | `footlight-host` | services of the embedding program: files, clock, programs, progress, cancel |
+//! | `footlight-show` | the text and its meaning: language, model, timeline, checks |
 //! | `footlight-picture` | linear images: OpenEXR, PNG, tone, films |
 //! | `footlight-stage` | geometry, materials, lights; OBJ, glTF, photometric files, textures |
-//! | `footlight-transport` | the operator G: radiosity, and renderers outside |
+//! | `footlight-transport` | the operator G: radiosity, and external renderers |
 //! | `footlight-engine` | documents, images, plan, refinement, playback |
 //! | `footlight-desk` | shows and rigs of other programs, packets of the lighting network |
 //! | `footlight-report` | results as text, tables, charts, files |
 //! | `footlight-prompt` | verbs, completion, answers; no terminal |
 //! | `footlight-lsp`, `footlight-serve` | the language server; the live page |
 //!
-//! A program that reads cue sheets and wants levels over time needs `footlight-show` alone.
+//! A program that reads cue sheets and needs levels over time uses only `footlight-show`.
 
 /// The manual. Each page answers one question.
 ///
@@ -121,7 +122,7 @@ mod cli;
 #[doc(hidden)]
 pub use cli::main;
 
-// The crates below, each with all that it has.
+// The crates below, each with its whole content.
 pub use footlight_desk as desk;
 pub use footlight_engine as engine;
 pub use footlight_host as host;
@@ -132,7 +133,7 @@ pub use footlight_show as show;
 pub use footlight_stage as stage;
 pub use footlight_transport as transport;
 
-// What most programs need.
+// Items for most programs.
 pub use footlight_engine::plan::PlanReport;
 pub use footlight_engine::playback::{Playback, Player};
 pub use footlight_engine::pool::Pool;

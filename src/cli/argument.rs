@@ -1,5 +1,5 @@
-//! The command line: settings and commands on files by their types, and the verbs of the prompt with
-//! the show's file in front of their words.
+//! The command line: settings and file commands as types, and the verbs of the prompt with the
+//! show's file before their words.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -15,17 +15,17 @@ use footlight_prompt::{Verb, example};
 
 const SHOW: &str = "The show's file (.lxq); `-` reads standard input";
 
-/// What to do.
+/// The requested task.
 #[derive(Debug)]
 pub enum Task {
-    /// A command that is no verb.
+    /// A command that is not a verb.
     Own(OwnCommand),
     /// One verb on a show.
     Verb { show: PathBuf, verb: Box<Verb> },
 }
 
-// Commands that are no verbs: the prompt, and those that take files in place of a show to open. A
-// doc comment here would be the program's description.
+// Commands that are not verbs: the prompt, and those that take files in place of a show to open. A
+// doc comment here would become the program's description.
 #[derive(Debug, Subcommand)]
 pub enum OwnCommand {
     /// Open the prompt on a show
@@ -133,7 +133,7 @@ pub enum OwnCommand {
     },
 }
 
-/// Reads the arguments. Its error is also what help and the version are.
+/// Parses the arguments. Help and the version are also returned as errors.
 pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<(Settings, Task), clap::Error> {
     let matches = command().try_get_matches_from(arguments)?;
     let settings = Settings::from_arg_matches(&matches)?;
@@ -158,7 +158,7 @@ pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<(Settings, Tas
     Ok((settings, task))
 }
 
-/// Refuses `plot keys show.lxq` with what was meant.
+/// Rejects `plot keys show.lxq` with a correction.
 fn show_comes_first(verb: &str, show: &Path, matches: &ArgMatches) -> Result<(), clap::Error> {
     let is_file = |name: &Path| name == Path::new("-") || name.exists();
     let is_show = |name: &&Path| name.extension() == Some(OsStr::new("lxq")) && is_file(name);
@@ -192,7 +192,7 @@ pub fn command() -> Command {
     root.subcommands(verbs.map(on_show))
 }
 
-/// A verb as a command: the show's file stands in front of its words, behind one that must be said.
+/// A verb as a command: the show's file comes before its words, after required ones.
 fn on_show(verb: &Command) -> Command {
     let mut positionals = verb.get_positionals();
     let place = 1 + usize::from(positionals.any(Arg::is_required_set));

@@ -1,4 +1,4 @@
-//! Pictures in the terminal, and frames in the place of the ones before.
+//! Images in the terminal, and frames that replace each other.
 
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -7,26 +7,26 @@ use super::draw;
 use footlight_picture::terminal::{self, Room};
 use footlight_report::film::{Canvas, Shown};
 
-/// Widest picture in half blocks, in columns: beyond it one sees no more, only less text.
+/// Widest image in half blocks, in columns: a wider one shows no more detail, and leaves less text.
 const WIDEST: usize = 120;
 
-/// Lines that stay free for what was typed and what is printed.
+/// Lines kept free for the input and the reply.
 const FREE: usize = 4;
 
-/// A frame is not followed by the next before this: terminals show no more, and fall behind.
+/// Least time between frames: terminals show no more, and fall behind.
 const PACE: Duration = Duration::from_millis(50);
 
-/// How pictures are drawn.
+/// Drawing methods.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Drawing {
-    /// Half blocks in colours.
+    /// Coloured half blocks.
     Blocks,
     /// Kitty's graphics protocol.
     Kitty,
 }
 
 impl Drawing {
-    /// A picture as text that draws it, sized to the window as it is now.
+    /// Text that draws an image, sized to the current window.
     pub fn draw(self, picture: &Shown) -> String {
         self.drawn(picture, None)
     }
@@ -49,15 +49,15 @@ impl Drawing {
     }
 }
 
-/// The number that frames have in Kitty's protocol, so that each replaces the one before.
+/// Number of frames in Kitty's protocol, so that each replaces the one before.
 const FRAME: u32 = 1;
 
-/// Frames one over the other.
+/// Frames drawn over each other.
 pub struct InPlace {
     drawing: Drawing,
-    /// Clears what stands where the first frame goes.
+    /// Clears the area of the first frame.
     clear: Box<dyn Fn() + Send>,
-    /// When the last frame was drawn, and the lines it took.
+    /// When the last frame was drawn, and its height in lines.
     last: Mutex<Option<(Instant, usize)>>,
 }
 
@@ -75,7 +75,7 @@ impl Canvas for InPlace {
     fn frame(&self, picture: &Shown) -> bool {
         let mut last = self.last.lock().unwrap_or_else(PoisonError::into_inner);
         let over = match *last {
-            // The cursor is hidden while it would jump about.
+            // Hide the cursor, which would jump about.
             None => {
                 (self.clear)();
                 "\x1b[?25l".to_owned()

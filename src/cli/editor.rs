@@ -1,5 +1,5 @@
-//! Completion, hints and colours of the line editor, from the vocabulary of the prompt, and the
-//! history on disk.
+//! Completion, hints and colours of the line editor, from the prompt's vocabulary, and the history
+//! on disk.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -16,16 +16,16 @@ use footlight_prompt::{Vocabulary, finished};
 use footlight_show::lang::{Token, tokens};
 use footlight_show::printable::{is_hidden, visible};
 
-/// Lines that are remembered from session to session.
+/// Lines of history kept between sessions.
 pub const REMEMBERED: usize = 2000;
-/// Characters of a hint.
+/// Most characters of a hint.
 const HINT: usize = 60;
-/// Bytes of the history that are read.
+/// Most bytes read of the history.
 const HISTORY_LIMIT: u64 = 4 << 20;
 
-/// What the line editor calls for completion, hints and colours.
+/// Completion, hints and colours for the line editor.
 pub struct Reader {
-    /// The show's names, brought up to date before each line.
+    /// The show's names, updated before each line.
     pub vocabulary: Vocabulary,
     coloured: bool,
     names: FilenameCompleter,
@@ -66,11 +66,11 @@ impl Completer for Reader {
         let offered = self.vocabulary.complete(line, at);
         if offered.files {
             let (start, mut names) = self.names.complete(line, at, context)?;
-            // A name that commands the terminal is neither shown nor put into the line.
+            // A name with control characters is neither shown nor inserted.
             names.retain(|name| !name.replacement.chars().any(is_hidden));
             return Ok((start, names));
         }
-        // A blank behind it, so that the next word can be typed at once.
+        // Add a blank, so that the next word can be typed at once.
         let words = offered.words.into_iter();
         let pair = |word: String| Pair {
             replacement: format!("{word} "),
@@ -89,7 +89,7 @@ impl Hinter for Reader {
             return None;
         }
         let hint = visible(&self.vocabulary.hint(line)?).into_owned();
-        // What wraps is no hint any more.
+        // A hint that would wrap is omitted.
         match hint.char_indices().nth(HINT) {
             None => Some(hint),
             Some((end, _)) => Some(format!("{}…", hint.get(..end)?)),
@@ -119,7 +119,7 @@ impl Highlighter for Reader {
     }
 }
 
-/// A line in the terminal's own colours, so that they are readable on any ground.
+/// A line in the terminal's own colours, which are readable on any background.
 fn painted(line: &str) -> String {
     let mut out = String::new();
     let mut at = 0;
@@ -145,8 +145,7 @@ fn painted(line: &str) -> String {
     out
 }
 
-/// The history's file: what FOOTLIGHT_HISTORY says (`off`: none), else where the system keeps
-/// state.
+/// The history's file: FOOTLIGHT_HISTORY (`off`: none), else in the system's state folder.
 pub fn history_file() -> Option<PathBuf> {
     let set = |name| std::env::var_os(name).filter(|value| !value.is_empty());
     if let Some(said) = set("FOOTLIGHT_HISTORY") {
@@ -157,7 +156,7 @@ pub fn history_file() -> Option<PathBuf> {
     state.map(|folder| folder.join("footlight").join("history"))
 }
 
-/// The remembered lines; none where there is no file yet.
+/// The lines of the history; empty without a file.
 pub fn remembered(file: &Path) -> Result<Vec<String>, FileError> {
     let bytes = match Disk.read(file, HISTORY_LIMIT) {
         Err(FileError::Missing(_)) => return Ok(Vec::new()),
@@ -167,12 +166,12 @@ pub fn remembered(file: &Path) -> Result<Vec<String>, FileError> {
     Ok(text.lines().map(unescaped).collect())
 }
 
-/// Adds this session's lines behind those of other sessions.
+/// Appends this session's lines to those of other sessions.
 pub fn remember(file: &Path, history: &DefaultHistory, known: usize) -> Result<(), FileError> {
     if history.len() == known {
         return Ok(());
     }
-    // What cannot be read is not replaced: it would be lost.
+    // An unreadable history is not replaced, because it would be lost.
     let mut lines = remembered(file)?;
     let fresh = history.iter().skip(known).map(String::as_str);
     lines.extend(fresh.map(str::to_owned));
@@ -185,7 +184,7 @@ pub fn remember(file: &Path, history: &DefaultHistory, known: usize) -> Result<(
     Disk.output(file, text.as_bytes())
 }
 
-/// A line of its own for what may be several.
+/// Escapes line breaks in an entry.
 fn escaped(line: &str) -> String {
     line.replace('\\', "\\\\").replace('\n', "\\n")
 }

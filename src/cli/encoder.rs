@@ -1,7 +1,7 @@
-//! Films as players take them: an `ffmpeg` that is installed encodes what it is given.
+//! Films in common formats, encoded by an installed `ffmpeg`.
 //!
-//! Invariant: the film stands at its place only once it is whole; the encoder writes elsewhere,
-//! because its container wants to go back and fill in its index.
+//! Invariant: the film appears at its path only when complete. The encoder writes to another file,
+//! because its container has to seek back for its index.
 
 use std::fs::File;
 use std::io::{self, Read, Write};
@@ -17,19 +17,19 @@ use footlight_report::format::ending;
 /// The program.
 const PROGRAM: &str = "ffmpeg";
 
-/// Arguments for every film: its frames are those of [`footlight_picture::y4m`], coded for a
-/// display by sRGB's curve; colour is shared by four pixels, so sides are made even.
+/// Arguments for every film: frames come from [`footlight_picture::y4m`], coded for a display by
+/// sRGB's curve; four pixels share a colour, so sides are made even.
 const ALWAYS: &str = "-hide_banner -loglevel error -y -f yuv4mpegpipe -i pipe:0 -pix_fmt yuv420p \
     -vf pad=ceil(iw/2)*2:ceil(ih/2)*2 -colorspace bt709 -color_primaries bt709 \
     -color_trc iec61966-2-1 -color_range tv";
 
-/// And of one of H.264 that a browser can play while it loads.
+/// Arguments for H.264 that a browser can play while loading.
 const MP4: &str = "-c:v libx264 -preset medium -crf 18 -movflags +faststart -f mp4";
 
-/// And of one of VP9.
+/// Arguments for VP9.
 const WEBM: &str = "-c:v libvpx-vp9 -crf 24 -b:v 0 -row-mt 1 -deadline good -cpu-used 4 -f webm";
 
-/// Bytes of its complaints that are shown.
+/// Most bytes of its error output that are shown.
 const COMPLAINT: u64 = 2000;
 
 /// The `ffmpeg` of the search path.
@@ -60,14 +60,14 @@ fn failed(path: &Path, source: io::Error) -> FileError {
     }
 }
 
-/// A film that is being encoded.
+/// A running encoder.
 struct Encoding {
     path: PathBuf,
-    /// Where the encoder writes, and the folder that goes with it.
+    /// The encoder's output file; its folder is removed with it.
     draft: PathBuf,
     _folder: Private,
     child: Child,
-    /// What it complains of.
+    /// Thread that reads its error output.
     complaint: Option<JoinHandle<String>>,
 }
 
@@ -91,7 +91,7 @@ impl Encoding {
         })
     }
 
-    /// The encoder's own words for its failure.
+    /// The encoder's own message for its failure.
     fn complaint(&mut self) -> io::Error {
         let said = self.complaint.take().and_then(|said| said.join().ok());
         io::Error::other(match said.as_deref().map(str::trim) {
@@ -100,7 +100,7 @@ impl Encoding {
         })
     }
 
-    /// Lets the encoder end, and copies its film to its place.
+    /// Waits for the encoder, and copies the film to its path.
     fn deliver(&mut self) -> Result<(), FileError> {
         drop(self.child.stdin.take());
         let ended = self.child.wait();
@@ -115,7 +115,7 @@ impl Encoding {
     }
 }
 
-/// The start of what is said; the rest is read and dropped, so that the encoder does not block.
+/// Reads the start of the error output; the rest is dropped, so that the encoder does not block.
 fn read(mut said: impl Read) -> String {
     let mut text = Vec::new();
     let _ = said.by_ref().take(COMPLAINT).read_to_end(&mut text);
@@ -127,7 +127,7 @@ impl Write for Encoding {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         let written = self.child.stdin.as_mut().map(|to| to.write(bytes));
         match written {
-            // An encoder that is gone is no reader that has seen enough.
+            // A closed pipe means that the encoder failed.
             None => Err(self.complaint()),
             Some(Err(e)) if e.kind() == io::ErrorKind::BrokenPipe => Err(self.complaint()),
             Some(written) => written,
@@ -146,7 +146,7 @@ impl AtomicWriter for Encoding {
 }
 
 impl Drop for Encoding {
-    /// Nothing is left of a film that is given up.
+    /// Removes an abandoned film.
     fn drop(&mut self) {
         let _ = self.child.kill();
         let _ = self.child.wait();

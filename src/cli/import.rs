@@ -1,4 +1,4 @@
-//! `import`: a show or a rig of another program as the text of a show.
+//! `import`: converts a show or a rig of another program to the text of a show.
 
 use std::path::{Path, PathBuf};
 
@@ -34,7 +34,7 @@ pub struct Imported {
     json: bool,
 }
 
-/// Writes the show and reports what is not in it.
+/// Writes the show and reports the losses.
 pub fn import(arguments: &Imported, settings: &Settings, screen: &Screen) -> Result<u8, Error> {
     if let Some(time) = settings.time_limit {
         signals::limit(time, screen);
@@ -76,7 +76,7 @@ pub fn import(arguments: &Imported, settings: &Settings, screen: &Screen) -> Res
     Ok(0)
 }
 
-/// Reads what was written as a show. It is there to be corrected where it does not check.
+/// Checks the written show. It stays for correction if the check fails.
 fn check(show: &Path, settings: &Settings) -> Result<(), Error> {
     let files = Box::new(Folder::new(
         super::folder_of(show),
@@ -97,10 +97,10 @@ fn check(show: &Path, settings: &Settings) -> Result<(), Error> {
     })
 }
 
-/// What was written, what was lost and what was assumed.
+/// Files written, losses, and assumptions.
 type Report = (Vec<String>, Vec<Loss>, Vec<String>);
 
-/// A desk's show.
+/// Imports a desk's show.
 fn desk(arguments: &Imported, work: Work<'_>) -> Result<Report, Error> {
     let bytes = Disk.read(&arguments.file, usitt::LIMIT as u64)?;
     let (text, carried) = usitt::import(&file_name(&arguments.file), &bytes, arguments.list, work);
@@ -109,7 +109,8 @@ fn desk(arguments: &Imported, work: Work<'_>) -> Result<Report, Error> {
     Ok((vec![shown(&arguments.output)], carried.losses, Vec::new()))
 }
 
-/// The rig of a plan, with its set in a folder beside the show and its addresses in a file.
+/// Imports the rig of a plan, with its geometry in a folder next to the show and its addresses in a
+/// file.
 fn rig(arguments: &Imported, work: Work<'_>) -> Result<Report, Error> {
     let bytes = Disk.read(&arguments.file, mvr::LIMIT as u64)?;
     let stem = arguments.output.file_stem().unwrap_or_default();

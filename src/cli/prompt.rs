@@ -15,30 +15,30 @@ use footlight_engine::{Background, TEXT_LIMIT};
 use footlight_prompt::{Error, Repl, Vocabulary, finished};
 use footlight_show::printable::Printable;
 
-/// What the prompt waits for.
+/// Events at the prompt.
 pub enum Event {
     /// A line was entered, or the terminal failed.
     Line(Result<String, ReadlineError>),
-    /// Something ended that went on beside the prompt.
+    /// A background task ended.
     Finished,
 }
 
-/// Threads for what goes on beside the prompt.
+/// Threads for background tasks.
 pub struct Threads(Sender<Event>);
 
 impl Threads {
-    /// That call `wake` at each end.
+    /// Creates threads that send to `wake` at each end.
     pub fn new(wake: Sender<Event>) -> Threads {
         Threads(wake)
     }
 }
 
-/// Reports the end even where it is a panic.
+/// Reports the end of a task, even after a panic.
 struct NotifyOnDrop(Sender<Event>);
 
 impl Drop for NotifyOnDrop {
     fn drop(&mut self) {
-        // Nothing waits any more once the program leaves.
+        // The receiver is gone once the program leaves.
         let _ = self.0.send(Event::Finished);
     }
 }
@@ -46,7 +46,7 @@ impl Drop for NotifyOnDrop {
 impl Background for Threads {
     fn start(&self, task: Box<dyn FnOnce() + Send>) {
         let notify = NotifyOnDrop(self.0.clone());
-        // Where there are no threads to be had the task is dropped, and found out to have ended.
+        // Without a free thread the task is dropped, which counts as its end.
         let _ = thread::Builder::new().spawn(move || {
             let _notify = notify;
             task();
@@ -54,16 +54,16 @@ impl Background for Threads {
     }
 }
 
-/// The line editor on its own thread, so that the prompt can be served while somebody types.
+/// The line editor on another thread, so that the prompt can work while somebody types.
 struct LineReader {
     ask: Sender<(Vocabulary, String)>,
-    /// Prints above the line that is being typed.
+    /// Prints above the current input line.
     printer: Option<Box<dyn ExternalPrinter + Send>>,
     thread: JoinHandle<()>,
 }
 
 impl LineReader {
-    /// Sends a line to `send` each time that it is asked.
+    /// Starts the editor, which sends a line to `send` for each request.
     fn new(coloured: bool, send: Sender<Event>) -> Result<LineReader, ReadlineError> {
         let (ask, asked) = channel::<(Vocabulary, String)>();
         let (ready, begun) = channel();
@@ -92,11 +92,11 @@ impl LineReader {
 
     /// Asks for a line.
     fn ask(&self, repl: &Repl) {
-        // A line editor that has ended has sent its error.
+        // After an error the editor has ended, and has sent it.
         let _ = self.ask.send((repl.vocabulary(), prompt(repl)));
     }
 
-    /// Prints something while a line is being typed.
+    /// Prints something above the current input line.
     fn tell(&mut self, notes: &[Printable]) {
         if notes.is_empty() {
             return;
@@ -118,14 +118,14 @@ fn line_editor(coloured: bool) -> Result<Editor<Reader, DefaultHistory>, Readlin
     Ok(line_editor)
 }
 
-/// Reads a line each time that one is asked for, until none is asked for.
+/// Reads a line for each request.
 fn type_lines(
     line_editor: &mut Editor<Reader, DefaultHistory>,
     asked: &Receiver<(Vocabulary, String)>,
     send: &Sender<Event>,
 ) {
     let history = editor::history_file();
-    // What cannot be read is said when it should be written.
+    // Errors of reading the history are reported when it is written.
     let remembered = history
         .iter()
         .filter_map(|file| editor::remembered(file).ok());
@@ -139,7 +139,7 @@ fn type_lines(
         }
         let line = line_editor.readline(&prompt);
         if let Ok(line) = &line {
-            // A full history only forgets; that is no reason to stop.
+            // If this fails, only history is lost.
             let _ = line_editor.add_history_entry(line.as_str());
         }
         if send.send(Event::Line(line)).is_err() {
@@ -153,7 +153,7 @@ fn type_lines(
     }
 }
 
-/// Talks with a person until they leave; the exit code.
+/// Runs an interactive session and returns its exit code.
 pub fn converse(
     repl: &mut Repl,
     screen: &Screen,
@@ -190,12 +190,12 @@ pub fn converse(
         line_reader.ask(repl);
     }
     drop(line_reader.ask);
-    // It writes the history before it leaves.
+    // The thread writes the history before it ends.
     let _ = line_reader.thread.join();
     code
 }
 
-/// What stands before a line: that edits are blind, if they are.
+/// The prompt before a line, which shows blind edits.
 fn prompt(repl: &Repl) -> String {
     if repl.live().is_blind() {
         "blind> ".to_owned()
@@ -204,11 +204,11 @@ fn prompt(repl: &Repl) -> String {
     }
 }
 
-/// A declaration that is not finished after this many bytes never will be: reading on would look
-/// through all of it again at every line.
+/// Most bytes of a declaration: a longer one is never finished, and reading on would scan it again
+/// at every line.
 const LONGEST: usize = 64 << 10;
 
-/// Lines on their way to the prompt; those of an unfinished declaration wait for the rest.
+/// Lines for the prompt; an unfinished declaration waits for the rest.
 #[derive(Default)]
 struct Pending {
     text: String,
@@ -217,7 +217,7 @@ struct Pending {
 }
 
 impl Pending {
-    /// Takes a line and runs what it finishes; false to read no further.
+    /// Adds a line and runs it if it is complete; false to read no further.
     fn take(&mut self, line: &str, repl: &mut Repl, screen: &Screen) -> bool {
         self.text.push_str(line);
         if finished(&self.text) {
@@ -227,7 +227,7 @@ impl Pending {
         self.text.len() <= LONGEST
     }
 
-    /// Runs what waits, finished or not; false to leave.
+    /// Runs the pending lines, finished or not; false to leave.
     fn run(&mut self, repl: &mut Repl, screen: &Screen) -> bool {
         match repl.execute(&std::mem::take(&mut self.text)) {
             Ok(reply) => {
@@ -244,20 +244,19 @@ impl Pending {
     }
 }
 
-/// Runs what was entered, which is several lines when it was pasted; false to leave.
+/// Runs the entered lines, of which there are several after a paste; false to leave.
 fn each(repl: &mut Repl, entered: &str, screen: &Screen) -> bool {
     let mut pending = Pending::default();
     for line in entered.lines() {
         if !pending.take(line, repl, screen) {
-            // Nothing waits after a `quit`; what waits here is too long to be finished.
+            // Nothing is pending after a `quit`; pending text here is too long to be finished.
             return !pending.text.is_empty() && pending.run(repl, screen);
         }
     }
     pending.run(repl, screen)
 }
 
-/// Runs the lines of `input` to their end, going on after errors; the exit code is the worst of
-/// theirs.
+/// Runs all lines of `input`, continuing after errors; returns the worst exit code.
 pub fn batch(repl: &mut Repl, input: impl Read, screen: &Screen) -> Result<u8, Error> {
     let mut pending = Pending::default();
     for line in BufReader::new(input.take(TEXT_LIMIT)).split(b'\n') {

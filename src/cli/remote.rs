@@ -1,4 +1,4 @@
-//! Open Sound Control at a port: GO from elsewhere, and where the show is.
+//! Open Sound Control on a port: receives GO, and sends the state of the show.
 
 use std::net::{IpAddr, SocketAddr, ToSocketAddrs as _, UdpSocket};
 
@@ -12,7 +12,7 @@ use footlight_prompt::Error;
 use footlight_show::timeline::TimelineError;
 use footlight_show::units::{CueNumber, Time};
 
-/// Messages that are read between two frames.
+/// Most messages handled between two frames.
 const MOST_MESSAGES: usize = 64;
 
 /// Options of Open Sound Control.
@@ -26,7 +26,7 @@ pub struct OscOptions {
     osc_to: Option<SocketAddr>,
 }
 
-/// Open Sound Control: where commands come in, and where the state is sent.
+/// Open Sound Control: receives commands, and sends the state.
 pub struct Remote {
     pub socket: UdpSocket,
     to: Option<SocketAddr>,
@@ -34,7 +34,7 @@ pub struct Remote {
 }
 
 impl Remote {
-    /// Opens the port that is said, if one is, at this machine's address `own`.
+    /// Opens the requested port, if any, at this machine's address `own`.
     pub fn open(asked: &OscOptions, own: IpAddr) -> Result<Option<Remote>, Error> {
         let (Some(port), to) = (asked.osc, asked.osc_to) else {
             return Ok(None);
@@ -62,7 +62,7 @@ impl Remote {
         }))
     }
 
-    /// Does what the messages that came ask for, and says where the show is.
+    /// Handles received messages, and sends the state of the show.
     pub fn serve(
         &mut self,
         performance: &mut Performance<'_>,
@@ -84,7 +84,7 @@ impl Remote {
         Ok(())
     }
 
-    /// Says the cue when it changes, and the time each second.
+    /// Sends the cue when it changes, and the time each second.
     fn tell(&mut self, cue: Option<usize>, now: Time, document: &Document) {
         let second = now.micros() / 1_000_000;
         let Some(to) = self.to.filter(|_| self.sent != Some((cue, second))) else {
@@ -113,13 +113,12 @@ fn target(text: &str) -> Result<SocketAddr, String> {
     found.ok_or_else(|| format!("`{text}` is no machine with a port, such as 127.0.0.1:9000"))
 }
 
-/// Cues that make no timeline.
+/// The error for cues that make no timeline.
 pub fn refused(_: Vec<TimelineError>) -> Error {
     Error::Usage("the cues make no timeline when they are started so".to_owned())
 }
 
-/// Does what a message asks for; what is not known is left alone. A button sends 1 when it is pressed
-/// and 0 when it is let go.
+/// Handles a message; unknown ones are ignored. A button sends 1 when pressed and 0 when released.
 fn obey(
     performance: &mut Performance<'_>,
     message: &osc::Message,

@@ -1,4 +1,4 @@
-//! Commands on files alone: `fmt` and `diff`, with exit codes of their own.
+//! Commands on files: `fmt` and `diff`, with separate exit codes.
 
 use std::path::{Path, PathBuf};
 
@@ -9,7 +9,7 @@ use footlight_host::files::{Disk, Files as _, Folder, Store as _, is_same};
 use footlight_prompt::Error;
 use footlight_report::{self as report, versions::VersionComparison};
 
-/// Formats files in place, or looks; 1 when a file was only looked at and would change.
+/// Formats files in place, or checks them; 1 when a checked file would change.
 pub fn format(files: &[PathBuf], look: bool) -> Result<u8, Error> {
     let mut changed = 0;
     for path in files {
@@ -22,7 +22,7 @@ pub fn format(files: &[PathBuf], look: bool) -> Result<u8, Error> {
     Ok(u8::from(look && changed > 0))
 }
 
-/// Brings a file into its canonical layout, or only looks; true where it had another.
+/// Formats a file in its canonical layout, or only checks it; true when the layout differs.
 fn lay_out(path: &Path, look: bool) -> Result<bool, Error> {
     let bytes = Disk.read(path, TEXT_LIMIT)?;
     let text = engine::format(&path.display().to_string(), &bytes)?;
@@ -34,7 +34,7 @@ fn lay_out(path: &Path, look: bool) -> Result<bool, Error> {
     Ok(other)
 }
 
-/// Prints what a stage's file holds.
+/// Describes a stage's file.
 pub fn stage(path: &Path, memory: usize) -> Result<u8, Error> {
     let files = Folder::new(folder_of(path), file_limit(memory));
     let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -47,14 +47,14 @@ pub fn stage(path: &Path, memory: usize) -> Result<u8, Error> {
 pub struct Versions<'f> {
     old: &'f Path,
     new: &'f Path,
-    /// What git calls the file, when it is git that asks: its files are copies elsewhere, the stage
-    /// and what they include are beside the original, and it wants exit code 0.
+    /// Original path of the file, when called by git: the given files are copies elsewhere, stage
+    /// and includes are next to the original, and git expects exit code 0.
     of_git: Option<&'f Path>,
 }
 
 impl<'f> Versions<'f> {
-    /// `OLD NEW`, or the seven words that git gives a diff driver: the file's name, then for the old
-    /// and the new side a file, its hash and its mode.
+    /// `OLD NEW`, or the seven words of a git diff driver: the file's name, then for the old and
+    /// the new side a file, its hash and its mode.
     pub fn of(files: &'f [PathBuf]) -> Result<Versions<'f>, Error> {
         let (old, new, of_git) = match files {
             [old, new] => (old, new, None),
@@ -78,13 +78,13 @@ impl<'f> Versions<'f> {
         Folder::new(folder_of(self.of_git.unwrap_or(path)), TEXT_LIMIT)
     }
 
-    /// Refuses to draw over a version or a file that one names.
+    /// Refuses to overwrite a version, or a file that one names.
     fn spare(&self, output: &Path) -> Result<(), Error> {
         for path in [self.old, self.new] {
             let files = self.folder(path);
             if output.exists() {
-                // A version is compared without its stage and images, which need not be there;
-                // those that are there are read here.
+                // Versions are compared without stage and images, which need not exist; existing
+                // ones are read here.
                 let name = path.display().to_string();
                 let _ = Document::new(&name, &read(path)?, &files);
             }
@@ -96,8 +96,8 @@ impl<'f> Versions<'f> {
     }
 }
 
-/// Prints what changed, and whether pictures serve on. 0: nothing, 1: something, 2:
-/// it cannot be told; for git, which takes any other code for a crash of its driver, always 0.
+/// Prints the changes, and whether images stay valid. Exit codes: 0 no changes, 1 changes, 2 error;
+/// always 0 for git, which takes any other code for a crash of its driver.
 pub fn difference(
     versions: &Versions<'_>,
     output: Option<&Path>,
@@ -136,8 +136,7 @@ fn compare(versions: &Versions<'_>, output: Option<&Path>) -> Result<String, Err
     Ok(text)
 }
 
-/// A file's bytes; git gives the null device for a side that does not exist, which is the show
-/// without anything in it.
+/// A file's bytes; git passes the null device for a missing side, which means an empty show.
 fn read(path: &Path) -> Result<Vec<u8>, Error> {
     if path == Path::new("/dev/null") {
         return Ok(b"show \"\"\n".to_vec());

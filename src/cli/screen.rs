@@ -1,4 +1,4 @@
-//! What a person sees: replies, errors, progress bars.
+//! Output for a person: replies, errors, progress bars.
 
 use std::io::{self, IsTerminal};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -19,17 +19,17 @@ use footlight_show::printable::visible;
 pub struct Screen {
     bars: Arc<Bars>,
     format: Style,
-    /// Standard output is a terminal that shows colours.
+    /// True when standard output is a terminal with colours.
     coloured: bool,
-    /// How pictures are drawn there, if at all.
+    /// Drawing method for standard output, if any.
     drawing: Option<Drawing>,
-    /// So is standard error.
+    /// True when standard error is a terminal with colours.
     errors_coloured: bool,
 }
 
 impl Screen {
-    /// The process's own terminal; `quiet` hides progress bars and pictures, `format` says how
-    /// diagnostics are rendered, `kitty` that the terminal supports Kitty's protocol.
+    /// The process's own terminal; `quiet` hides progress bars and images, `format` is the style of
+    /// diagnostics, `kitty` enables Kitty's protocol.
     pub fn new(quiet: bool, format: Style, kitty: bool) -> Screen {
         let bars = Arc::new(Bars {
             bar: Mutex::new(None),
@@ -51,35 +51,35 @@ impl Screen {
         }
     }
 
-    /// Replies may have colours.
+    /// True when replies may have colours.
     pub fn is_coloured(&self) -> bool {
         self.coloured
     }
 
-    /// How replies render diagnostics.
+    /// Style of diagnostics in replies.
     pub fn style(&self) -> Style {
         styled(self.format, self.coloured)
     }
 
-    /// Progress bars on standard error, and signals as the cancel.
+    /// Progress bars on standard error, and cancellation by signals.
     pub fn progress(&self) -> Box<dyn Progress> {
         Box::new(Watch(Arc::clone(&self.bars)))
     }
 
-    /// The signals that came.
+    /// The received signals.
     pub fn stop(&self) -> &Stop {
         &self.bars.stop
     }
 
-    /// Where `play` shows its frames, if anywhere.
+    /// The canvas for `play`, if any.
     pub fn canvas(&self) -> Option<Box<dyn Canvas>> {
         let bars = Arc::clone(&self.bars);
         let clear = Box::new(move || bars.clear());
         Some(Box::new(InPlace::new(self.drawing?, clear)))
     }
 
-    /// Shows a reply: its picture where there is a terminal, then its text. False once nobody
-    /// reads.
+    /// Shows a reply: its image if there is a terminal, then its text. False once standard output
+    /// is closed.
     pub fn reply(&self, reply: &Reply) -> bool {
         self.bars.clear();
         if let (Some(picture), Some(drawing)) = (&reply.picture, self.drawing) {
@@ -95,13 +95,13 @@ impl Screen {
         print(&reply.text)
     }
 
-    /// Shows an error and returns the exit code that belongs to it.
+    /// Shows an error and returns its exit code.
     pub fn fail(&self, error: &Error) -> u8 {
         self.bars.clear();
         if self.format.is_for_people() {
             complain(error.report(styled(self.format, self.errors_coloured)));
         } else {
-            // The reader of these finds warnings and errors in one place.
+            // Their readers expect warnings and errors in one place.
             print(error.report(self.format));
         }
         match error.exit_code() {
@@ -118,14 +118,14 @@ fn styled(format: Style, coloured: bool) -> Style {
     }
 }
 
-/// Neither <https://no-color.org> nor a terminal without colours asks for none.
+/// False if <https://no-color.org> or a terminal without colours forbids them.
 fn colours() -> bool {
     let none = std::env::var_os("NO_COLOR").is_some_and(|v| !v.is_empty());
     let dumb = std::env::var_os("TERM").is_some_and(|t| t == "dumb");
     !none && !dumb
 }
 
-/// The progress bar in use, and the signals that came.
+/// The current progress bar, and the received signals.
 #[derive(Debug)]
 struct Bars {
     bar: Mutex<Option<(String, ProgressBar)>>,

@@ -1,7 +1,7 @@
-//! `send`: a show onto the lighting network; E1.31 and Art-Net out, OSC in and out.
+//! `send`: sends a show to the lighting network by E1.31 and Art-Net, with OSC in and out.
 //!
-//! Nothing is sent beyond this machine unless the address of an interface is said, and nothing listens
-//! unless a port is.
+//! By default nothing is sent beyond this machine, which requires the address of an interface, and
+//! nothing listens, which requires a port.
 
 use std::io;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr, ToSocketAddrs as _, UdpSocket};
@@ -23,9 +23,9 @@ use footlight_prompt::{Error, Repl};
 use footlight_show::timeline::Timeline;
 use footlight_show::units::Time;
 
-/// Frames a second: as many as DMX512 carries.
+/// Frames per second: the most that DMX512 carries.
 const RATE: u32 = 44;
-/// Bytes of a patch file.
+/// Most bytes of a patch file.
 const PATCH_LIMIT: u64 = 1 << 20;
 
 /// Arguments of `send`.
@@ -58,7 +58,7 @@ pub struct Sent {
     osc: OscOptions,
 }
 
-/// Sends the show until its end, or until it is stopped.
+/// Sends the show to its end, or until stopped.
 pub fn send(repl: &Repl, asked: &Sent, screen: &Screen) -> Result<u8, Error> {
     let document = repl.engine().document();
     let mut network = Network::open(asked, document)?;
@@ -80,7 +80,7 @@ pub fn send(repl: &Repl, asked: &Sent, screen: &Screen) -> Result<u8, Error> {
         late.push(due.elapsed());
         let now = Time::nearest(began.elapsed().as_secs_f64());
         let values = run.values(now, document)?;
-        // A cable that is pulled is put back: the show goes on meanwhile.
+        // The show continues through network failures: a cable may be plugged in again.
         match network.send(&values) {
             Ok(()) => {
                 sent += 1;
@@ -100,7 +100,7 @@ pub fn send(repl: &Repl, asked: &Sent, screen: &Screen) -> Result<u8, Error> {
         if screen.stop().is_asked() {
             break true;
         }
-        // A machine that was asleep goes on with the frame of now.
+        // After the machine was asleep, continue with the current frame.
         let passed = began.elapsed().as_secs_f64() * f64::from(RATE);
         frame = (frame + 1).max(passed as u32);
     };
@@ -126,16 +126,16 @@ fn lost(error: io::Error) -> Error {
     Error::Device(format!("the network: {error}"))
 }
 
-/// A request that is wrong.
+/// A usage error.
 fn usage<T>(message: impl Into<String>) -> Result<T, Error> {
     Err(Error::Usage(message.into()))
 }
 
-/// What runs the cues.
+/// The source of cue times.
 enum Run<'d> {
     /// The preview's clock.
     Clock(&'d Timeline),
-    /// Messages.
+    /// Remote messages.
     Hand(Box<Performance<'d>>, Remote),
 }
 
@@ -161,12 +161,12 @@ impl Run<'_> {
     }
 }
 
-/// Where frames go.
+/// Output to the network.
 struct Network {
     socket: UdpSocket,
     patch: Patch,
     frames: Frames,
-    /// The universe that the patch's first is, and where it goes if not to its group.
+    /// First universe for sACN, and its address if not multicast.
     sacn: Option<(u16, Option<IpAddr>)>,
     artnet: Option<IpAddr>,
     source: Sender,
@@ -273,7 +273,7 @@ impl Network {
         Ok(())
     }
 
-    /// One packet of E1.31.
+    /// Sends one packet of E1.31.
     fn packet(&self, universe: u16, values: &[u8], terminated: bool) -> io::Result<()> {
         let Some((first, to)) = self.sacn else {
             return Ok(());
@@ -285,7 +285,7 @@ impl Network {
         Ok(())
     }
 
-    /// Says three times that the stream is terminated, as the standard has it.
+    /// Sends the termination of the stream three times, as the standard requires.
     fn terminate(&mut self) -> io::Result<()> {
         for _ in 0..3 {
             self.sequence = self.sequence.wrapping_add(1);
@@ -297,7 +297,8 @@ impl Network {
     }
 }
 
-/// The patch of a file, or that of the channels with what was moved; and the heads that it leaves out.
+/// The patch of a file, or the patch by channels with notes on moved addresses; and notes on heads
+/// without addresses.
 fn addresses(path: Option<&Path>, document: &Document) -> Result<(Patch, Vec<String>), Error> {
     let show = document.show();
     let (patch, mut losses) = match path {
@@ -315,7 +316,7 @@ fn addresses(path: Option<&Path>, document: &Document) -> Result<(Patch, Vec<Str
     Ok((patch, losses.iter().map(ToString::to_string).collect()))
 }
 
-/// A random number by which receivers know this sender.
+/// A random id that identifies this sender to receivers.
 fn cid() -> [u8; 16] {
     use std::hash::{BuildHasher as _, Hasher as _, RandomState};
     let half = || RandomState::new().build_hasher().finish().to_be_bytes();
@@ -326,7 +327,7 @@ fn cid() -> [u8; 16] {
     out
 }
 
-/// The address of a machine by its name or number.
+/// Resolves a machine's name or address.
 fn host(text: &str) -> Result<IpAddr, String> {
     let found = (text, 0).to_socket_addrs().ok();
     let found = found.and_then(|mut all| all.find(SocketAddr::is_ipv4));

@@ -1,4 +1,4 @@
-//! `serve`: the live page, with the terminal told what happens.
+//! `serve`: the live page, with messages on the terminal.
 
 use std::path::Path;
 use std::thread;
@@ -32,12 +32,12 @@ pub fn page(
     mut open: impl FnMut() -> Result<Repl, Error>,
 ) -> Result<u8, Error> {
     serve(show, port, &mut open, screen)?;
-    // Nothing else ends it than being stopped.
+    // Only a signal ends it.
     Ok(screen.stop().code())
 }
 
-/// Refines beside the page. Where there is no thread to be had the task is dropped, and found out to
-/// have ended.
+/// Starts background refinement. Without a free thread the task is dropped, which counts as its
+/// end.
 pub fn spawn(task: Box<dyn FnOnce() + Send>) {
     let _ = thread::Builder::new().spawn(task);
 }

@@ -1,4 +1,4 @@
-//! Settings of every command, by their types.
+//! Settings of every command, as types.
 
 use std::num::NonZero;
 use std::path::PathBuf;
@@ -13,14 +13,14 @@ use footlight_show::diagnostic::Style;
 use footlight_show::lang;
 use footlight_transport::outside;
 
-/// Bytes that the program takes beside a show.
+/// Bytes of the program itself.
 const PROGRAM: usize = 64 << 20;
 
-/// What `-c` does.
+/// Help of `-c`.
 pub const LINE: &str = "Run this line instead of opening the prompt; may be repeated";
 
-// Options of every command, and the lines to run where there is no command. A doc comment here
-// would be the program's description.
+// Options of every command, and the lines to run without a command. A doc comment here would become
+// the program's description.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Options of every command")]
 pub struct Settings {
@@ -75,35 +75,35 @@ pub struct Settings {
 }
 
 impl Settings {
-    /// How diagnostics are rendered; [`Style::Plain`] turns into colours on a terminal.
+    /// Style of diagnostics; [`Style::Plain`] becomes coloured on a terminal.
     pub fn format(&self) -> Style {
         self.format.unwrap_or(Style::Plain)
     }
 
-    /// Threads to use.
+    /// Number of threads.
     pub fn threads(&self) -> usize {
         let all = || std::thread::available_parallelism().map_or(1, NonZero::get);
         self.threads.unwrap_or_else(all)
     }
 
-    /// True where the user, or the system, limits the memory of a show.
+    /// True when the user, or the system, limits the memory of a show.
     pub fn is_memory_limited(&self) -> bool {
         self.memory.is_some() || files::is_limited()
     }
 
-    /// Bytes that a show may take, read and rendered. Of a limit of addresses half of what the
-    /// program leaves, as some are reserved and not used.
+    /// Memory of a show, read and rendered, in bytes. With a limit on address space, half of what
+    /// the program leaves, because some addresses are reserved without being used.
     pub fn memory(&self) -> usize {
         let addresses = files::address_space().saturating_sub(PROGRAM);
         self.memory.unwrap_or(4 << 30).min(addresses / 2)
     }
 
-    /// Bytes that pictures may take in their folder.
+    /// Most bytes of images in their folder.
     pub fn pool_limit(&self) -> u64 {
         self.pool_limit.unwrap_or(POOL_LIMIT)
     }
 
-    /// The renderer to use in place of the program's own.
+    /// The external renderer, if any.
     pub fn renderer(&self) -> Option<outside::RendererCall> {
         let mut call = self.renderer.clone()?.call;
         call.version.clone_from(&self.renderer_version);
@@ -116,7 +116,7 @@ impl Settings {
         Some(call)
     }
 
-    /// The options that a worker on another machine is to be given.
+    /// Options to pass to a worker on another machine.
     pub fn of_worker(&self) -> Vec<String> {
         let mut words = vec!["--quiet".to_owned()];
         let mut option = |name: &str, value: Option<String>| {
@@ -139,7 +139,7 @@ impl Settings {
     }
 }
 
-/// A renderer's command as it was typed, and what it means.
+/// A renderer's command as typed, and parsed.
 #[derive(Clone, Debug)]
 struct RendererLine {
     line: String,
@@ -164,7 +164,7 @@ fn style(name: String) -> Style {
     }
 }
 
-/// A time that is not nothing, as shows write them.
+/// Parses a positive time in the notation of shows.
 pub fn time_limit(text: &str) -> Result<Duration, String> {
     let micros = lang::time(text).and_then(|time| u64::try_from(time.micros()).ok());
     match micros.filter(|micros| *micros > 0) {

@@ -1,9 +1,9 @@
-//! What stops the program from outside: Ctrl-C, SIGTERM, SIGHUP, the limit of time.
+//! External stops: Ctrl-C, SIGTERM, SIGHUP, the time limit.
 //!
-//! A signal is a cancel: the loop at work sees it and the command ends as after an error. Where no
-//! loop has seen it within [`GRACE`], and where nothing is at work, the process is ended from here.
-//! That loses nothing but what is in hand: files are replaced whole, and the programs that were
-//! started, with their folders, are ended and removed first.
+//! A signal cancels: the running loop sees it and the command ends as after an error. If no loop
+//! has seen it within [`GRACE`], or nothing is running, the process is ended here. That loses only
+//! unfinished work: files are replaced whole, and started programs are ended, with their folders
+//! removed, first.
 
 use std::process::exit;
 use std::thread;
@@ -24,13 +24,13 @@ use footlight_engine as engine;
 use footlight_host::files::process;
 use footlight_host::work::Cancelled;
 
-/// How long a command may take to end by itself.
+/// Time for a command to end after a signal.
 const GRACE: Duration = Duration::from_millis(500);
 
-/// Makes signals stop what `screen` shows.
+/// Makes signals cancel the work that `screen` shows.
 pub fn install(screen: &Screen) {
     let screen = screen.clone();
-    // Without a handler a signal ends the process at once, which loses nothing but the wait.
+    // Without a handler a signal ends the process at once, which only skips the grace time.
     listen(move |code| {
         let stop = screen.stop();
         if stop.take(code) {
@@ -45,7 +45,7 @@ pub fn install(screen: &Screen) {
     });
 }
 
-/// Ends the process where it still runs when its limit of time, and the grace, are over.
+/// Ends the process if it still runs after its time limit and the grace time.
 pub fn limit(time: Duration, screen: &Screen) {
     let seconds = time.as_secs_f64();
     let late = engine::Error::OutOfTime { seconds };
@@ -55,7 +55,7 @@ pub fn limit(time: Duration, screen: &Screen) {
 /// Ends the process after a time, for this reason.
 fn end_after(time: Duration, screen: &Screen, reason: engine::Error) {
     let screen = screen.clone();
-    // A system without threads to spare has none at work either.
+    // A system without free threads has no running work either.
     let _ = thread::Builder::new().spawn(move || {
         thread::sleep(time);
         slurm::cancel_all();
@@ -66,11 +66,11 @@ fn end_after(time: Duration, screen: &Screen, reason: engine::Error) {
     });
 }
 
-/// The terminal as it was before the line editor changed it, which ends where the process does.
+/// The terminal's state before the line editor changed it, to be restored when the process ends.
 #[cfg(unix)]
 static TERMINAL: Mutex<Option<Termios>> = Mutex::new(None);
 
-/// Keeps how the terminal is now, for the case that the process ends while a line is being typed.
+/// Saves the terminal's state, in case the process ends while a line is being typed.
 #[cfg(unix)]
 pub fn keep_terminal() {
     let mut kept = TERMINAL.lock().unwrap_or_else(PoisonError::into_inner);
@@ -80,15 +80,15 @@ pub fn keep_terminal() {
 #[cfg(not(unix))]
 pub fn keep_terminal() {}
 
-/// Makes the terminal what it was, and ends the line that was being typed.
+/// Restores the terminal's state, and ends the current input line.
 #[cfg(unix)]
 fn restore_terminal() {
     let mut kept = TERMINAL.lock().unwrap_or_else(PoisonError::into_inner);
     let Some(before) = kept.take() else { return };
-    // A terminal that has gone needs nothing.
+    // If this fails, the terminal is gone.
     let _ = termios::tcsetattr(io::stdin(), SetArg::TCSANOW, &before);
     if io::stdout().is_terminal() {
-        // The line editor had asked for the marks of what is pasted.
+        // Turn off bracketed paste, which the line editor has turned on.
         super::draw("\u{1b}[?2004l\n");
     }
 }
@@ -102,7 +102,7 @@ fn listen(take: impl Fn(u8) + Send + 'static) {
     use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
 
     let all = [SIGINT, SIGTERM, SIGHUP];
-    // `nohup` starts a program with SIGHUP ignored, which is to stay so.
+    // `nohup` starts a program with SIGHUP ignored, which must stay so.
     let wanted = all.iter().filter(|s| **s != SIGHUP || !is_ignored(SIGHUP));
     let Ok(mut signals) = signal_hook::iterator::Signals::new(wanted) else {
         return;
@@ -114,7 +114,7 @@ fn listen(take: impl Fn(u8) + Send + 'static) {
     });
 }
 
-/// True where the process was started with a signal ignored, as far as the system says.
+/// True when the process was started with a signal ignored, as far as the system tells.
 #[cfg(unix)]
 fn is_ignored(signal: i32) -> bool {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();

@@ -1,7 +1,7 @@
-//! Slurm: one job array for the tasks of a list, by the programs that every user of Slurm has.
+//! Slurm: one job array for the tasks of a list, by Slurm's standard programs.
 //!
-//! What else a site wants to be told (partition, account, time) stands in the variables that `sbatch`
-//! reads itself, such as `SBATCH_PARTITION`; without `SBATCH_OUTPUT` what workers print is not kept.
+//! Other settings of a site (partition, account, time) come from variables that `sbatch` reads
+//! itself, such as `SBATCH_PARTITION`; without `SBATCH_OUTPUT` the workers' output is not kept.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -13,30 +13,30 @@ use super::settings::Settings;
 use footlight_host::files::process::quote;
 use footlight_report::farm::Farm;
 
-/// How often the queue is looked at.
+/// Polling interval of the queue.
 const REST: Duration = Duration::from_secs(1);
 
-/// How often it is asked whether to go on.
+/// Polling interval for cancellation.
 const GLANCE: Duration = Duration::from_millis(20);
 
-/// Where `sbatch` has what workers print.
+/// Variable of `sbatch` for the workers' output.
 const OUTPUT: &str = "SBATCH_OUTPUT";
 
-/// The Slurm that this machine can submit to.
+/// Slurm on this machine.
 pub struct Slurm {
     /// Options of each worker.
     options: Vec<String>,
 }
 
 impl Slurm {
-    /// Workers with these settings.
+    /// Slurm for workers with these settings.
     pub fn new(settings: &Settings) -> Slurm {
         Slurm {
             options: settings.of_worker(),
         }
     }
 
-    /// The line that a node runs for a task.
+    /// The command line of a task.
     fn line(&self, list: &Path) -> Result<String, String> {
         let program = std::env::current_exe().map_err(|e| format!("this program's path: {e}"))?;
         let options = self.options.iter().map(String::as_str);
@@ -77,7 +77,7 @@ impl Farm for Slurm {
             "squeue",
             &["--noheader", "--array", "--format=%K", "--jobs", job],
         ) {
-            // It has forgotten a job that ended a while ago.
+            // Slurm forgets a job some time after its end.
             Err(error) if error.contains("Invalid job id") => String::new(),
             other => other?,
         };
@@ -100,14 +100,14 @@ impl Farm for Slurm {
     }
 }
 
-/// Jobs that are to end where the process does before it is done with them.
+/// Jobs to cancel if the process ends early.
 static JOBS: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
 fn jobs() -> MutexGuard<'static, Vec<String>> {
     JOBS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Ends the jobs of this process, which is about to end.
+/// Cancels the jobs of this process, before it ends.
 pub fn cancel_all() {
     let jobs = std::mem::take(&mut *jobs());
     if !jobs.is_empty() {
@@ -116,7 +116,7 @@ pub fn cancel_all() {
     }
 }
 
-/// What a program of Slurm prints.
+/// Output of a Slurm command.
 fn run(program: &str, arguments: &[&str]) -> Result<String, String> {
     let mut command = Command::new(program);
     command.args(arguments).stdin(Stdio::null());
@@ -133,7 +133,7 @@ fn run(program: &str, arguments: &[&str]) -> Result<String, String> {
     Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
-/// Numbers in rising order as `1-3,7`.
+/// Increasing numbers as `1-3,7`.
 fn ranges(numbers: &[usize]) -> String {
     let together = numbers.chunk_by(|a, b| a + 1 == *b);
     let words = together.filter_map(|run| match run {

@@ -1,4 +1,4 @@
-//! `work` and `collect`: lists of tasks that machines share.
+//! `work` and `collect`: task lists shared by machines.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use footlight_report::tasks;
 use footlight_show::printable;
 use footlight_transport::outside::{self, Outside};
 
-/// The exit code of what is to be tried again.
+/// Exit code for trying again later.
 const TRY_AGAIN: u8 = 75;
 
 /// The arguments of `work`.
@@ -33,7 +33,7 @@ pub struct Worker {
     lease: Option<Duration>,
 }
 
-/// Renders a task, or all that are free.
+/// Renders a task, or all free ones.
 pub fn work(told: &Worker, settings: &Settings, screen: &Screen) -> Result<u8, Error> {
     if let Some(time) = settings.time_limit {
         signals::limit(time, screen);
@@ -59,7 +59,7 @@ pub fn work(told: &Worker, settings: &Settings, screen: &Screen) -> Result<u8, E
         None => all_free(&mut engine, &list, lease),
     };
     match done {
-        // A disk that is full, a network that is away: another time, or another machine, may do.
+        // A full disk or a lost network: another time, or another machine, may succeed.
         Err(engine::Error::File(error)) => {
             let trouble = engine::Error::File(error).into();
             screen.fail(&trouble);
@@ -69,13 +69,13 @@ pub fn work(told: &Worker, settings: &Settings, screen: &Screen) -> Result<u8, E
     }
 }
 
-/// The list, with the pool that the user names in place of its own.
+/// Reads the list, with the pool given by the user replacing its own.
 fn read(path: &Path, settings: &Settings) -> Result<TaskList, Error> {
     let list = tasks::read(&Disk, path)?;
     if let Some(pool) = settings.pool.clone() {
         return Ok(TaskList { pool, ..list });
     }
-    // A stranger's list writes nowhere else than its show's own pictures are.
+    // A stranger's list may write only where its show's own images are.
     let plain = |path: &Path| {
         std::path::absolute(path)
             .map(|path| without_dots(&path))
@@ -121,7 +121,7 @@ fn open(list: &TaskList, settings: &Settings, screen: &Screen) -> Result<Engine,
     Ok(engine)
 }
 
-/// Renders one task unless it is there or somebody else is at work on it.
+/// Renders one task unless it exists or another worker has claimed it.
 fn one(
     engine: &mut Engine,
     list: &TaskList,
@@ -136,7 +136,7 @@ fn one(
     })
 }
 
-/// Renders what is free, and after that what failed before; then what became free meanwhile.
+/// Renders free tasks, then those that failed before, then those that became free meanwhile.
 fn all_free(engine: &mut Engine, list: &TaskList, lease: Duration) -> Result<u8, engine::Error> {
     let mut is_new = true;
     loop {
@@ -162,7 +162,7 @@ fn all_free(engine: &mut Engine, list: &TaskList, lease: Duration) -> Result<u8,
     }
 }
 
-/// Prints how far a list is.
+/// Prints the state of a list.
 pub fn collect(path: &Path, json: bool, settings: &Settings) -> Result<u8, Error> {
     let list = read(path, settings)?;
     let states = list.states(&Disk, LEASE)?;
