@@ -1,6 +1,6 @@
-//! Footlight inside another program: a show from a string, files from memory and into memory, edits
-//! as values, errors as data, levels tried live, refinement in the background, frames as bytes. Run
-//! it with `cargo run --release -p footlight-studies --bin embed`.
+//! Footlight inside another program: a show from a string, files in memory, edits as values, errors
+//! as data, trial levels, refinement in the background, frames as bytes. Run it with `cargo run
+//! --release -p footlight-studies --bin embed`.
 
 use footlight::*;
 use std::{error, path::Path, thread, time::Duration};
@@ -17,7 +17,7 @@ cue 1 at 0:00 { snap  warm 80  cool 10 }
 cue 2 at 0:02 { time 6  warm 15  cool 90 }
 "#;
 
-/// A floor and a back wall, Y up as in every OBJ file.
+/// A floor and a back wall, Y up as in OBJ.
 const ROOM: &str = "mtllib room.mtl\nv -3 0 3\nv 3 0 3\nv 3 0 -2\nv -3 0 -2\nv 3 3.5 -2\nv -3 3.5 -2\n\
     usemtl floor\nf 1 2 3 4\nusemtl wall\nf 4 3 5 6\n";
 const MATERIALS: &str = "newmtl floor\nKd 0.4 0.35 0.3\nnewmtl wall\nKd 0.6 0.6 0.6\n";
@@ -44,7 +44,7 @@ fn main() -> Result<(), Box<dyn error::Error>> {
     let middle = Time::from_micros(5_000_000);
     println!("5 s into the show: {:.2?}", engine.levels(middle));
 
-    // An edit is the smallest change of the text; an error leaves the show as it was.
+    // An edit is the smallest change of the text; an error leaves the show unchanged.
     engine.edit(&Edit::UpdateMove {
         cue: CueNumber::parse("2").ok_or("a number")?,
         target: "cool".to_owned(),
@@ -55,7 +55,7 @@ fn main() -> Result<(), Box<dyn error::Error>> {
         print!("{}", diagnostics.render(Style::Plain));
     }
 
-    // Levels are tried without touching the text.
+    // Trial levels do not change the text.
     let mut live = LiveControl::new(engine.document());
     live.go(engine.document())?;
     let moves = Moves::read(engine.document(), "warm full", engine.host().files.as_ref())?;
@@ -64,7 +64,7 @@ fn main() -> Result<(), Box<dyn error::Error>> {
     let brightest = tried.data().iter().copied().fold(0.0, f32::max);
     println!("with warm at full the brightest channel is {brightest:.1} cd/m2");
 
-    // The program goes on while images are refined.
+    // The program continues while images are refined.
     engine.start(Goal::count(2))?;
     while engine.is_busy() {
         thread::sleep(Duration::from_millis(5));
@@ -72,7 +72,7 @@ fn main() -> Result<(), Box<dyn error::Error>> {
     }
     println!("{} refined images", engine.estimate().refined());
 
-    // The sequence as display bytes, at most three blends a frame.
+    // The sequence as display bytes, with at most three blends per frame.
     let player = engine.player()?;
     let mut frame = Vec::new();
     for tenth in 0..80 {

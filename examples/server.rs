@@ -1,6 +1,6 @@
-//! A show over HTTP. `cargo run -p footlight-studies --bin server -- examples/first.lxq [PORT]` tells its address;
-//! then `curl 'ADDRESS/picture?t=7.5' -o now.png` (finer by and by),
-//! `curl 'ADDRESS/levels?t=7.5'` and `curl ADDRESS/edit -d 'cue 2 at 0:02 { lamp 40  time 3 }'`.
+//! A show over HTTP. `cargo run -p footlight-studies --bin server -- examples/first.lxq [PORT]`
+//! prints its address; then try `curl 'ADDRESS/picture?t=7.5' -o now.png` (finer over time), `curl
+//! 'ADDRESS/levels?t=7.5'` and `curl ADDRESS/edit -d 'cue 2 at 0:02 { lamp 40 time 3 }'`.
 
 use footlight::{Edit, Engine, Folder, Goal, Host, Style, Time, encode_png};
 use std::io::{self, Read as _};
@@ -31,7 +31,7 @@ fn main() -> Result<(), Failure> {
     let server = Server::http(("127.0.0.1", port))?;
     println!("http://{}", server.server_addr());
     loop {
-        engine.poll(); // takes in what was rendered meanwhile
+        engine.poll(); // take finished images
         if let Some(mut request) = server.recv_timeout(Duration::from_millis(20))? {
             let refuse = |failure: Failure| Response::from_string(failure.to_string());
             let reply = answer(&mut engine, &mut request);
@@ -46,7 +46,7 @@ fn answer(engine: &mut Engine, request: &mut Request) -> Reply {
         let text = io::read_to_string(request.as_reader().take(EDIT))?;
         let edited = engine.edit(&Edit::Declare(text))?;
         if !engine.is_busy() {
-            engine.start(Goal::until(0.0))?; // one that still runs plans anew by itself
+            engine.start(Goal::until(0.0))?; // a running refinement adapts by itself
         }
         let changes = edited.changes.iter().map(|change| format!("{change}\n"));
         let text: String = changes.collect();

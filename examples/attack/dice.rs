@@ -1,4 +1,4 @@
-//! Random numbers of a seed: Vigna's splitmix64.
+//! Seeded random numbers (Vigna's splitmix64).
 
 use footlight_show::hash::{GOLDEN, mix};
 

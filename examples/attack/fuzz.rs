@@ -1,6 +1,6 @@
-//! Damaged files for every reader: cue sheet, OBJ, MTL, glTF, GLB, IES, PNG, OpenEXR, and the store's
-//! entries. Whatever they hold, the answer is a show or an error, in a bounded time; a damaged store
-//! gives the same picture as none.
+//! Damaged files for every reader: cue sheet, OBJ, MTL, glTF, GLB, IES, PNG, OpenEXR, and the
+//! store's entries. Every reader must give a show or an error in bounded time; with a damaged store
+//! the image must equal that without a store.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -17,7 +17,7 @@ use footlight_show::lang;
 
 use crate::dice::Dice;
 
-/// No file of these sizes may take longer, in seconds.
+/// Time limit for files of these sizes, seconds.
 const LONGEST: f64 = 10.0;
 
 const IMAGES: &str = "show \"Images\"
@@ -68,7 +68,7 @@ fn cases() -> Vec<Case> {
     ]
 }
 
-/// A glTF text as the one chunk of a binary file.
+/// A glTF text as the only chunk of a GLB.
 fn glb(gltf: &[u8]) -> Vec<u8> {
     let mut json = gltf.to_vec();
     json.resize(json.len().next_multiple_of(4), b' ');
@@ -77,7 +77,7 @@ fn glb(gltf: &[u8]) -> Vec<u8> {
     [head.concat(), json].concat()
 }
 
-/// Damages some bytes as storage and people do.
+/// Damages some bytes, as storage and people do.
 fn damage(bytes: &mut Vec<u8>, dice: &mut Dice) {
     const ODD: [&[u8]; 8] = [
         b"\0",
@@ -108,7 +108,7 @@ fn damage(bytes: &mut Vec<u8>, dice: &mut Dice) {
     }
 }
 
-/// Opens a show, or what a file of another program comes to; true where it has no errors.
+/// Opens a show, or imports a foreign file; true without errors.
 fn opens(case: &Case) -> bool {
     let (name, bytes) = &case[0];
     let imported = match name.rsplit_once('.') {
@@ -140,7 +140,7 @@ fn opens_show(case: &Case) -> bool {
     Engine::from_text("fuzz.lxq", &case[0].1, host).is_ok()
 }
 
-/// The picture of [`STORED`] with what is in the store.
+/// The image of [`STORED`] with this store.
 fn picture(store: &MemoryStore) -> Image {
     let host = Host {
         store: Box::new(store.clone()),
@@ -154,7 +154,7 @@ fn picture(store: &MemoryStore) -> Image {
     engine.picture(Time::ZERO).unwrap()
 }
 
-/// Damages one file after the other for some seconds; false where an answer was wrong.
+/// Damages one file after the other for some seconds; false after a wrong answer.
 pub fn all(seed: u64, seconds: u64) -> bool {
     let (cases, store) = (cases(), MemoryStore::default());
     for case in &cases {

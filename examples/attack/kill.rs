@@ -1,4 +1,4 @@
-//! Runs that are killed at random moments; what the next makes of what they left.
+//! Kills runs at random moments and checks the next run.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -10,7 +10,7 @@ use crate::dice::Dice;
 use crate::moments::start;
 use crate::program;
 
-/// False where the keys of the run after all kills are not those of a run that was left alone.
+/// False when the keys of the run after all kills differ from those of an undisturbed run.
 pub fn all(seed: u64, kills: usize) -> bool {
     let mut dice = Dice(seed);
     let folder = tempfile::tempdir().unwrap();

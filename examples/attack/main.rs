@@ -1,11 +1,12 @@
-//! Attacks the program and prints the worst: `cargo run --release -p footlight-studies --bin attack`.
+//! Attacks the program and prints the worst result: `cargo run --release -p footlight-studies --bin
+//! attack`.
 //!
-//! `stop` sends every verb a signal at some moments on large shows, and prints the longest time to
-//! the end; `fuzz` gives every reader damaged files; `kill` kills runs and compares the keys of the
-//! next with those of a run that was left alone. One of these words does only that. `--trials N` says
-//! how often `stop` does so for each verb and show (default 30) and `kill` in all (default 40),
-//! `--seconds N` (default 60) how long `fuzz` goes on, `--seed S` (default 1) is for all. All of it
-//! takes about twenty minutes on two cores. Exits with 1 where something failed.
+//! `stop` sends every verb a signal at random moments on large shows, and prints the longest time
+//! to the end; `fuzz` gives every reader damaged files; `kill` kills runs and compares the keys of
+//! the next run with those of an undisturbed one. One of these words runs only that part. `--trials
+//! N` is the number of signals for each verb and show in `stop` (default 30) and of kills in `kill`
+//! (default 40), `--seconds N` (default 60) the duration of `fuzz`, `--seed S` (default 1) the seed
+//! of all. The whole takes about twenty minutes on two cores. Exits with 1 after a failure.
 
 #![allow(
     clippy::unwrap_used,
@@ -25,7 +26,7 @@ mod stop;
 
 use std::process::{Command, ExitCode};
 
-/// Set where this program is to be the one that is attacked.
+/// Set when this process is the attacked program.
 const AS_PROGRAM: &str = "FOOTLIGHT_ATTACKED";
 
 fn main() -> ExitCode {

@@ -1,4 +1,4 @@
-//! Every verb on two large shows, told to end at random moments.
+//! Ends every verb on two large shows at random moments.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -11,10 +11,10 @@ use crate::dice::Dice;
 use crate::moments::{VERBS, code, start, tell};
 use crate::program;
 
-/// What is promised, in seconds.
+/// The promised time to the end, seconds.
 const PROMISED: f64 = 1.0;
 
-/// The last moment, in milliseconds.
+/// Latest moment of a signal, milliseconds.
 const LAST: usize = 8000;
 
 const ROOM: &str = "surface floor reflectance 0.5 box from -40,-40,-1 to 40,40,0
@@ -72,7 +72,7 @@ fn obj(dice: &mut Dice) -> String {
     text
 }
 
-/// The longest of all delays, verb by verb; false where a promise is broken.
+/// The longest delay, verb by verb; false when a promise is broken.
 pub fn all(seed: u64, moments: usize) -> bool {
     let mut dice = Dice(seed);
     let folder = tempfile::tempdir().unwrap();
@@ -100,7 +100,7 @@ pub fn all(seed: u64, moments: usize) -> bool {
     worst <= PROMISED
 }
 
-/// The longest delay of a verb; infinite where it does not end as it is to.
+/// The longest delay of a verb; infinite when it ends in a wrong way.
 fn verb(
     folder: &Path,
     words: &[&'static str],
@@ -114,7 +114,7 @@ fn verb(
     let (mut worst, mut told) = (0.0f64, 0);
     for round in 0..moments {
         let signal = [Signal::SIGINT, Signal::SIGTERM, Signal::SIGHUP][round % 3];
-        // Early moments are as likely as late ones: most verbs are short.
+        // Early moments are preferred, because most verbs are short.
         let after = dice.below(LAST >> (round % 5));
         let mut program = program(&words);
         program

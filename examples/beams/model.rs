@@ -1,11 +1,10 @@
-//! Builds the set of Beams: `cargo run -p footlight-studies --bin beams_model` writes `beams.obj`, `beams.mtl` and
-//! the two gobos `dots.png` and `spokes.png` beside this file.
+//! Builds the set of Beams: `cargo run -p footlight-studies --bin beams_model` writes `beams.obj`,
+//! `beams.mtl` and the two gobos `dots.png` and `spokes.png` next to this file.
 //!
 //! A concert stage in a black hall: deck, back wall, three trusses with lamps, risers, a drum kit,
-//! amplifiers and monitors. Metres; X to stage left, Y upstage, Z up here, Y up in the file as OBJ has
-//! it. Every face is convex and planar, its front where the vertices run counter-clockwise. The numbers
-//! come out the same on every machine, and a test compares the files byte for byte, the gobos pixel for
-//! pixel.
+//! amplifiers and monitors. Metres; X to stage left, Y upstage, Z up here, Y up in the OBJ file.
+//! Every face is convex and planar, its vertices counter-clockwise seen from the front. The numbers
+//! are equal on every machine; a test compares the files byte for byte, the gobos pixel for pixel.
 
 use std::path::Path;
 
@@ -23,13 +22,13 @@ pub use solid::Set;
 use solid::{Frame, Side, octagon};
 use wavefront::{Material, paint};
 
-/// Pixels of a side of a gobo.
+/// Side of a gobo in pixels.
 pub const SIDE: usize = 256;
 
-/// The gobos by the names of their files: the share of light that passes, at a place from -1 to 1.
+/// The gobos by file name: transmitted share of light at a position from -1 to 1.
 pub const GOBOS: [(&str, Gobo); 2] = [("dots", dots), ("spokes", spokes)];
 
-/// The share of light that passes at a place.
+/// Transmitted share of light at a position.
 pub type Gobo = fn(f64, f64) -> f64;
 
 /// Every material of the set.
@@ -46,8 +45,7 @@ const MATERIALS: &[Material] = &[
     paint("grille", [0.12, 0.11, 0.10]),
 ];
 
-/// Lamps that hang, by X, Y and Z of their lens: the back truss, the front truss, the projectors, the
-/// moving heads.
+/// Hanging lamps, by X, Y and Z of the lens: back truss, front truss, projectors, moving heads.
 const HUNG: [[f64; 3]; 14] = [
     [-5.5, 4.4, 5.3],
     [-3.3, 4.4, 5.3],
@@ -64,7 +62,7 @@ const HUNG: [[f64; 3]; 14] = [
     [1.8, 1.0, 5.7],
     [5.6, 1.0, 5.7],
 ];
-/// X of the lamps that stand on the deck.
+/// X of the lamps on the deck.
 const STANDING: [f64; 4] = [-6.0, -2.2, 2.2, 6.0];
 
 /// The whole set.
@@ -176,7 +174,7 @@ fn truss(set: &mut Set, at: Frame) {
     }
 }
 
-/// The housings: behind the lens of a lamp, above it where it hangs and below it where it stands.
+/// The housings: behind the lens, above it for hanging lamps and below it for standing ones.
 fn lamps(set: &mut Set) {
     set.object("lamps");
     for lens in HUNG {
@@ -291,7 +289,7 @@ fn amplifier(set: &mut Set, at: Frame) {
     set.upright(at, "head", -0.141, [-0.33, 0.33], [0.8, 0.86]);
 }
 
-/// A wedge that looks at the band.
+/// A wedge that faces the band.
 fn monitor(set: &mut Set, at: Frame) {
     let foot = [
         [-0.3, -0.2, 0.0],
@@ -308,7 +306,7 @@ fn monitor(set: &mut Set, at: Frame) {
     set.hexahedron(at, "case", foot, head, &[Side::Bottom]);
 }
 
-/// 1 inside of a distance from an edge, 0 outside, a straight line over two pixels.
+/// 1 at a positive distance inside an edge, 0 outside, linear over two pixels.
 fn inside(distance: f64) -> f64 {
     (0.5 + distance * SIDE as f64 / 4.0).clamp(0.0, 1.0)
 }
@@ -341,7 +339,7 @@ fn spokes(x: f64, y: f64) -> f64 {
     slot.max(inside(0.14 - distance))
 }
 
-/// RGB of a gobo, 8 bits a channel, row by row from the top.
+/// RGB of a gobo, 8 bits per channel, row by row from the top.
 pub fn drawn(gobo: Gobo) -> Vec<u8> {
     let place = |i: usize| (i as f64 + 0.5) / SIDE as f64 * 2.0 - 1.0;
     let rows = (0..SIDE).flat_map(|row| (0..SIDE).map(move |column| (place(column), -place(row))));

@@ -1,9 +1,10 @@
-//! Builds a small hall as glTF: `cargo run -p footlight-studies --bin hall_model` writes `hall.gltf` beside this
-//! file.
+//! Builds a small hall as glTF: `cargo run -p footlight-studies --bin hall_model` writes
+//! `hall.gltf` next to this file.
 //!
-//! As modellers export it: everything is cut into triangles, a table stands there twice as one mesh
-//! (the second mirrored), a double-sided cloth hangs free, and lights hang on nodes of their own.
-//! Metres, Y up. The numbers come out the same on every machine, and a test compares the file.
+//! The file is like an export from a modelling program: everything is cut into triangles, a table
+//! is one mesh with two instances (the second mirrored), a double-sided cloth hangs freely, and
+//! lights have their own nodes. Metres, Y up. The numbers are equal on every machine; a test
+//! compares the file.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -42,7 +43,7 @@ impl Mesh {
         }
     }
 
-    /// A box that stands on the floor, without its bottom.
+    /// A box on the floor, without its bottom.
     fn table(&mut self, [x, z]: [f32; 2], [w, h, d]: Point) {
         self.quad([x, h, z + d], [w, 0.0, 0.0], [0.0, 0.0, -d], 1);
         self.quad([x, 0.0, z + d], [w, 0.0, 0.0], [0.0, h, 0.0], 1);

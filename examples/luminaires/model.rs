@@ -1,6 +1,7 @@
 //! Writes the files of `luminaires.lxq`: a room with a table, a luminaire's distribution, a slide.
 //!
-//! `cargo run -p footlight-studies --bin luminaires_model` in the package's folder. Everything is made up here.
+//! `cargo run -p footlight-studies --bin luminaires_model` in the package's folder. All data are
+//! invented.
 
 use std::fmt::Write as _;
 use std::fs;

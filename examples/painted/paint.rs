@@ -1,8 +1,10 @@
-//! Paints the sketch of the manual's page "solve": `cargo run -p footlight-studies --bin painted_sketch` writes
-//! `sketch.png` beside this file, over the shapes that `picture painted.lxq` shows.
+//! Paints the sketch of the manual's page "solve": `cargo run -p footlight-studies --bin
+//! painted_sketch` writes `sketch.png` next to this file, over the shapes in the image of
+//! `painted.lxq`.
 //!
-//! A painter's evening: a sky from blue to orange with the sun gone down at the right, cold light on the stone,
-//! a warm pool on the table, broad strokes. It is no picture of the lamps: some of it no lamp can do.
+//! The mood of an evening: a sky from blue to orange after sunset at the right, cold light on the
+//! stone, a warm pool on the table, broad strokes. It is no rendering, and some of it is out of
+//! reach of the lamps.
 
 use std::path::Path;
 
@@ -33,14 +35,14 @@ fn pool((x, y): (f64, f64), (cx, cy): (f64, f64), (rx, ry): (f64, f64)) -> f64 {
     (1.0 - away * away).max(0.0)
 }
 
-/// The colour at a place in pixels, without strokes.
+/// The colour at a position in pixels, without strokes.
 fn colour(x: f64, y: f64) -> Colour {
     let inside = |left: f64, top: f64, right: f64, bottom: f64| {
         (left..right).contains(&x) && (top..bottom).contains(&y)
     };
     let warm = pool((x, y), (352.0, 212.0), (110.0, 46.0));
     match () {
-        // The slab, its side, and the block that it stands on.
+        // The slab, its side, and the block below it.
         () if inside(73.0, 111.0, 149.0, 198.0) => mix(COLD, NIGHT, (y - 111.0) / 260.0),
         () if inside(149.0, 111.0, 153.0, 198.0) => mix(SHADE, GLOW, 0.3),
         () if inside(50.0, 198.0, 172.0, 223.0) => mix(SHADE, COLD, 0.55),
@@ -67,7 +69,7 @@ pub fn paint() -> Vec<u8> {
     let mut bytes = Vec::with_capacity(SIZE.0 * SIZE.1 * 3);
     for row in 0..SIZE.1 {
         for column in 0..SIZE.0 {
-            // Slanting strokes, some twelve pixels wide, each a little lighter or darker.
+            // Slanting strokes about twelve pixels wide, each a little lighter or darker.
             let (x, y) = (column as f64, row as f64);
             let stroke = ((x + 2.0 * y) / 12.0).floor();
             let touch = 1.0 + 0.05 * (stroke * 2.7).sin() * (y / 31.0 + stroke).cos();

@@ -1,12 +1,11 @@
-//! Builds Luther's Tavern: `cargo run -p footlight-studies --bin tavern_model` writes `tavern.obj`, `tavern.mtl`
-//! and the images of its surfaces beside this file.
+//! Builds Luther's Tavern: `cargo run -p footlight-studies --bin tavern_model` writes `tavern.obj`,
+//! `tavern.mtl` and the images of its surfaces next to this file.
 //!
 //! The set is an open box: the house is the fourth wall, and the roof stays open downstage for the
-//! overhead lights. Metres; X to stage left, Y upstage, Z up here, Y up in the file as OBJ has it.
-//! Every face is convex and planar, its front where the vertices run counter-clockwise; solids are
-//! closed but for sides on the floor or against a wall. The numbers come out the same on every
-//! machine, and a test compares the files byte for byte, the images pixel
-//! for pixel.
+//! overhead lights. Metres; X to stage left, Y upstage, Z up here, Y up in the OBJ file. Every face
+//! is convex and planar, its vertices counter-clockwise seen from the front; solids are closed
+//! except for sides on the floor or against a wall. The numbers are equal on every machine; a test
+//! compares the files byte for byte, the images pixel for pixel.
 
 use std::path::Path;
 
@@ -32,7 +31,7 @@ pub use finish::{SIDE, paint};
 pub use material::{MATERIALS, PAINTERS};
 pub use solid::{Frame, Point, Set, octagon};
 
-/// The whole set, in the order in which a crew would put it up.
+/// The whole set, in the order of building it.
 pub fn tavern() -> Set {
     let mut set = Set::default();
     room::build(&mut set);

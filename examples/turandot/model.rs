@@ -1,11 +1,12 @@
-//! Builds the set of Turandot: `cargo run -p footlight-studies --bin turandot_model` writes `turandot.obj`,
-//! `turandot.mtl`, the images of its surfaces and the two slides `dusk.png` and `night.png` beside this file.
+//! Builds the set of Turandot: `cargo run -p footlight-studies --bin turandot_model` writes
+//! `turandot.obj`, `turandot.mtl`, the images of its surfaces and the two slides `dusk.png` and
+//! `night.png` next to this file.
 //!
 //! A square before the palace, under an open sky: gatehouses left and right, a stair to a terrace
 //! with two pavilions, a pagoda in the middle, the walls of Peking and a sky cloth behind. Metres;
-//! X to stage left, Y upstage, Z up here, Y up in the file as OBJ has it. Every face is convex and
-//! planar, its front where the vertices run counter-clockwise. The numbers come out the same on
-//! every machine, and a test compares the files byte for byte, the slides pixel for pixel.
+//! X to stage left, Y upstage, Z up here, Y up in the OBJ file. Every face is convex and planar,
+//! its vertices counter-clockwise seen from the front. The numbers are equal on every machine; a
+//! test compares the files byte for byte, the slides pixel for pixel.
 
 use std::path::Path;
 

@@ -17,12 +17,12 @@ impl Dice {
         mix(self.0)
     }
 
-    /// A number of [`from`, `to`).
+    /// A number in [`from`, `to`).
     pub fn between(&mut self, from: f64, to: f64) -> f64 {
         from + (to - from) * (self.next() >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// A whole number of [`from`, `to`].
+    /// A whole number in [`from`, `to`].
     pub fn whole(&mut self, from: usize, to: usize) -> usize {
         from + (self.next() >> 11) as usize % (to - from + 1)
     }

@@ -1,35 +1,35 @@
-//! What a [`Trial`] says of metrics, previews and predictions.
+//! Evaluation of metrics, previews and predictions on a [`Trial`].
 
 use crate::dice::Dice;
 use crate::projection::{Projection, keys_alike};
 use crate::trial::{Order, Shown, Trial};
 use footlight_engine::plan::{Metric, PlanError, Weighting};
 
-/// Refined pictures that previews are tried with.
+/// Number of refined images for trials of previews.
 const REFINED: usize = 4;
-/// Looks that previews are tried on.
+/// Number of looks for trials of previews.
 const LOOKS: usize = 200;
-/// Banks that a look lights.
+/// Number of banks lit in a look.
 const LIT: usize = 3;
-/// Errors below this share of the start's are rounding.
+/// Errors below this share of the initial one are rounding.
 const ROUNDING: f64 = 1e-4;
 
-/// What decides which image is refined first.
+/// Rule for the order of refinement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rule {
-    /// One that Footlight has or is measured against.
+    /// A rule of Footlight, or a reference for comparison.
     Order(Order),
-    /// A metric, every key counting alike however long it lasts.
+    /// A metric that counts every key equally, whatever its duration.
     KeysAlike(Metric),
 }
 
 impl Rule {
-    /// The paper's.
+    /// The paper's rule.
     pub const PAPER: Rule = Rule::KeysAlike(Metric::Influence);
-    /// Footlight's.
+    /// Footlight's rule.
     pub const SHIPPED: Rule = Rule::Order(Order::SHIPPED);
 
-    /// As tables write it: `error, time`.
+    /// Its name in tables: `error, time`.
     pub fn name(self) -> String {
         match self {
             Rule::Order(Order::Metric(metric)) => format!("{}, time", metric.name()),
@@ -39,7 +39,7 @@ impl Rule {
         }
     }
 
-    /// The settings in its order.
+    /// The settings in the order of this rule.
     fn settings(self, trial: &Trial) -> Result<Vec<Vec<f64>>, PlanError> {
         match self {
             Rule::Order(order) => trial.ordered(order),
@@ -47,7 +47,7 @@ impl Rule {
         }
     }
 
-    /// The metric of its own projection.
+    /// The metric of its projection.
     fn weighting(self, trial: &Trial) -> Result<Weighting, PlanError> {
         match self {
             Rule::Order(Order::Metric(metric)) | Rule::KeysAlike(metric) => trial.weighting(metric),
@@ -57,36 +57,36 @@ impl Rule {
     }
 }
 
-/// How many refined pictures a rule needed.
+/// Number of refined images that a rule needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Needed {
     /// The rule.
     pub rule: Rule,
-    /// Pictures until 5 % and 1 % of the start's error, shown by the projection in that metric.
+    /// Images until 5 % and 1 % of the initial error, shown by the projection in the rule's metric.
     pub own: [usize; 2],
-    /// The same shown by the pool's projection.
+    /// Images until 5 % and 1 %, shown by the pool's projection.
     pub pool: [usize; 2],
 }
 
-/// How a preview did on looks that are not in the plan.
+/// Results of a preview on looks outside the plan.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Previewed {
     /// The projection.
     pub projection: Projection,
-    /// Share of looks worse than coarse alone.
+    /// Share of looks worse than with coarse images alone.
     pub worse: f64,
-    /// The worst look's error over that of coarse alone.
+    /// Error of the worst look over that of coarse images alone.
     pub worst: f64,
-    /// The median look's.
+    /// That ratio for the median look.
     pub look: f64,
-    /// The designed sequence's.
+    /// That ratio for the designed sequence.
     pub sequence: f64,
 }
 
 /// A step of refinement: predicted over true error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Step {
-    /// Refined pictures.
+    /// Number of refined images.
     pub refined: usize,
     /// Predicted over true error.
     pub ratio: f64,
@@ -94,21 +94,21 @@ pub struct Step {
     pub truth: f64,
 }
 
-/// All measures of a show.
+/// All results for a show.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
     /// The show.
     pub name: String,
-    /// For each order.
+    /// One entry for each order.
     pub needed: Vec<Needed>,
-    /// For each projection.
+    /// One entry for each projection.
     pub previewed: Vec<Previewed>,
-    /// For each number of refined pictures.
+    /// One entry for each number of refined images.
     pub steps: Vec<Step>,
 }
 
 impl Verdict {
-    /// Tries everything on a show; `seed` draws the looks.
+    /// Evaluates everything on a show; `seed` draws the looks.
     ///
     /// # Errors
     /// [`PlanError`]
@@ -122,7 +122,7 @@ impl Verdict {
     }
 }
 
-/// The first number of pictures at which the error is within each share of the start's.
+/// The least number of images with an error within each share of the initial one.
 fn count(
     trial: &Trial,
     order: &[Vec<f64>],
@@ -160,7 +160,7 @@ fn needed(trial: &Trial) -> Result<Vec<Needed>, PlanError> {
     Ok(out)
 }
 
-/// Three coordinates at random, or fewer where they coincide, each between a fifth and full.
+/// Three random coordinates, or fewer if they coincide, each between a fifth and full.
 fn look(dice: &mut Dice, coordinates: usize) -> Vec<f64> {
     let mut out = vec![0.0; coordinates];
     for _ in 0..LIT {
@@ -171,7 +171,7 @@ fn look(dice: &mut Dice, coordinates: usize) -> Vec<f64> {
     out
 }
 
-/// Every preview of [`REFINED`] pictures in the shipped order, on random looks.
+/// Every preview with [`REFINED`] images in the shipped order, on random looks.
 fn previewed(trial: &Trial, seed: u64) -> Result<Vec<Previewed>, PlanError> {
     let order = trial.order(&trial.weighting(Metric::Error)?)?;
     let settings = order.get(..REFINED).unwrap_or(&order);
@@ -213,7 +213,7 @@ fn steps(trial: &Trial) -> Result<Vec<Step>, PlanError> {
     Ok(out)
 }
 
-/// The middle of the values, the mean of the middle two; NaN of none.
+/// The median, with the mean of the middle two; NaN for an empty list.
 pub fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     let half = values.len() / 2;

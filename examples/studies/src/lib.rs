@@ -1,4 +1,4 @@
-//! What the studies share: random shows, and orders of refinement held against the truth.
+//! Shared by the studies: random shows, and orders of refinement compared with ground truth.
 //!
 //! Each program is in `src/bin`: `cargo run --release -p footlight-studies --bin NAME`.
 

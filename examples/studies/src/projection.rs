@@ -1,9 +1,9 @@
 //! Projections of a setting on refined settings, and the paper's order of refinement.
 //!
-//! With D_i the difference of source i's coarse images and K_j the correction that refined image j
-//! made known, a [`Projection`] turns a setting L into coefficients c of the refined images R_j at
-//! settings s_j: the preview is C·L + sum c_j (R_j - C·s_j). Footlight has
-//! [`Projection::Extrapolated`] alone; the others are here to be compared with it.
+//! With D_i the difference of source i's coarse images and K_j the correction known from refined
+//! image j, a [`Projection`] turns a setting L into coefficients c of the refined images R_j at
+//! settings s_j: the preview is C·L + sum c_j (R_j - C·s_j). Footlight uses
+//! [`Projection::Extrapolated`]; the others serve for comparison.
 
 #![allow(
     clippy::indexing_slicing,
@@ -15,26 +15,26 @@ use footlight_engine::plan::{self, Metric, PlanError, Weighting};
 use footlight_engine::pool::Pool;
 use footlight_show::linalg::{Matrix, svd};
 
-/// How a setting is made up of refined images.
+/// Method of composing a setting from refined images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Projection {
-    /// The paper's "refined first": L projected on the refined settings as they are.
+    /// The paper's "refined first": L projected on the refined settings, unweighted.
     Settings,
-    /// The same with each coordinate weighted by the norm of its coarse image.
+    /// Each coordinate weighted by the norm of its coarse image.
     Influence,
     /// In the metric of the estimated errors with their scalar products, L·DᵀD·L.
     FullError,
-    /// In the metric of the estimated errors as if they had nothing in common.
+    /// In the metric of the estimated errors, assumed uncorrelated.
     Error,
-    /// The same, on coarse images extrapolated by the corrections known so far: the pool's own.
+    /// Like `Error`, on coarse images extrapolated by the known corrections: the pool's method.
     Extrapolated,
-    /// The known corrections that come nearest to the estimated error of L: least squares of D·L on
-    /// the K_j. The only one that does not reproduce a refined setting.
+    /// The known corrections nearest to the estimated error of L: least squares of D·L on the K_j.
+    /// The only projection that does not reproduce refined settings.
     Corrections,
 }
 
 impl Projection {
-    /// All of them, the paper's first.
+    /// All projections, the paper's first.
     pub const ALL: [Projection; 6] = [
         Projection::Settings,
         Projection::Influence,
@@ -44,7 +44,7 @@ impl Projection {
         Projection::Corrections,
     ];
 
-    /// As tables write it.
+    /// Its name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Projection::Settings => "settings",
@@ -56,7 +56,7 @@ impl Projection {
         }
     }
 
-    /// What it shows of each source with refined images of `settings`.
+    /// Images of each source as shown with refined images of `settings`.
     ///
     /// # Errors
     /// [`PlanError`]
@@ -106,8 +106,8 @@ fn times(matrix: &Matrix, x: &[f64]) -> Vec<f64> {
     (0..matrix.nrows()).map(row).collect()
 }
 
-/// F with FᵀF = `gram`, singular values below `floor` of the largest lifted to it, so that no
-/// direction is without weight.
+/// F with FᵀF = `gram`; singular values below `floor` of the largest are raised to it, so that
+/// every direction has weight.
 fn root(gram: &Matrix, floor: f64) -> Result<Matrix, PlanError> {
     let found = svd(gram)?;
     let largest = found.sigma.first().copied().unwrap_or(0.0);
@@ -119,8 +119,8 @@ fn root(gram: &Matrix, floor: f64) -> Result<Matrix, PlanError> {
     Ok(out)
 }
 
-/// The c that make ‖D·L - sum c_j K_j‖ least, a row for each look; directions of the corrections
-/// below 1e-9 of the largest are left out.
+/// The c that minimise ‖D·L - sum c_j K_j‖, a row for each look; directions of the corrections
+/// below 1e-9 of the largest are dropped.
 fn nearest(
     trial: &Trial,
     settings: &[Vec<f64>],
@@ -151,13 +151,13 @@ fn nearest(
     Ok(looks.iter().map(of).collect())
 }
 
-/// Weights count as this share of the largest at least.
+/// Least weight, relative to the largest.
 const FLOOR: f64 = 1e-6;
 /// Singular values below this share of the largest are rounding.
 const ROUNDING: f64 = 1e-13;
 
 /// Settings to refine in the paper's order: the left singular vectors of W·K, with a column of K
-/// for each key setting, however long it lasts.
+/// for each key setting, whatever its duration.
 ///
 /// # Errors
 /// [`PlanError`]

@@ -1,7 +1,8 @@
 //! Random shows: a room with boxes, spots, panels and cues, as text.
 //!
-//! The same seed gives the same show on every machine: the generator is written here, its numbers
-//! are printed with fixed digits. Shows are small but of the usual kind: banks of one to three lights with hard or soft shadows, fades that overlap, splines.
+//! A seed gives the same show on every machine: the generator is defined here, and its numbers are
+//! printed with fixed digits. Shows are small but typical: banks of one to three lights with hard
+//! or soft shadows, overlapping fades, splines.
 
 use std::fmt::Write as _;
 
@@ -10,7 +11,7 @@ use footlight_host::files::Memory;
 
 use crate::dice::Dice;
 
-/// A show and the stage it names.
+/// A show and its stage.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RandomShow {
     /// The show, which reads `room.obj`.
@@ -95,7 +96,7 @@ impl Stage {
         }
     }
 
-    /// A lamp of a material of its own: below the open ceiling, or on a side wall.
+    /// A lamp with its own material: below the open ceiling, or on a side wall.
     fn panel(&mut self, dice: &mut Dice, room: Room, name: &str) {
         self.material(name, [0.2; 3]);
         self.of(name);
@@ -121,17 +122,17 @@ impl Stage {
 }
 
 impl RandomShow {
-    /// The files that the show names.
+    /// The files of the show.
     pub fn files(&self) -> Memory {
         Memory::default()
             .with("room.obj", self.stage.as_str())
             .with("room.mtl", self.materials.as_str())
     }
 
-    /// Opens the show with the host's means, its files in memory.
+    /// Opens the show with the services of a host, its files in memory.
     ///
     /// # Errors
-    /// Those of [`Engine::from_text`].
+    /// As [`Engine::from_text`].
     pub fn open(&self, host: Host) -> Result<Engine, footlight::Error> {
         let host = Host {
             files: Box::new(self.files()),
@@ -142,7 +143,7 @@ impl RandomShow {
     }
 }
 
-/// The show of a seed: 12 to 24 banks, 5 to 12 cues, a picture of so many pixels.
+/// The show of a seed: 12 to 24 banks, 5 to 12 cues, an image of this size.
 pub fn random_show(seed: u64, [width, height]: [usize; 2]) -> RandomShow {
     let dice = &mut Dice::new(seed);
     let room = Room {
@@ -224,7 +225,7 @@ fn lamps(dice: &mut Dice, room: Room, stage: &mut Stage, bank: usize) -> String 
     text
 }
 
-/// A cue: fades for a third of the banks, now and then paths.
+/// A cue: fades for a third of the banks, and sometimes paths.
 fn cue(dice: &mut Dice, banks: usize, number: usize, at: f64) -> String {
     let shapes = ["linear", "ease", "square", "slow-top", "slow-bottom"];
     let shape = shapes.get(dice.whole(0, 4)).copied().unwrap_or("linear");

@@ -1,5 +1,5 @@
-//! The paper's order and its "refined first" against what is done here, on two random shows with
-//! the real G.
+//! The paper's order and its "refined first" against Footlight's, on two random shows with the real
+//! G.
 
 use crate::evaluation::{Rule, Verdict};
 use crate::projection::Projection;
@@ -18,7 +18,7 @@ use std::sync::Arc;
 const SEEDS: [u64; 2] = [1, 7];
 const SIZE: [usize; 2] = [48, 27];
 
-/// Radiosity that states no errors: a pool has two sets of coarse images then.
+/// Radiosity without stated errors: a pool then has two sets of coarse images.
 struct Unstated;
 
 impl Transport for Unstated {
@@ -108,7 +108,7 @@ fn refined_first_makes_looks_worse_than_coarse_alone_and_the_pools_way_does_not(
     assert!(error.own[0] < influence.own[0], "{error:?} {influence:?}");
 }
 
-/// Scalar products and pictures must say the same.
+/// Scalar products and images must agree.
 #[test]
 fn the_trial_foretells_what_the_pool_shows() {
     let mut engine = engine(1);

@@ -1,11 +1,11 @@
-//! Orders of refined images and their predictions against the truth: errors of the worst moment of
-//! a sequence, exactly, without rendering a frame.
+//! Orders of refined images and their predictions against ground truth: exact errors of the worst
+//! moment of a sequence, without rendering a frame.
 //!
-//! With images of every source at both coarse qualities and at the refined one, what a pool would
-//! show is determined: G is linear, so the refined image of any setting is the sum of the sources',
-//! and every error is a quadratic form in the scalar products of D_i = C_i - X_i (finer minus
-//! cheaper coarse image) and K_i = R_i - C_i (refined minus coarse). The rules are the pool's own
-//! ([`Fit`]). `examples/studies` compares them with others on random shows.
+//! Images of every source at both coarse qualities and at the refined one determine the pool's
+//! previews: G is linear, so the refined image of any setting is the sum of the sources', and every
+//! error is a quadratic form in the scalar products of D_i = C_i - X_i (finer minus cheaper coarse
+//! image) and K_i = R_i - C_i (refined minus coarse). The rules are the pool's own ([`Fit`]).
+//! `examples/studies` compares them with others on random shows.
 
 #![allow(
     clippy::indexing_slicing,
@@ -37,18 +37,18 @@ pub struct Trial {
     pub kk: Matrix,
 }
 
-/// What is shown instead of the truth: the error of light L is (K - a·D)·H·L.
+/// A preview compared with ground truth: the error of light L is (K - a·D)·H·L.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shown {
-    /// H: what coarse pictures show of each source's light.
+    /// H: share of each source's light that coarse images show.
     rest: Matrix,
     /// a
     extrapolation: f64,
 }
 
 impl Shown {
-    /// Where refined images of `settings` are taken with coefficients `c`, a row for each source,
-    /// and coarse images extrapolated by `extrapolation`.
+    /// A preview with refined images of `settings` at coefficients `c`, a row for each source, and
+    /// coarse images extrapolated by `extrapolation`.
     pub fn new(settings: &[Vec<f64>], c: &[Vec<f64>], extrapolation: f64) -> Shown {
         let n = c.len();
         let s = Matrix::from_fn(n, settings.len(), |i, j| settings[j][i]);
@@ -60,7 +60,7 @@ impl Shown {
     }
 }
 
-/// What decides which picture is refined first.
+/// Order of refinement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Order {
     /// The directions of a metric, [`Trial::weighting`].
@@ -72,26 +72,26 @@ pub enum Order {
 }
 
 impl Order {
-    /// The pool's own.
+    /// The pool's own order.
     pub const SHIPPED: Order = Order::Metric(Metric::Error);
 }
 
 /// Predicted and true error of the worst moment, relative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Predicted {
-    /// As the interpreter says it.
+    /// The interpreter's prediction.
     pub predicted: f64,
-    /// As it is.
+    /// The true error.
     pub truth: f64,
 }
 
 impl Trial {
-    /// From the settings of the moments whose errors count and pictures of every source alone at
-    /// unit setting: at the cheaper and the finer coarse quality, and at the refined one. `None` unless there is one of each for every coordinate of
-    /// the keys, all of one size.
+    /// Creates a trial from the settings of the counted moments and images of every source alone at
+    /// unit setting: at the cheaper and the finer coarse quality, and at the refined one. `None`
+    /// unless there is one of each for every coordinate of the keys, all of one size.
     ///
     /// # Errors
-    /// Cancel.
+    /// On cancel.
     pub fn new(
         keys: KeySequence,
         moments: Vec<Vec<f64>>,
@@ -122,7 +122,7 @@ impl Trial {
         Ok(Some(Trial::of_products(keys, moments, &coarse, products)))
     }
 
-    /// From the scalar products of the finer coarse pictures, and D·D, K·D and K·K.
+    /// From the scalar products of the finer coarse images, and D·D, K·D and K·K.
     fn of_products(
         keys: KeySequence,
         moments: Vec<Vec<f64>>,
@@ -145,7 +145,7 @@ impl Trial {
         &self.keys
     }
 
-    /// Weights of a metric, and what it counts; `error` is the pool's estimate.
+    /// Weights of a metric, with the counted moments; `error` is the pool's estimate.
     pub fn weighting(&self, metric: Metric) -> Result<Weighting, PlanError> {
         let weighting = match metric {
             Metric::Settings => return Ok(Weighting::settings(self.norms.len())),
@@ -156,7 +156,7 @@ impl Trial {
         Ok(weighting.at(self.moments.clone()))
     }
 
-    /// The metric of one who knows the truth: norms of the true coarse errors.
+    /// The metric with perfect knowledge: norms of the true coarse errors.
     pub fn oracle(&self) -> Result<Weighting, PlanError> {
         let weighting = Weighting::new(Metric::Error, roots(&self.kk))?;
         Ok(weighting.at(self.moments.clone()))
@@ -177,7 +177,7 @@ impl Trial {
         }
     }
 
-    /// One picture per bank, each time the one that takes most of the worst true error away.
+    /// One image per bank, each time the one that reduces the worst true error most.
     pub fn banks_in_best_order(&self) -> Vec<Vec<f64>> {
         let mut units = Pool::unit_settings(self.norms.len());
         let mut order = Vec::new();
@@ -206,7 +206,7 @@ impl Trial {
         order
     }
 
-    /// What a pool with refined images of `settings` shows.
+    /// The preview of a pool with refined images of `settings`.
     pub fn shown(&self, settings: &[Vec<f64>]) -> Result<Shown, PlanError> {
         let extrapolation = self.fit(settings)?.extrapolation;
         let plain = self.shown_in(&self.weighting(Metric::Error)?, settings)?;
@@ -216,7 +216,7 @@ impl Trial {
         })
     }
 
-    /// What the projection in another metric shows on coarse images that are not extrapolated.
+    /// The preview by projection in another metric, on coarse images without extrapolation.
     pub fn shown_in(&self, w: &Weighting, settings: &[Vec<f64>]) -> Result<Shown, PlanError> {
         let units = Pool::unit_settings(self.norms.len());
         let c = plan::projection(settings, w, &units)?;
@@ -235,12 +235,12 @@ impl Trial {
         worst(&self.moments, |setting| left_of(shown, &wrong, setting))
     }
 
-    /// Error of one look, in the units of the pictures.
+    /// Error of one look, in the units of the images.
     pub fn look_error(&self, shown: &Shown, look: &[f64]) -> f64 {
         left_of(shown, &self.wrong(shown.extrapolation), look)
     }
 
-    /// What the refined pictures of `settings` tell the pool, one after the other.
+    /// Evidence from refined images of `settings`, one after the other.
     pub fn evidence(&self, settings: &[Vec<f64>]) -> Result<Vec<Evidence>, PlanError> {
         let weighting = self.weighting(Metric::Error)?;
         let of = |s: &Vec<f64>| {
@@ -260,7 +260,7 @@ impl Trial {
         Ok(Fit::of(1.0, &self.evidence(settings)?))
     }
 
-    /// What the interpreter says of the worst moment's error, and what it is.
+    /// Predicted and true error of the worst moment.
     pub fn predicted(&self, settings: &[Vec<f64>]) -> Result<Predicted, PlanError> {
         let weighting = self.weighting(Metric::Error)?;
         let left = plan::worst_left(&self.moments, settings, &[], &weighting);
@@ -272,8 +272,8 @@ impl Trial {
     }
 }
 
-/// Renders every source of a show alone at three steps of quality: at the show's coarse one and the next
-/// as for an operator that states no errors, and at the one after them, the refined one.
+/// Renders every source of a show alone at three quality steps: at the show's coarse one and the
+/// next, as for an operator without stated errors, and at the one after them, the refined one.
 pub fn trial(engine: &Engine) -> Result<Trial, Box<dyn std::error::Error>> {
     let coarse = engine.show().preview.coarse;
     let steps = [coarse, coarse + 1, coarse + 2].map(Quality);
@@ -312,19 +312,19 @@ fn roots(gram: &Matrix) -> Vec<f64> {
     gram.diagonal().iter().map(|x| root(*x)).collect()
 }
 
-/// Where rounding made a square negative, 0.
+/// The square root; 0 where rounding made the square negative.
 fn root(square: f64) -> f64 {
     square.max(0.0).sqrt()
 }
 
-/// The largest of errors, each times its moment's scale.
+/// The largest error, each times its moment's scale.
 fn worst(moments: &[Moment], error: impl Fn(&[f64]) -> f64) -> f64 {
     let lit = moments.iter().filter(|m| m.scale > 0.0);
     let scaled = lit.map(|m| m.scale * error(&m.setting));
     scaled.fold(0.0, f64::max)
 }
 
-/// What a setting is off by where pictures are wrong by `gram`.
+/// Error of a setting when images are wrong by `gram`.
 fn left_of(shown: &Shown, gram: &Matrix, setting: &[f64]) -> f64 {
     let left = &shown.rest * Matrix::from_column_slice(setting.len(), 1, setting);
     root(form(gram, left.as_slice(), left.as_slice()))

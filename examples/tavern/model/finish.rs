@@ -1,23 +1,24 @@
-//! What the paint shop does to surfaces: small grey images that materials colour, and how they lie.
+//! Finishes of surfaces: small grey images that are multiplied by material colours, and their
+//! placement.
 //!
-//! Values are as coded for the display. Only sums, products and square roots are used, and what is
-//! irregular comes from hashed integers, so that every machine paints the same pixels. Every image goes
-//! on at its borders.
+//! Values are display-coded. Only sums, products and square roots are used, and irregularities come
+//! from hashed integers, so that every machine paints equal pixels. Every image tiles at its
+//! borders.
 
 use super::solid::{Face, Point};
 
 /// Pixels on a side.
 pub const SIDE: usize = 256;
 
-/// How an image lies on the faces of a material.
+/// Placement of an image on the faces of a material.
 #[derive(Clone, Copy, Debug)]
 pub struct Finish {
-    /// The file's name without its ending.
+    /// The file's name without its extension.
     pub image: &'static str,
-    /// Metres that the image is wide and high.
+    /// Width and height of the image, metres.
     pub size: [f64; 2],
-    /// Its height runs along a face's longer side, each face from another place; else up, on floors
-    /// upstage.
+    /// True when its height follows a face's longer side, with another offset for each face;
+    /// otherwise it is upright, on floors upstage.
     pub grain: bool,
 }
 
@@ -40,7 +41,8 @@ pub const fn grain(image: &'static str, size: [f64; 2]) -> Option<Finish> {
 }
 
 impl Finish {
-    /// Places of a face's corners in the image, from its left and its foot; `number` is the face's.
+    /// Positions of a face's corners in the image, from its left and its foot; `number` is the
+    /// face's.
     pub fn places(&self, face: &Face, number: usize) -> Vec<[f64; 2]> {
         let [across, up] = axes(&face.vertices);
         let along = |axis: Point| {
@@ -60,7 +62,7 @@ impl Finish {
     }
 }
 
-/// Across a face, level, and up along it; of one that lies flat X and Y.
+/// Horizontal and vertical direction on a face; X and Y for a horizontal one.
 fn axes(vertices: &[Point]) -> [Point; 2] {
     let [x, y, z] = normal(vertices);
     let level = (x * x + y * y).sqrt();
@@ -94,7 +96,7 @@ fn dot([ax, ay, az]: Point, [bx, by, bz]: Point) -> f64 {
     ax * bx + ay * by + az * bz
 }
 
-/// An image: a value from 0 to 1 at each place, both from 0 to 1, from the left and from the top.
+/// An image: a value from 0 to 1 at each position (both 0 to 1, from the left and from the top).
 pub type Painter = fn(f64, f64) -> f64;
 
 /// Grey, 8 bits, row by row from the top, in few steps so that the file is small.
@@ -224,7 +226,7 @@ pub fn studs(u: f64, v: f64) -> f64 {
     (0.66 + 0.16 * wood(u, v, 8) + 0.3 * stud) * (1.0 - 0.5 * plank)
 }
 
-/// Which cell of a row, and where in it.
+/// Index of a row's cell, and the position in it.
 fn cell(x: f64) -> (i64, f64) {
     (x.floor() as i64, x - x.floor())
 }
@@ -234,7 +236,7 @@ fn near(x: f64, width: f64) -> f64 {
     (1.0 - x.min(1.0 - x) / width).clamp(0.0, 1.0)
 }
 
-/// A number from 0 to 1 for each pair of integers.
+/// A hash from 0 to 1 for each pair of integers.
 fn hash(x: i64, y: i64) -> f64 {
     let mut n = (x.wrapping_mul(374_761_393) ^ y.wrapping_mul(668_265_263)) as u64;
     n = (n ^ (n >> 13)).wrapping_mul(1_274_126_177);
@@ -242,7 +244,7 @@ fn hash(x: i64, y: i64) -> f64 {
     (n >> 40) as f64 / (1_u64 << 24) as f64
 }
 
-/// Smooth noise between the hashes of the corners of a grid that begins again after `period`.
+/// Smooth noise between the hashes of a grid's corners, with this period.
 fn noise([x, y]: [f64; 2], [across, down]: [i64; 2]) -> f64 {
     let ((i, s), (j, t)) = (cell(x), cell(y));
     let ease = |t: f64| t * t * (3.0 - 2.0 * t);

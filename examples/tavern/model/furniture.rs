@@ -6,7 +6,7 @@ use super::solid::{Frame, Set, Side, diamond, octagon};
 const TABLE: f64 = 0.77;
 const FLAT: [Side; 2] = [Side::Top, Side::Bottom];
 
-/// Puts everything in its place.
+/// Places everything.
 pub fn build(set: &mut Set) {
     let left = Frame::facing([-2.1, 0.3, 0.0], [1.0, 0.16]);
     let right = Frame::facing([2.5, 0.35, 0.0], [1.0, -0.2]);

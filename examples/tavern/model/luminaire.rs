@@ -5,7 +5,7 @@ use super::room::{
 };
 use super::solid::{Frame, Set, Side, diamond, hexagon};
 
-/// Where the three hanging lamps' flames are; their spots hang 0.1 m lower.
+/// Positions of the three hanging lamps' flames; their spots hang 0.1 m lower.
 pub const LAMPS: [([f64; 3], &str); 3] = [
     ([-2.1, 0.35, 2.2], "lamp1_glass"),
     ([0.1, 2.0, 2.3], "lamp2_glass"),
@@ -34,7 +34,7 @@ fn hanging_lamp(set: &mut Set, at: Frame, glass: &'static str) {
     set.underside(at, "enamel", &hexagon(), [0.3, high]);
     set.mantle(at, "iron", &hexagon(), &[[0.3, high], [0.06, 0.26]]);
     set.lid(at, "iron", &hexagon(), [0.06, 0.26]);
-    // The middle lamp's rod goes on up into the dark above the beams.
+    // The middle lamp's rod continues into the dark above the beams.
     set.mantle(at, "iron", &diamond(), &[[0.018, 0.26], [0.018, 2.15]]);
 }
 
@@ -48,7 +48,7 @@ fn bar_lights(set: &mut Set) {
         let ends = [Side::Top, Side::Bottom, Side::Back];
         set.block(at, "iron", rod.0, rod.1, &ends);
     }
-    // A strip under the gallery, behind a board, that looks down and back at the bottles.
+    // A strip under the gallery, behind a board, facing down and back at the bottles.
     let stage = Frame::at([0.0; 3]);
     let (x0, x1) = (3.0, 4.9);
     let (front, back) = ((4.24, 2.44), (4.3, 2.5));
@@ -118,7 +118,7 @@ fn fire(set: &mut Set) {
     }
 }
 
-/// The washes above the open roof, out of the audience's sight.
+/// The washes above the open roof, invisible to the audience.
 fn overhead(set: &mut Set) {
     set.object("overhead");
     let stage = Frame::at([0.0, 0.0, 7.2]);
@@ -153,7 +153,7 @@ fn footlights(set: &mut Set) {
     }
 }
 
-/// The law's own light: on the proscenium, to the left.
+/// The legally required exit sign: on the proscenium, to the left.
 fn exit_sign(set: &mut Set) {
     set.object("exit_sign");
     let at = Frame::at([-5.03, -2.5, 3.3]);

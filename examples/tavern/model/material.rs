@@ -1,9 +1,9 @@
-//! What the scene shop paints and what the electricians hang: names, reflectance, radiance.
+//! Materials of set and lights: names, reflectance, radiance.
 
 use super::finish::{self, Finish, Painter, grain, upright};
 use super::wavefront::{Material, finished, glow, paint};
 
-/// The images of its surfaces by the names of their files.
+/// Painters of the images, by file name.
 pub const PAINTERS: &[(&str, Painter)] = &[
     ("boards", finish::boards),
     ("timber", finish::timber),
@@ -11,7 +11,7 @@ pub const PAINTERS: &[(&str, Painter)] = &[
     ("brick", finish::brick),
 ];
 
-/// Boards as wide as the floor's: five in 0.775 m.
+/// Boards in the width of the floor's: five in 0.775 m.
 const BOARDS: Option<Finish> = upright("boards", [0.775, 3.1]);
 const TIMBER: Option<Finish> = grain("timber", [0.6, 2.4]);
 const PLASTER: Option<Finish> = upright("plaster", [2.4, 2.4]);

@@ -2,11 +2,11 @@
 
 use super::solid::{Frame, Point, Set, Side, clip, diamond, octagon};
 
-/// The back wall stands here.
+/// Position of the back wall.
 pub const BACK: f64 = 5.0;
-/// The side walls end here.
+/// Downstage end of the side walls.
 pub const FRONT: f64 = -2.0;
-/// Where the open roof ends and the ceiling begins.
+/// Downstage edge of the ceiling, where the open roof ends.
 pub const CEILING_FROM: f64 = 2.4;
 /// Height of the ceiling.
 pub const CEILING: f64 = 5.0;
@@ -30,7 +30,7 @@ const HEARTH_RIGHT: f64 = -3.5;
 const DOOR: [f64; 2] = [0.8, 1.8];
 const DOOR_HEAD: f64 = 2.15;
 
-/// Half the width of the room: the walls stand open towards the house.
+/// Half the width of the room, which opens towards the house.
 pub fn half_width(y: f64) -> f64 {
     5.0 + (BACK - y) * SPLAY
 }
@@ -86,7 +86,7 @@ pub fn build(set: &mut Set) {
 
 fn floor(set: &mut Set) {
     const TONES: [&str; 3] = ["boards_mid", "boards_light", "boards_dark"];
-    // Where each board is jointed; it starts with another tone each time, never its neighbour's.
+    // Joints of the boards; each starts in another tone than its neighbours.
     const JOINTS: [f64; 4] = [1.3, -0.4, 2.9, 0.5];
     let stage = Frame::at([0.0; 3]);
     set.object("floor");
@@ -173,8 +173,8 @@ fn back_wall(set: &mut Set) {
     set.upright(wall, "plaster", 0.0, bar, [GALLERY, CEILING]);
 }
 
-/// A rectangle of the back wall without what the stair hides: the stair climbs at 45 degrees from
-/// x = 0, and its inner corners lie on z = x.
+/// A rectangle of the back wall without the part that the stair hides: the stair climbs at 45
+/// degrees from x = 0, and its inner corners lie on z = x.
 fn above_stair(set: &mut Set, [x0, x1]: [f64; 2], [z0, z1]: [f64; 2], material: &'static str) {
     let whole = [[x0, 0.0, z0], [x1, 0.0, z0], [x1, 0.0, z1], [x0, 0.0, z1]];
     let rest = clip(&whole, [-1.0, 0.0, 1.0, 0.0]);
@@ -183,8 +183,7 @@ fn above_stair(set: &mut Set, [x0, x1]: [f64; 2], [z0, z1]: [f64; 2], material: 
     }
 }
 
-/// The corners of the wall beside a pointed arch, in triangles since an arch is not convex from
-/// outside.
+/// The wall around a pointed arch, in triangles because an arch is not convex from outside.
 fn spandrels(set: &mut Set, x: f64) {
     let wall = Frame::at([x, BACK, 0.0]);
     let at = |x: f64, z: f64| [x, 0.0, z];
@@ -213,7 +212,7 @@ fn window(set: &mut Set, x: f64) {
         [-0.6, SPRING],
     ];
     set.reveal(wall, "stone", &outline, [0.0, 0.3], &[]);
-    // Two uprights, and behind them three bars across, so that nothing cuts through anything.
+    // Two uprights, and behind them three cross bars, so that nothing intersects.
     let ends = [Side::Back, Side::Top, Side::Bottom];
     for x in [-0.2, 0.2] {
         let (low, high) = ([x - 0.03, 0.12, SILL], [x + 0.03, 0.18, 4.13]);
@@ -226,7 +225,7 @@ fn window(set: &mut Set, x: f64) {
     }
 }
 
-/// What the windows show: the roofs of Nuremberg, a spire, the moon, the sky.
+/// The view through the windows: the roofs of Nuremberg, a spire, the moon, the sky.
 fn outside(set: &mut Set) {
     set.object("outside");
     let town = Frame::at([0.0, 6.5, 0.0]);
@@ -267,7 +266,7 @@ fn outside(set: &mut Set) {
     let moon = Frame::at([-0.42, 7.3, 3.75]);
     let disc = octagon().map(|[x, z]| [0.17 * x, 0.0, 0.17 * z]);
     set.face(moon, "moon_disc", &disc);
-    // One cloth behind each window, no wider than the audience sees of it.
+    // One cloth behind each window, no wider than its visible part.
     for x in WINDOWS {
         let cloth = Frame::at([x * 1.132, 7.5, 0.0]);
         set.upright(cloth, "sky_cloth", 0.0, [-0.74, 0.74], [1.2, 4.75]);
@@ -313,7 +312,7 @@ fn door(set: &mut Set) {
             [far, 2.6, 0.0],
         ],
     );
-    // The leaf stands open into the room, its face to the house.
+    // The leaf stands open into the room, facing the house.
     let [hx, hy, _] = wall.place([x1, -0.09, 0.0]);
     let leaf = Frame::facing([hx, hy, 0.02], [0.45, 0.9]);
     set.block(leaf, "counter", [0.0, 0.0, 0.0], [0.98, 0.05, 2.08], &[]);
@@ -333,7 +332,7 @@ fn fireplace(set: &mut Set) {
     set.upright(breast, "brick", 0.0, [x1, length], [0.0, mantel]);
     set.upright(breast, "brick", 0.0, [x0, x1], [head, mantel]);
     set.upright(breast, "plaster", 0.0, [0.0, length], [mantel, CEILING]);
-    // Firebox: cheeks that draw together, a back, a floor at the hearthstone's height, a throat.
+    // Firebox: converging cheeks, a back, a floor at the hearthstone's height, a throat.
     let (near, far) = ([x0, x1], [x0 + 0.2, x1 - 0.2]);
     let ring = |[a, b]: [f64; 2], y: f64, z: f64| [[a, y, z], [b, y, z]];
     let ([a, b], [c, d]) = (ring(near, 0.0, base), ring(far, 0.5, base));
@@ -427,7 +426,7 @@ fn brace(set: &mut Set, x: f64, side: f64) {
     set.extrude(stage, "timber", &outline, [2.24, 2.34], &open);
 }
 
-/// The house curtain: what the audience sees around the picture.
+/// The house curtain, visible around the picture.
 fn masking(set: &mut Set) {
     set.object("valance");
     let stage = Frame::at([0.0; 3]);

@@ -1,8 +1,8 @@
-//! Polygons and the few solids that a carpenter needs.
+//! Polygons and simple solids for building sets.
 //!
 //! Invariants: every face is planar, convex and counter-clockwise seen from its front; no
-//! trigonometry, so that the same coordinates come out on every machine. This module knows nothing
-//! of taverns.
+//! trigonometry, so that coordinates are equal on every machine. This module is independent of the
+//! tavern.
 
 use super::finish::unit;
 
@@ -12,17 +12,17 @@ pub type Point = [f64; 3];
 /// A planar convex polygon.
 #[derive(Clone, Debug)]
 pub struct Face {
-    /// The object that it is part of.
+    /// The object to which it belongs.
     pub object: &'static str,
     /// The name of its material.
     pub material: &'static str,
     /// Counter-clockwise seen from the front.
     pub vertices: Vec<Point>,
-    /// Of its corners, where it is part of something round.
+    /// Normals of its corners, for a face of a round object.
     pub normals: Vec<Point>,
 }
 
-/// Where something stands: local X along `along`, local Y a quarter turn from it to the left, Z up.
+/// A local coordinate frame: local X along `along`, local Y a quarter turn to its left, Z up.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame {
     origin: Point,
@@ -38,7 +38,7 @@ impl Frame {
         }
     }
 
-    /// Local X in the direction of `along`, which need not be of unit length.
+    /// A frame with local X in the direction of `along`, of any length.
     pub fn facing(origin: Point, along: [f64; 2]) -> Frame {
         let [x, y] = along;
         let length = (x * x + y * y).sqrt();
@@ -48,7 +48,7 @@ impl Frame {
         }
     }
 
-    /// The same axes, with the origin at local `by`.
+    /// A parallel frame with the origin at local `by`.
     pub fn moved(self, by: Point) -> Frame {
         Frame {
             origin: self.place(by),
@@ -56,13 +56,13 @@ impl Frame {
         }
     }
 
-    /// The origin at local `by`, local X in the local direction `along`.
+    /// A frame with the origin at local `by` and local X in the local direction `along`.
     pub fn turned(self, by: Point, [x, y]: [f64; 2]) -> Frame {
         let [c, s] = self.along;
         Frame::facing(self.place(by), [c * x - s * y, s * x + c * y])
     }
 
-    /// From local directions to the stage's, at length 1.
+    /// Converts a local direction to the stage's, normalised.
     fn direction(self, [x, y, z]: Point) -> Point {
         let [c, s] = self.along;
         unit([c * x - s * y, s * x + c * y, z])
@@ -75,7 +75,7 @@ impl Frame {
     }
 }
 
-/// Sides of a box, for those that are left out.
+/// Sides of a box that may be left open.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
     /// Towards -X.
@@ -95,13 +95,13 @@ pub enum Side {
 /// The whole set, face after face.
 #[derive(Clone, Debug, Default)]
 pub struct Set {
-    /// In order of building.
+    /// Faces in order of building.
     pub faces: Vec<Face>,
     object: &'static str,
 }
 
 impl Set {
-    /// All faces from here on are part of `name`.
+    /// Begins the object `name`, to which all further faces belong.
     pub fn object(&mut self, name: &'static str) {
         self.object = name;
     }
@@ -111,7 +111,7 @@ impl Set {
         self.round_face(frame, material, vertices, &[]);
     }
 
-    /// The same of something round, with the normals of its corners, of any length.
+    /// A polygon of a round object, with the normals of its corners, of any length.
     pub fn round_face(
         &mut self,
         frame: Frame,
@@ -127,7 +127,7 @@ impl Set {
         });
     }
 
-    /// A face that is made already, as part of the object at hand.
+    /// Adds a finished face to the current object.
     pub fn add(&mut self, face: Face) {
         self.faces.push(Face {
             object: self.object,
@@ -192,8 +192,9 @@ impl Set {
         }
     }
 
-    /// A solid whose outline in (x, z), counter-clockwise seen from -Y, is drawn out from `y0` to
-    /// `y1`: its front and the sides of all edges but those in `open` (edge i starts at corner i).
+    /// A solid whose outline in (x, z), counter-clockwise seen from -Y, is extruded from `y0` to
+    /// `y1`: its front and the sides of all edges except those in `open` (edge i starts at corner
+    /// i).
     pub fn extrude(
         &mut self,
         frame: Frame,
@@ -211,8 +212,8 @@ impl Set {
         }
     }
 
-    /// The sides of an opening of that outline, counter-clockwise seen from -Y, through a wall
-    /// from `y0` to `y1`; they look inwards.
+    /// The sides of an opening with that outline, counter-clockwise seen from -Y, through a wall
+    /// from `y0` to `y1`; they face inwards.
     pub fn reveal(
         &mut self,
         frame: Frame,
@@ -229,7 +230,7 @@ impl Set {
     }
 
     /// The mantle of a prism, cone or barrel: rings of one polygon, given as (scale, height) from
-    /// the foot upwards, joined by planar trapezoids; round from six corners on.
+    /// the foot upwards, joined by planar trapezoids; smooth from six corners on.
     pub fn mantle(
         &mut self,
         frame: Frame,
@@ -261,7 +262,7 @@ impl Set {
         }
     }
 
-    /// A horizontal polygon of that outline that looks up.
+    /// A horizontal polygon with that outline, facing up.
     pub fn lid(
         &mut self,
         frame: Frame,
@@ -276,7 +277,7 @@ impl Set {
         self.face(frame, material, &up);
     }
 
-    /// The same that looks down.
+    /// A horizontal polygon with that outline, facing down.
     pub fn underside(
         &mut self,
         frame: Frame,
@@ -293,8 +294,8 @@ impl Set {
     }
 }
 
-/// For each band between rings the normals at its lower and its upper ring: out, and up. Where two
-/// bands meet at less than 45 degrees they share the mean of theirs.
+/// For each band between rings, the normals at its lower and its upper ring, as (out, up). Bands
+/// that meet at less than 45 degrees share the mean of theirs.
 fn slopes(rings: &[[f64; 2]]) -> Vec<[[f64; 2]; 2]> {
     let band = |([r0, z0], [r1, z1]): (&[f64; 2], &[f64; 2])| {
         let (out, up) = (z1 - z0, r0 - r1);
@@ -324,7 +325,7 @@ fn band([px, pz]: [f64; 2], [qx, qz]: [f64; 2], [y0, y1]: [f64; 2]) -> [Point; 4
 
 /// A regular octagon of circumradius 1, counter-clockwise, with flat sides towards the axes.
 pub fn octagon() -> [[f64; 2]; 8] {
-    // cos and sin of 22.5 degrees by square roots, which IEEE 754 rounds alike everywhere.
+    // cos and sin of 22.5 degrees by square roots, which IEEE 754 rounds equally everywhere.
     let half = 0.5_f64.sqrt();
     let (c, s) = (((1.0 + half) / 2.0).sqrt(), ((1.0 - half) / 2.0).sqrt());
     [
@@ -357,8 +358,8 @@ pub fn diamond() -> [[f64; 2]; 4] {
     [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]]
 }
 
-/// The part of a convex polygon where a·x + b·y + c·z >= d (Sutherland and Hodgman); empty when
-/// nothing of any area is left.
+/// The part of a convex polygon where a·x + b·y + c·z >= d (Sutherland and Hodgman); empty when no
+/// area is left.
 pub fn clip(polygon: &[Point], [a, b, c, d]: [f64; 4]) -> Vec<Point> {
     let height = |[x, y, z]: Point| a * x + b * y + c * z - d;
     let mut out: Vec<Point> = Vec::new();

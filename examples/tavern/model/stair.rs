@@ -56,7 +56,7 @@ fn stair_rail(set: &mut Set) {
     set.object("balustrade");
     let stage = Frame::at([0.0; 3]);
     let depth = [STAIR_FRONT + 0.02, STAIR_FRONT + 0.06];
-    // Two balusters to every three steps, each on the tread below it.
+    // Two balusters for every three steps, each on the tread below it.
     for i in 0..STEPS * 2 / 3 {
         let x = 1.5 * STEP * (f64::from(i) + 0.42);
         let tread = STEP * ((x / STEP).floor() + 1.0);
@@ -101,7 +101,7 @@ fn gallery(set: &mut Set) {
     set.face(stage, "timber", &under);
     let edge = [UNDER_GALLERY, GALLERY];
     set.upright(stage, "rail", front, [left, near], edge);
-    // Only as far as the stair: behind that, the top step.
+    // Only up to the stair; behind it is the top step.
     let (x, y) = (left, STAIR_FRONT);
     let [z0, z1] = edge;
     set.face(

@@ -1,4 +1,4 @@
-//! A set as Wavefront files: OBJ for its faces, MTL for its materials.
+//! Writes a set as Wavefront files: OBJ for its faces, MTL for its materials.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -10,17 +10,17 @@ use super::solid::{Face, Point, Set};
 /// A material of the set.
 #[derive(Clone, Copy, Debug)]
 pub struct Material {
-    /// As the show's text refers to it.
+    /// Its name in the show's text.
     pub name: &'static str,
     /// Diffuse reflectance, linear RGB.
     pub reflectance: [f64; 3],
-    /// Emitted radiance at level 100, cd/m2 in linear RGB; zero for all that does not glow.
+    /// Emitted radiance at level 100, cd/m2 in linear RGB; zero for most.
     pub emission: [f64; 3],
-    /// What is painted on it.
+    /// Its finish, if any.
     pub finish: Option<Finish>,
 }
 
-/// What only reflects.
+/// A material that only reflects.
 pub const fn paint(name: &'static str, reflectance: [f64; 3]) -> Material {
     Material {
         name,
@@ -30,7 +30,7 @@ pub const fn paint(name: &'static str, reflectance: [f64; 3]) -> Material {
     }
 }
 
-/// What only reflects, under an image: in the mean so much.
+/// A reflecting material with an image; `reflectance` is the mean.
 pub const fn finished(
     name: &'static str,
     reflectance: [f64; 3],
@@ -44,7 +44,7 @@ pub const fn finished(
     }
 }
 
-/// What glows too.
+/// A material that also emits.
 pub const fn glow(name: &'static str, emission: [f64; 3]) -> Material {
     Material {
         name,
@@ -54,7 +54,7 @@ pub const fn glow(name: &'static str, emission: [f64; 3]) -> Material {
     }
 }
 
-/// Lines of one kind, each once, and their numbers.
+/// Distinct lines of one kind, and their numbers.
 #[derive(Default)]
 struct Lines {
     text: String,
@@ -73,7 +73,7 @@ impl Lines {
     }
 }
 
-/// The text of the OBJ file of the set of this title, whose files are called `name`.
+/// The OBJ file of the set with this title, whose files are called `name`.
 pub fn obj(set: &Set, materials: &[Material], title: &str, name: &str) -> String {
     let (mut points, mut places, mut normals) = <(Lines, Lines, Lines)>::default();
     let mut faces = String::new();
@@ -111,19 +111,19 @@ pub fn obj(set: &Set, materials: &[Material], title: &str, name: &str) -> String
     )
 }
 
-/// Places of a face's corners in the image of its material.
+/// Texture coordinates of a face's corners in the image of its material.
 fn places_of(face: &Face, number: usize, materials: &[Material]) -> Vec<[f64; 2]> {
     let material = materials.iter().find(|m| m.name == face.material);
     let finish = material.and_then(|m| m.finish);
     finish.map_or(Vec::new(), |finish| finish.places(face, number))
 }
 
-/// A point as the file has it: Y up, to the micrometre.
+/// A point in the file: Y up, rounded to the micrometre.
 fn vertex([x, y, z]: Point) -> String {
     decimals(&[x, z, -y])
 }
 
-/// Numbers to six decimals, no negative zero.
+/// Numbers with six decimals, without negative zero.
 fn decimals(numbers: &[f64]) -> String {
     let number = |c: &f64| {
         let text = format!("{c:.6}");
@@ -133,7 +133,7 @@ fn decimals(numbers: &[f64]) -> String {
     numbers.iter().map(number).collect::<Vec<_>>().join(" ")
 }
 
-/// The text of the MTL file; images are those of `painters`.
+/// The MTL file; images are those of `painters`.
 pub fn mtl(
     materials: &[Material],
     painters: &[(&str, Painter)],

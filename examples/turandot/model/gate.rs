@@ -1,4 +1,5 @@
-//! The gatehouses left and right: rooms whose light falls through lattices, papered windows above.
+//! The gatehouses left and right: rooms whose light falls through lattices, with papered windows
+//! above.
 
 use super::pagoda::window;
 use super::pavilion::lantern;
@@ -15,7 +16,7 @@ const OPENINGS: [[f64; 4]; 3] = [
     [1.1, 0.75, 2.25, 2.6],
 ];
 
-/// Where a gatehouse stands, seen from the middle of its front: local Y leads inside.
+/// Position of a gatehouse, from the middle of its front: local Y leads inside.
 pub fn place(side: f64) -> Frame {
     Frame::facing([side * 9.7, 1.3, 0.0], [1.0, -0.36 * side])
 }
@@ -80,7 +81,7 @@ fn lattice(set: &mut Set, at: Frame, [x0, x1]: [f64; 2], [z0, z1]: [f64; 2]) {
     }
 }
 
-/// The room's inside: three walls, ceiling and floor, each with its front to the room.
+/// The inside of the room: three walls, ceiling and floor, facing inwards.
 fn room(set: &mut Set, at: Frame) {
     let (x, y0, y1, z0, z1) = (HALF - 0.1, 0.2, DEPTH - 0.2, 0.04, HEAD - 0.1);
     let mut face = |corners: [[f64; 3]; 4]| set.face(at, "interior", &corners);
@@ -97,7 +98,7 @@ fn room(set: &mut Set, at: Frame) {
         [HALF, DEPTH, HEAD + 0.12],
         &open,
     );
-    // A table and a tall jar, to be seen against the back wall.
+    // A table and a tall jar, visible against the back wall.
     let table = ([-1.9, 2.2, 0.8], [-0.6, 2.9, 0.88]);
     set.block(at, "door", table.0, table.1, &[Side::Back]);
     let jar = at.moved([1.5, 2.6, 0.04]);

@@ -1,16 +1,16 @@
-//! The square, the stair, the terrace, and what is behind it all.
+//! The square, the stair, the terrace, and the background.
 
 use super::solid::{Frame, Set, Side};
 
 /// The height of the terrace.
 pub const TERRACE: f64 = 2.4;
-/// Ten steps of 0.24 m by 0.3 m lead up to it.
+/// Number of steps of 0.24 m by 0.3 m up to it.
 const STEPS: u32 = 10;
 const STAIR: [f64; 2] = [5.5, 8.5];
 const HALF_STAIR: f64 = 4.5;
-/// The stair's parapets end here, the terrace's wall begins.
+/// Boundary between the stair's parapets and the terrace's wall.
 const PARAPET: f64 = 4.9;
-/// Where terrace, projections and cloth are.
+/// Depths of terrace, projections and cloth.
 const TERRACE_BACK: f64 = 18.5;
 const CLOTH: f64 = 34.0;
 
@@ -19,7 +19,7 @@ const COLUMNS: [f64; 14] = [
 ];
 const ROWS: [f64; 11] = [-7.0, -5.0, -3.4, -1.8, -0.2, 1.4, 2.9, 4.3, 5.5, 7.0, 8.5];
 
-/// Builds all of it.
+/// Builds the ground.
 pub fn build(set: &mut Set) {
     square(set);
     stair(set);
@@ -30,7 +30,7 @@ pub fn build(set: &mut Set) {
     behind(set);
 }
 
-/// Slabs of three tones, and the way of lighter stone that is the emperor's alone.
+/// Slabs of three tones, and the emperor's way of lighter stone.
 fn square(set: &mut Set) {
     set.object("square");
     let stage = Frame::at([0.0; 3]);
@@ -66,7 +66,7 @@ fn stair(set: &mut Set) {
     let h = HALF_STAIR;
     for step in 0..STEPS {
         let (y, z) = (front + run * f64::from(step), rise * f64::from(step));
-        // The way goes on up the middle.
+        // The way continues up the middle.
         for ([x0, x1], stone) in [
             ([-h, -1.5], "terrace"),
             ([-1.5, 1.5], "way"),
@@ -99,7 +99,7 @@ fn stair(set: &mut Set) {
         if sign < 0.0 {
             outline.reverse();
         }
-        // Concave where the newel ends: two convex parts, which share a side that nobody sees.
+        // Concave at the newel: two convex parts with a hidden common side.
         let cut = sign * (front + 0.1);
         for side in [sign, -sign] {
             let part = part(&outline, cut, side);

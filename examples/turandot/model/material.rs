@@ -1,9 +1,9 @@
-//! What the scene shop paints and what the electricians hang: names, reflectance, radiance.
+//! Materials of set and lights: names, reflectance, radiance.
 
 use super::finish::{self, Finish, Painter, grain, upright};
 use super::wavefront::{Material, finished, glow, paint};
 
-/// The images of its surfaces by the names of their files.
+/// Painters of the images, by file name.
 pub const PAINTERS: &[(&str, Painter)] = &[
     ("paving", finish::paving),
     ("masonry", finish::masonry),

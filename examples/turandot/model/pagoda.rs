@@ -6,7 +6,7 @@ use super::solid::{Frame, Set, Side};
 
 const SHELL: [Side; 3] = [Side::Top, Side::Bottom, Side::Back];
 
-/// A storey: half width and heights of its walls, half width of its eaves, where its roof ends.
+/// A storey: half width and heights of its walls, half width of its eaves, top of its roof.
 struct Storey {
     half: f64,
     foot: f64,

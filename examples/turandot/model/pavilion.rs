@@ -4,7 +4,7 @@ use super::roof::{Roof, bar, column, finial, roof};
 use super::scene_key::TERRACE;
 use super::solid::{Frame, Set, Side, hexagon};
 
-/// Where they stand, and what their lanterns are made of: red, yellow.
+/// Positions of the pavilions, and the materials of their lanterns: red, yellow.
 const PLACES: [(f64, [&str; 2]); 2] = [
     (-7.4, ["red_left", "yellow_left"]),
     (7.4, ["red_right", "yellow_right"]),
@@ -43,7 +43,7 @@ fn house(set: &mut Set, at: Frame) {
     }
     let beam = ([-1.95, -1.95, 2.75], [1.95, 1.95, 3.02 + 0.12]);
     set.block(at, "beam", beam.0, beam.1, &[Side::Top]);
-    // A wall behind, which takes the lanterns' light.
+    // A wall behind, lit by the lanterns.
     set.block(
         at,
         "wall",

@@ -1,10 +1,10 @@
-//! What stands about: the gong, the braziers, and the figure on the stair for scale.
+//! Properties: the gong, the braziers, and the figure on the stair for scale.
 
 use super::roof::tetrahedron;
 use super::scene_key::TERRACE;
 use super::solid::{Frame, Point, Set, Side, diamond, hexagon, octagon};
 
-/// Puts everything in its place.
+/// Places everything.
 pub fn build(set: &mut Set) {
     set.object("gong");
     gong(set, Frame::facing([-3.5, 1.2, 0.0], [1.0, 0.2]));
@@ -101,7 +101,7 @@ fn brazier(set: &mut Set, at: Frame, flame: &'static str) {
     }
 }
 
-/// A princess, 1.8 m with her crown: what the eye measures the palace by.
+/// A princess, 1.8 m with her crown, which gives the scale of the palace.
 fn figure(set: &mut Set, at: Frame) {
     let robe = [
         [0.62, 0.0],

@@ -1,9 +1,9 @@
-//! Roofs with upturned eaves, and the other shapes of the palace's carpenters.
+//! Roofs with upturned eaves, and other shapes of the palace.
 //!
 //! A side of a roof is a steep trapezoid above and a flat strip below, whose middle is a trapezoid
 //! too; its ends bend up to the corners and are cut into triangles. Below are a fascia and a soffit
-//! that rises to the wall. The side upstage is left out, as everything that neither the house sees
-//! nor a light reaches.
+//! that rises to the wall. The upstage side is left out, like everything invisible to the house and
+//! out of reach of light.
 
 use super::solid::{Frame, Point, Set, Side, diamond, hexagon};
 
@@ -12,23 +12,23 @@ use super::solid::{Frame, Point, Set, Side, diamond, hexagon};
 pub struct Roof {
     /// Material of the tiles.
     pub tile: &'static str,
-    /// Half widths and height of the eaves' middle.
+    /// Half widths and height of the middle of the eaves.
     pub eave: Point,
     /// Half widths and height of the top.
     pub top: Point,
     /// Half widths of the wall below.
     pub wall: [f64; 2],
-    /// How much higher the corners are than the middle of the eaves.
+    /// Height of the corners above the middle of the eaves.
     pub lift: f64,
 }
 
-/// Where the bend begins, as a share of the half width.
+/// Start of the bend, as a share of the half width.
 const BEND: f64 = 0.55;
-/// Where the flat strip ends: a share of the way in, and of the way up.
+/// End of the flat strip: shares of the way in, and of the way up.
 const KNEE: [f64; 2] = [0.5, 0.3];
 /// The fascia's height.
 const EDGE: f64 = 0.14;
-/// Local X of each side, its own outside being local -Y.
+/// Local X of each side, whose outside is local -Y.
 const SIDES: [[f64; 2]; 3] = [[1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
 
 /// Puts a roof over `at`.
@@ -90,7 +90,7 @@ fn strip(set: &mut Set, at: Frame, material: &'static str, upper: [Point; 4], lo
     face(&[l2, u3, u2]);
 }
 
-/// The horns at the corners, which carry the curve on upwards.
+/// The horns at the corners, which continue the curve upwards.
 fn horns(set: &mut Set, at: Frame, roof: Roof) {
     let ([ex, ey, ez], [kx, ky, kz]) = (roof.eave, knee(roof));
     let (lift, share) = (roof.lift, 0.16);
@@ -111,7 +111,7 @@ fn horns(set: &mut Set, at: Frame, roof: Roof) {
     }
 }
 
-/// The three faces at the last corner of a tetrahedron, which look outwards.
+/// The three outward faces at the last corner of a tetrahedron.
 pub fn tetrahedron(set: &mut Set, at: Frame, material: &'static str, corners: [Point; 4]) {
     let [a, b, c, tip] = corners;
     let minus = |[x, y, z]: Point, [u, v, w]: Point| [x - u, y - v, z - w];
@@ -139,7 +139,7 @@ pub fn finial(set: &mut Set, at: Frame, size: f64) {
     set.lid(at, "gilt", &diamond(), [0.02 * size, 1.3 * size]);
 }
 
-/// The half of a column that the house sees: rings as (radius, height) from the foot upwards.
+/// The visible half of a column: rings as (radius, height) from the foot upwards.
 pub fn column(set: &mut Set, at: Frame, material: &'static str, rings: &[[f64; 2]]) {
     let mut whole = Set::default();
     whole.mantle(at, material, &hexagon(), rings);
@@ -149,7 +149,7 @@ pub fn column(set: &mut Set, at: Frame, material: &'static str, rings: &[[f64; 2
     seen.for_each(|face| set.add(face));
 }
 
-/// A thin upright bar, of which only the front is seen.
+/// A thin upright bar, of which only the front is visible.
 pub fn bar(set: &mut Set, at: Frame, material: &'static str, [x0, x1]: [f64; 2], z: [f64; 2]) {
     let ends = [Side::Top, Side::Bottom, Side::Back];
     let ([low, high], y) = (z, (x1 - x0) / 2.0);

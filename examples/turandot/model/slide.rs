@@ -1,17 +1,16 @@
-//! The two scenic projections: the same hills under a sky at dusk and at night.
+//! The two scenic projections: one landscape of hills under a sky at dusk and at night.
 //!
-//! Colours are mixed as coded for the display, in which a painter mixes too. Only sums, products
-//! and square roots are used, and clouds come from hashed integers, so that every machine paints
-//! the same pixels.
+//! Colours are mixed display-coded, as a painter mixes. Only sums, products and square roots are
+//! used, and clouds come from hashed integers, so that every machine paints equal pixels.
 
-/// Pixels a row.
+/// Columns.
 pub const WIDTH: usize = 640;
 /// Rows.
 pub const HEIGHT: usize = 280;
 
 type Colour = [f64; 3];
 
-/// RGB, 8 bits a channel, row by row from the top.
+/// RGB at dusk, 8 bits per channel, row by row from the top.
 pub fn dusk() -> Vec<u8> {
     let sky = [
         (0.0, [0.22, 0.20, 0.36]),
@@ -26,7 +25,7 @@ pub fn dusk() -> Vec<u8> {
         colour = mix(colour, [1.0, 0.80, 0.45], (0.9 * sun).min(0.9));
         colour = mix(colour, [1.0, 0.97, 0.80], disc(u, v, [0.640, 0.50], 0.020));
         let cloud = clouds(u, v);
-        // Lit from below, by a sun that is nearly gone.
+        // Lit from below, by the setting sun.
         colour = mix(colour, [0.42, 0.20, 0.30], 0.62 * cloud * (1.0 - 0.7 * v));
         let edge = (clouds(u, v + 0.012) - cloud).clamp(0.0, 1.0);
         colour = mix(colour, [1.0, 0.72, 0.42], (2.2 * edge).min(0.8));
@@ -34,7 +33,7 @@ pub fn dusk() -> Vec<u8> {
     })
 }
 
-/// The same at night.
+/// RGB at night, 8 bits per channel, row by row from the top.
 pub fn night() -> Vec<u8> {
     let sky = [
         (0.0, [0.035, 0.07, 0.22]),
@@ -78,7 +77,7 @@ fn mix(a: Colour, b: Colour, t: f64) -> Colour {
     [ar + t * (br - ar), ag + t * (bg - ag), ab + t * (bb - ab)]
 }
 
-/// Between the colours of stops, the first and the last going on.
+/// Interpolates between colour stops, constant beyond the first and the last.
 fn gradient(stops: &[(f64, Colour)], v: f64) -> Colour {
     let mut out = stops.first().map_or([0.0; 3], |s| s.1);
     for ((from, a), (to, b)) in stops.iter().zip(stops.iter().skip(1)) {
@@ -101,7 +100,7 @@ fn halo(u: f64, v: f64, at: [f64; 2]) -> f64 {
     0.55 / (1.0 + 40.0 * r) / (1.0 + 6.0 * r) + 0.45 / (1.0 + 900.0 * r)
 }
 
-/// 1 inside, 0 outside, a pixel's width between.
+/// 1 inside, 0 outside, with an edge one pixel wide.
 fn disc(u: f64, v: f64, at: [f64; 2], radius: f64) -> f64 {
     let off = (radius - square(u, v, at).sqrt()) * HEIGHT as f64;
     (off + 0.5).clamp(0.0, 1.0)
@@ -115,7 +114,7 @@ fn clouds(u: f64, v: f64) -> f64 {
     ((streak - 0.50) * 4.0 * bank.max(0.0)).clamp(0.0, 1.0)
 }
 
-/// Three ridges, each paler the farther it is.
+/// Three ridges, paler with distance.
 fn hills(u: f64, v: f64, sky: Colour, far: Colour, near: Colour) -> Colour {
     let mut colour = sky;
     for (i, (base, tall, wide)) in [(0.66, 0.20, 3.0), (0.74, 0.20, 4.5), (0.84, 0.16, 6.0)]
@@ -132,7 +131,7 @@ fn hills(u: f64, v: f64, sky: Colour, far: Colour, near: Colour) -> Colour {
     colour
 }
 
-/// A number from 0 to 1 for each pair of integers.
+/// A hash from 0 to 1 for each pair of integers.
 fn hash(x: i64, y: i64) -> f64 {
     let mut n = (x.wrapping_mul(374_761_393) ^ y.wrapping_mul(668_265_263)) as u64;
     n = (n ^ (n >> 13)).wrapping_mul(1_274_126_177);
@@ -140,7 +139,7 @@ fn hash(x: i64, y: i64) -> f64 {
     (n >> 40) as f64 / (1_u64 << 24) as f64
 }
 
-/// Smooth noise between the hashes of the corners of a grid.
+/// Smooth noise between the hashes of a grid's corners.
 fn noise(x: f64, y: f64) -> f64 {
     let (i, j) = (x.floor(), y.floor());
     let ease = |t: f64| t * t * (3.0 - 2.0 * t);
@@ -164,7 +163,7 @@ fn fractal(x: f64, y: f64, octaves: u32) -> f64 {
     sum / all
 }
 
-/// A star or none: one cell of a grid in thirty has one, of its own brightness.
+/// A star or none: one cell of a grid in thirty has one, of random brightness.
 fn star(u: f64, v: f64) -> f64 {
     let (x, y) = (u * 160.0, v * 70.0);
     let (i, j) = (x.floor(), y.floor());

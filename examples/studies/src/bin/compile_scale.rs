@@ -1,13 +1,12 @@
-//! From text to plan against the size of the show:
-//! `cargo run --release -p footlight-studies --bin compile_scale -- [FOLDER]`.
+//! Time from text to plan against the size of the show: `cargo run --release -p footlight-studies
+//! --bin compile_scale -- [FOLDER]`.
 //!
 //! Shows of 100 to 5,000 cues on 200 banks, and of 1 to 200 banks with 2,000 cues; a cue moves a
 //! tenth of the banks. Prints for each the seconds of compiling (text to key settings), of the
-//! plan, and of an edit of one cue as the prompt makes it, with the peak of memory; and the
-//! exponents of growth. Each show runs in a process of its own, so that its peak of resident memory
-//! is its own (Linux; elsewhere memory is left out). Times are processor time where the system
-//! tells it, so that other work on the machine counts little. Into the folder go `compile_scale` as
-//! .json, .csv, .png and .svg.
+//! plan, and of an edit of one cue as at the prompt, with the peak of memory; and the exponents of
+//! growth. Each show runs in a separate process, so that its peak of resident memory can be
+//! measured (Linux; omitted elsewhere). Times are processor time if the system tells it, so that
+//! other load matters little. Writes `compile_scale` as .json, .csv, .png and .svg to the folder.
 
 #![allow(
     clippy::unwrap_used,
@@ -33,9 +32,9 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-/// Ways to grow.
+/// Directions of growth.
 const WAYS: [&str; 2] = ["cues", "banks"];
-/// What is measured of each show.
+/// Measured quantities of each show.
 const MEASURED: [&str; 4] = ["compiling", "plan", "edit of one cue", "peak memory"];
 
 fn sizes(way: &str) -> Vec<Size> {
@@ -96,7 +95,7 @@ fn title(record: &Record) -> String {
     format!("Text to plan; {}", words::machine(&record.machine))
 }
 
-/// Runs a show in a process of its own.
+/// Runs a show in a separate process.
 fn measured(size: Size) -> [f64; 4] {
     let words = format!("{},{},{}", size.banks, size.cues, size.moved);
     let mut command = Command::new(std::env::current_exe().unwrap());
@@ -133,7 +132,7 @@ fn alone(words: &str) {
     println!("{compile} {plan} {edit} {memory}");
 }
 
-/// Mean seconds of at least so many runs, and of half a second of them.
+/// Mean seconds over at least `least` runs and half a second.
 fn mean(least: usize, mut run: impl FnMut()) -> f64 {
     let idle = Instant::now();
     let now = || processor_seconds().unwrap_or_else(|| idle.elapsed().as_secs_f64());
@@ -146,7 +145,7 @@ fn mean(least: usize, mut run: impl FnMut()) -> f64 {
     (now() - begin) / runs as f64
 }
 
-/// Seconds that this process had a processor: what it would take on a machine that is idle.
+/// Processor seconds of this process.
 fn processor_seconds() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/self/schedstat").ok()?;
     let nanoseconds: f64 = text.split(' ').next()?.parse().ok()?;

@@ -1,10 +1,10 @@
-//! Fits the unit costs of `src/transport/hemicube/cost.rs` to measurements of every shipped scene at every
-//! step, and prints prediction over measurement for each: `cargo run --release -p footlight-studies --bin cost`.
+//! Fits the unit costs of `src/transport/hemicube/cost.rs` to measurements of every shipped scene
+//! at every step, and prints prediction over measurement for each: `cargo run --release -p
+//! footlight-studies --bin cost`.
 //!
 //! `--check` only prints, `--quick` leaves out the finest step. Times are in units of cost,
-//! measured again before each step, so the machine's speed and what else runs on it matter little;
-//! run it on an idle machine all the same. The fit minimizes the squares of relative errors over
-//! costs that are not negative.
+//! calibrated before each step, so the machine's speed and other load matter little; an idle
+//! machine is still better. The fit minimizes squared relative errors over non-negative costs.
 
 #![allow(
     clippy::unwrap_used,
@@ -27,13 +27,13 @@ use reference::{Case, cornell, furnace, stage, tavern};
 use rooms::{first, room};
 use std::time::Instant;
 
-/// A step on a scene: its counts, and what it took in units of cost.
+/// A step on a scene: its counts, and its time in units of cost.
 struct Sample {
     name: String,
     counts: Counts,
     took: [f64; 3],
     predicted: [f64; 3],
-    /// What composing the pictures of the banks is predicted to take of rendering them.
+    /// Predicted share of composing the images of the banks in rendering them.
     pictures: f64,
 }
 
@@ -160,7 +160,7 @@ fn measure(
     }
 }
 
-/// Non-negative least squares of relative errors by coordinate descent, and how it fits.
+/// Non-negative least squares of relative errors by coordinate descent, and the quality of the fit.
 fn fitted(name: &str, names: &[&str], rows: &[(Vec<f64>, f64)], samples: &[Sample]) {
     let width = names.len();
     let scaled: Vec<Vec<f64>> = rows

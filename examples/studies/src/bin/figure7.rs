@@ -1,11 +1,11 @@
-//! A design session, measured as it goes: Figure 7 of Dorsey, Arvo and Greenberg (1995).
-//! `cargo run --release -p footlight-studies --bin figure7 -- [SHOW SESSION] [CHART.png]` replays
-//! declarations and `refine` lines of a file (the tavern's unless another is given).
+//! A design session measured step by step: Figure 7 of Dorsey, Arvo and Greenberg (1995). `cargo
+//! run --release -p footlight-studies --bin figure7 -- [SHOW SESSION] [CHART.png]` replays
+//! declarations and `refine` lines of a file (by default the tavern's).
 //!
-//! The measure is the paper's: 1 - error / (error of coarse images alone), 0 while nothing is
-//! refined, 1 where the sequence is as if all of it were. The truth is every source at the refined
-//! step. Seconds are those of coarse images, edits, plans and refined images; measuring is not
-//! counted, and no image comes from a store.
+//! The measure is the paper's: 1 - error / (error of coarse images alone), 0 without refinement, 1
+//! when everything is refined. The ground truth is every source at the refined step. Seconds are
+//! those of coarse images, edits, plans and refined images, without measuring; no image comes from
+//! a store.
 
 #![allow(clippy::print_stdout, reason = "a study prints what it found")]
 
@@ -107,7 +107,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The lines of a session, `refine N` as N lines; first an empty one, for the coarse images.
+/// The lines of a session, `refine N` as N lines, after an empty line for the coarse images.
 fn commands(text: &str) -> Vec<String> {
     let mut out = vec![String::new()];
     let mut open = String::new();
@@ -132,8 +132,8 @@ fn commands(text: &str) -> Vec<String> {
     out
 }
 
-/// Errors of the sequence with the images as they are, and with coarse images alone. The truth is
-/// kept while the scene is the same.
+/// Errors of the sequence with the current images, and with coarse images alone. The ground truth
+/// is reused while the scene is unchanged.
 fn errors(
     engine: &Engine,
     known: &mut Option<(Setup, Vec<Image>)>,
@@ -188,7 +188,7 @@ fn energy(images: &[&Image], moment: &Matrix) -> f64 {
 fn panel(moments: &[Moment], axis: &str, scale: Scale, x: impl Fn(&Moment) -> f64) -> Panel {
     let point = |m: &Moment| (x(m), m.quality());
     let edits = moments.iter().filter(|m| m.is_edit);
-    // Unknown points between the markers keep them unjoined.
+    // NaN points between the markers keep them unjoined.
     let edits = edits.flat_map(|m| [point(m), (f64::NAN, f64::NAN)]);
     let series = |name: &str, points, marker| Series {
         name: name.to_owned(),

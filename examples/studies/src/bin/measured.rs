@@ -1,9 +1,8 @@
-//! What a refinement states of its error against what is true, over random shows (rooms, dark cues, open
-//! squares, textures with projections).
-//! `cargo run --release -p footlight-studies --bin measured [SHOWS] [ASKED %]...` refines each show until
-//! the errors asked for (2 % and 0.5 %) and measures the moment that came out worst again with 16 times the
-//! paths and pixels. It prints, for each, the interval that was stated, the true error, the step that was
-//! taken, and the cheapest one that would have done.
+//! Stated errors of refinement against true ones, over random shows (rooms, dark cues, open
+//! squares, textures with projections). `cargo run --release -p footlight-studies --bin measured
+//! [SHOWS] [GOAL %]...` refines each show to the goals (2 % and 0.5 %) and measures the worst
+//! moment again with 16 times the paths and pixels. It prints the stated interval, the true error,
+//! the quality step used, and the cheapest sufficient one.
 
 use std::error::Error;
 
@@ -15,9 +14,9 @@ use footlight_transport::Quality;
 
 /// Random shows.
 const SHOWS: u64 = 20;
-/// Percent.
+/// Goals in percent.
 const ASKED: [f64; 2] = [2.0, 0.5];
-/// For the true error.
+/// Effort for the true error.
 const EFFORT: Effort = Effort {
     pixels: 2048,
     paths: 128,
@@ -25,7 +24,7 @@ const EFFORT: Effort = Effort {
 
 type Failure = Box<dyn Error>;
 
-/// How often statements held.
+/// Number of statements that held.
 #[derive(Default)]
 struct Kept {
     cases: usize,

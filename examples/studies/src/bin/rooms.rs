@@ -1,11 +1,11 @@
-//! Seconds, memory and error on rooms of many polygons:
-//! `cargo run --release -p footlight-studies --bin rooms -- ROOM.lxq …`.
+//! Seconds, memory and error on rooms of many polygons: `cargo run --release -p footlight-studies
+//! --bin rooms -- ROOM.lxq …`.
 //!
 //! Renders every bank of each show alone at steps 1 and 2 (`--steps 1,3` chooses) and prints the
-//! processor seconds from the file to all banks, the peak of resident memory, and, where a folder
-//! `ROOM` beside the show has reference pictures `BANK_A.exr` and `BANK_B.exr`, each bank's error
-//! free of their noise and its mean over theirs. Each line is a process of its own, so that its
-//! seconds and its memory are its own (Linux; elsewhere both are left out).
+//! processor seconds from the file to all banks, the peak of resident memory, and, if a folder
+//! `ROOM` next to the show has reference images `BANK_A.exr` and `BANK_B.exr`, each bank's error
+//! free of their noise and its mean over theirs. Each line is a separate process, for its seconds
+//! and memory (Linux; omitted elsewhere).
 
 #![allow(
     clippy::unwrap_used,
@@ -23,7 +23,7 @@ use footlight_host::files::{Disk, Folder};
 use std::path::Path;
 use std::process::Command;
 
-/// Bytes of a room's file, and of pictures, at most.
+/// Most bytes of a room's file, and of images.
 const LIMIT: u64 = 1 << 30;
 
 fn main() {
@@ -46,9 +46,9 @@ fn main() {
     }
 }
 
-/// Renders all banks of a room at a step and prints what it took.
+/// Renders all banks of a room at a step and prints the cost.
 fn alone(path: &str, step: &str) {
-    // As the program does.
+    // Like the program.
     footlight_host::files::return_large_blocks();
     let path = Path::new(path);
     let folder = path.parent().unwrap();

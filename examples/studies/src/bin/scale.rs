@@ -1,10 +1,11 @@
-//! Time and memory against the size of the task: `cargo run --release -p footlight-studies --bin scale -- FOLDER`.
+//! Time and memory against the size of the task: `cargo run --release -p footlight-studies --bin
+//! scale -- FOLDER`.
 //!
-//! Closed rooms of boxes, grown one way at a time: polygons 100 to 20,000, pixels to 1920 x 1080,
-//! banks 1 to 200. Prints each measurement and the exponents of growth, and writes `scale.json`,
-//! `scale.csv`, `scale.png` and `scale.svg` into the folder. Each point runs in a process of its
-//! own, so that its peak of resident memory is its own (Linux; elsewhere memory is left out).
-//! `--quality Q` chooses the step (1), `--quick` leaves out what takes longest.
+//! Closed rooms of boxes, grown in one direction at a time: polygons 100 to 20,000, pixels to 1920
+//! x 1080, banks 1 to 200. Prints each measurement and the exponents of growth, and writes
+//! `scale.json`, `scale.csv`, `scale.png` and `scale.svg` to the folder. Each point runs in a
+//! separate process, so that its peak of resident memory can be measured (Linux; omitted
+//! elsewhere). `--quality Q` chooses the step (1), `--quick` leaves out the slowest points.
 
 #![allow(
     clippy::unwrap_used,
@@ -32,7 +33,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Instant;
 
-/// Ways to grow, each with what is counted along it.
+/// Directions of growth, each named by its count.
 const WAYS: [&str; 3] = ["polygons", "pixels", "banks"];
 
 /// Polygons, banks and size of a task.
@@ -119,7 +120,7 @@ fn main() {
     }
 }
 
-/// Runs a task in a process of its own.
+/// Runs a task in a separate process.
 fn measured(task: Task, quality: u8) -> [f64; 3] {
     let Task {
         polygons,
@@ -137,7 +138,7 @@ fn measured(task: Task, quality: u8) -> [f64; 3] {
     std::array::from_fn(|_| numbers.next().unwrap_or(f64::NAN))
 }
 
-/// Does a task and prints its seconds and megabytes.
+/// Runs a task and prints its seconds and megabytes.
 fn alone(words: &str, quality: Quality) {
     let numbers: Vec<usize> = words.split(',').map(|w| w.parse().unwrap()).collect();
     let case = room(numbers[0], numbers[1], (numbers[2], numbers[3]));
@@ -151,7 +152,7 @@ fn alone(words: &str, quality: Quality) {
     let mut g = Radiosity.prepare(&setup, quality, work).unwrap();
     let prepared = begin.elapsed().as_secs_f64();
     let n = case.rig.sources.len();
-    // Bank by bank, as a refinement would: what is kept is the operator's, not the pictures.
+    // Bank by bank, like a refinement: memory then holds the operator, not the images.
     for bank in 0..n {
         let unit: Vec<f64> = (0..n).map(|j| f64::from(u8::from(j == bank))).collect();
         g.render(&[unit], work).unwrap();

@@ -1,10 +1,10 @@
-//! The same for a renderer that is called and is noisy, for real: what each way takes of its processor,
-//! and what the tavern at 320x180 is then off by in truth.
+//! The economy study for a real, noisy external renderer: processor time of each method, and the
+//! true error for the tavern at 320x180.
 //!
-//! Every picture is rendered once and kept in a folder with its seconds, so that a run that was stopped
-//! goes on, and each way is charged the same for the same picture. Errors are products of what pictures
-//! differ by from two truths: pictures by the renderer with chance of their own, and our own renderer's.
-//! The former's noise and the latter's bias have nothing to do with each other, so that both drop out.
+//! Every image is rendered once and kept in a folder with its time, so that an interrupted run can
+//! continue, and each method is charged equally for an image. Errors are products of differences to
+//! two ground truths: images of the renderer with independent noise, and images of our own
+//! renderer. The former's noise and the latter's bias are independent, so both cancel.
 
 use std::collections::HashMap;
 use std::error::Error;
@@ -28,32 +28,32 @@ use footlight_transport::{Quality, Transport};
 use crate::results;
 
 type Failure = Box<dyn Error>;
-/// Processor seconds, and the error then.
+/// Processor seconds, and the error reached.
 type Point = (f64, f64);
 
-/// Steps of quality that the renderer is called with.
+/// Quality steps of the renderer.
 const STEPS: u8 = 5;
-/// The steps of the pictures that are the truth, the renderer's and ours.
+/// Steps of the ground truth, the renderer's and ours.
 const TRUTH: Quality = Quality(4);
 const OUR_TRUTH: Quality = Quality(2);
-/// What makes another seed for the former.
+/// Salts for another seed of the renderer.
 const SALTS: [u64; 2] = [0x5bd1_e995, 0x9e37_79b9];
 /// Steps of the paper's mixtures.
 const MIXED: [u8; 2] = [3, 4];
-/// What is asked of ours, as shares of the error of the coarsest pictures.
+/// Goals for our method, relative to the error of the coarsest images.
 const WANTED: [f64; 4] = [0.6, 0.3, 0.15, 0.07];
-/// The share that ways are compared at.
+/// Goal at which methods are compared.
 const GOAL: f64 = 0.05;
-/// Darker moments than this share of the brightest one's light do not count.
+/// Moments below this share of the brightest one's light do not count.
 const NEARLY_OUT: f64 = 0.02;
 
-/// A renderer whose pictures are kept.
+/// A renderer with cached images.
 #[derive(Clone)]
 struct Kept {
     folder: PathBuf,
-    /// Another one gives other noise.
+    /// Another salt gives other noise.
     salt: u64,
-    /// Processor seconds of all pictures that were asked for.
+    /// Processor seconds of all requested images.
     charged: Arc<Mutex<f64>>,
 }
 
@@ -77,7 +77,7 @@ impl Kept {
         let settings = self.salted(settings)?;
         let mut name = DefaultHasher::new();
         for (mark, _, bytes) in job.inputs {
-            // The order of a map's keys changes from run to run.
+            // The order of a map's keys varies between runs.
             match *mark == "{settings}" {
                 true => (self.salt, *bytes).hash(&mut name),
                 false => bytes.hash(&mut name),
@@ -127,7 +127,7 @@ impl Processes for Kept {
     }
 }
 
-/// The tavern, its mixtures at a step.
+/// The tavern with mixtures at a step.
 fn tavern(refined: u8, renderer: Arc<dyn Transport>) -> Result<Engine, Failure> {
     let show = Path::new(env!("CARGO_MANIFEST_DIR")).join("../tavern");
     let text = std::fs::read_to_string(show.join("tavern.lxq"))?
@@ -142,7 +142,7 @@ fn tavern(refined: u8, renderer: Arc<dyn Transport>) -> Result<Engine, Failure> 
     Ok(Engine::from_text("tavern.lxq", text.as_bytes(), host).map_err(|e| e.to_string())?)
 }
 
-/// The same by the renderer that is called, of which nothing is there yet.
+/// The tavern with the external renderer, without any images.
 fn open(
     call: &RendererCall,
     folder: &Path,
@@ -158,11 +158,11 @@ fn open(
     Ok((tavern(refined, Arc::new(renderer))?, kept))
 }
 
-/// Moments, and what each bank looks like by a renderer with noise and by one with a bias.
+/// Moments, and each bank's image by a noisy renderer and by a biased one.
 struct Truth {
     moments: Vec<Vec<f64>>,
     banks: [Vec<Image>; 2],
-    /// Of each moment.
+    /// Light of each moment.
     light: Vec<f64>,
 }
 
@@ -190,7 +190,7 @@ impl Truth {
         })
     }
 
-    /// What the worst moment is off by, relative to its light, where banks look so.
+    /// Error of the worst moment, relative to its light, when banks look like `shown`.
     fn error(&self, shown: &[Image]) -> f64 {
         let off = |half: &Vec<Image>| -> Vec<Image> {
             let pairs = shown.iter().zip(half);
@@ -221,14 +221,14 @@ fn norm(products: &Matrix, l: &[f64]) -> f64 {
     (l.transpose() * products * &l).sum().max(0.0).sqrt()
 }
 
-/// A picture of each bank at a step.
+/// An image of each bank at a step.
 fn alone(engine: &mut Engine, step: Quality) -> Result<Vec<Image>, Failure> {
     let units = Pool::unit_settings(engine.show().coordinates().len());
     let render = |unit: &Vec<f64>| Ok(engine.render(unit, step)?);
     units.iter().map(render).collect()
 }
 
-/// What each bank looks like by what has been rendered.
+/// Each bank's image from what was rendered.
 fn shown(engine: &Engine) -> Result<Vec<Image>, Failure> {
     let pool = engine.estimate().pool().ok_or("no pictures")?;
     let work = Work {
@@ -241,7 +241,8 @@ fn shown(engine: &Engine) -> Result<Vec<Image>, Failure> {
     units.iter().map(look).collect()
 }
 
-/// The paper's: coarse pictures, and mixtures at a step to the end of the plan, each a point.
+/// The paper's method: coarse images, then mixtures at a step to the end of the plan, with a point
+/// for each.
 fn mixtures(
     call: &RendererCall,
     folder: &Path,
@@ -259,7 +260,7 @@ fn mixtures(
     Ok(points)
 }
 
-/// A picture of each bank, from nothing at each step but the first.
+/// An image of each bank, from scratch at each step except the first.
 fn one_for_each(call: &RendererCall, folder: &Path, truth: &Truth) -> Result<Vec<Point>, Failure> {
     let mut points = Vec::new();
     for step in 2..=STEPS {
@@ -271,7 +272,7 @@ fn one_for_each(call: &RendererCall, folder: &Path, truth: &Truth) -> Result<Vec
     Ok(points)
 }
 
-/// The way that the program takes from nothing to each error that is asked for.
+/// The program's method, from scratch to each goal.
 fn ours(
     call: &RendererCall,
     folder: &Path,
@@ -297,7 +298,7 @@ fn report(name: &str, points: &[Point]) {
     }
 }
 
-/// Seconds to an error: between points on logs, or beyond the last one by the law of noise.
+/// Seconds to reach an error, interpolated on log axes, or extrapolated by the law of noise.
 fn seconds_to(error: f64, points: &[Point]) -> f64 {
     for pair in points.windows(2) {
         if let [(s, e), (t, f)] = pair
@@ -312,7 +313,7 @@ fn seconds_to(error: f64, points: &[Point]) -> f64 {
         .map_or(f64::NAN, |(s, e)| s * (e / error).powi(2))
 }
 
-/// Renders, prints what was found, and draws it.
+/// Renders, prints the results, and draws them.
 #[allow(clippy::print_stdout, reason = "an example shows what it found")]
 pub fn run(line: &str, folder: &Path, picture: Option<&str>) -> Result<(), Failure> {
     std::fs::create_dir_all(folder)?;

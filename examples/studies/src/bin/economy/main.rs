@@ -1,18 +1,17 @@
-//! What a method costs until the sequence is good enough: pictures and seconds to 10, 5, 2 and 1 %
-//! of the error that coarse pictures alone leave, for the tavern and Turandot.
-//! `cargo run --release -p footlight-studies --bin economy [RECORD.csv | RECORD.json]` prints the table and writes
-//! the record; `full` before it takes the shows at their full size.
+//! Cost of a method until the sequence is good enough: images and seconds to 10, 5, 2 and 1 % of
+//! the error of coarse images alone, for the tavern and Turandot. `cargo run --release -p
+//! footlight-studies --bin economy [RECORD.csv | RECORD.json]` prints the table and writes the
+//! record; `full` before it uses the shows at full size.
 //!
-//! Three methods: a refined picture for each bank, the best first; the paper's (settings normalised
-//! by time-averaged influence, every key alike); ours (estimated error, weighted by time). Errors
-//! are exact, against every source refined ([`Trial`]). Three operators:
-//! radiosity as it is shipped, its seconds measured here; and two outside renderers whose pictures
-//! share no work, at the paper's costs, of which one renders negative light in the same run and one
-//! needs a second. Ours renders the coarse pictures at two qualities, for the estimate; the others
-//! at one.
+//! Three methods: a refined image for each bank, the best first; the paper's (settings normalised
+//! by time-averaged influence, every key equal); ours (estimated error, weighted by time). Errors
+//! are exact, against every source refined ([`Trial`]). Three operators: radiosity as shipped,
+//! timed here; and two external renderers whose images share no work, at the paper's costs, one of
+//! which renders negative light in one run while the other needs a second. Ours renders the coarse
+//! images at two qualities, for the estimate; the others at one.
 //!
-//! `economy --renderer 'mitsuba --samples 1' FOLDER [CHART.png]` takes a renderer that is called for
-//! real (module `called`).
+//! `economy --renderer 'mitsuba --samples 1' FOLDER [CHART.png]` runs a real external renderer
+//! (module `called`).
 
 mod called;
 #[path = "../../../../../tests/reference/results.rs"]
@@ -31,36 +30,36 @@ use footlight_report::{Quantity, Record, StudyKind, words};
 use footlight_studies::projection::keys_alike;
 use footlight_studies::trial::{Shown, Trial, trial};
 
-/// Shares of the start's error.
+/// Goals, relative to the initial error.
 const GOALS: [f64; 4] = [0.10, 0.05, 0.02, 0.01];
-/// Minutes of the paper's coarse and refined pictures of its tavern; a coarse one of half the
-/// quality is taken to cost half.
+/// Minutes of the paper's coarse and refined images of its tavern; a coarse one of half the quality
+/// is assumed to cost half.
 const PAPER: [f64; 2] = [3.0, 120.0];
-/// Settings have 1 for their largest number; below this it is rounding of the decomposition.
+/// Settings have 1 as their largest number; below this a number is rounding of the decomposition.
 const ROUNDING: f64 = 1e-9;
 
-/// What an operator takes, in one unit of time.
+/// Costs of an operator, in one unit of time.
 struct Operator {
     name: &'static str,
     unit: &'static str,
     /// Every source alone at the cheaper and at the finer coarse quality.
     coarse: [f64; 2],
-    /// Before the first refined picture.
+    /// Cost before the first refined image.
     prepare: f64,
-    /// For each source that a refined picture lights for the first time.
+    /// Cost of each source first lit by a refined image.
     source: f64,
-    /// For each refined picture.
+    /// Cost of each refined image.
     picture: f64,
-    /// A picture with light of both signs is two.
+    /// True when an image with light of both signs counts as two.
     twice: bool,
 }
 
-/// Settings in the order in which they are refined, and the error after each number of them.
+/// Settings in the order of refinement, and the error after each number of them.
 struct Method {
     name: &'static str,
     order: Vec<Vec<f64>>,
     errors: Vec<f64>,
-    /// Needs coarse pictures of two qualities.
+    /// True when it needs coarse images of two qualities.
     estimates: bool,
 }
 
@@ -84,14 +83,14 @@ impl Method {
         })
     }
 
-    /// How many pictures bring the error within a share of the start's for good.
+    /// Number of images after which the error stays within a share of the initial one.
     fn needed(&self, share: f64) -> usize {
         let start = self.errors.first().copied().unwrap_or_default();
         let over = self.errors.iter().rposition(|e| *e > share * start);
         over.map_or(0, |last| (last + 1).min(self.order.len()))
     }
 
-    /// What that many take with an operator, from nothing.
+    /// Cost of that number of images with an operator, from scratch.
     fn takes(&self, operator: &Operator, pictures: usize) -> f64 {
         let [cheap, fine] = operator.coarse;
         let coarse = fine + if self.estimates { cheap } else { 0.0 };
@@ -130,7 +129,7 @@ fn open(name: &str, full: bool) -> Result<Engine, Box<dyn Error>> {
     Engine::from_text(&file, text.as_bytes(), host).map_err(|e| e.to_string().into())
 }
 
-/// Our operator as measured, and the two outside ones.
+/// Our operator as measured, and the two external ones.
 fn operators(show: &Engine, sources: f64) -> Result<Vec<Operator>, Box<dyn Error>> {
     let forecast = footlight_engine::measure::quality::measure(show, true)?;
     let banks = show.show().banks.len() as f64;
@@ -139,7 +138,7 @@ fn operators(show: &Engine, sources: f64) -> Result<Vec<Operator>, Box<dyn Error
         step.and_then(|s| s.measured)
             .ok_or("a step was not measured")
     };
-    // The record has the banks, each one picture; an rgb bank is three sources.
+    // The record measures banks, each one image; an rgb bank is three sources.
     let source = |s: &Seconds| ((s.banks - banks * s.picture) / sources).max(0.0);
     let all = |s: &Seconds| s.prepare + sources * (source(s) + s.picture);
     let coarse = show.show().preview.coarse;
@@ -225,7 +224,7 @@ fn record(full: bool) -> Result<Record, Box<dyn Error>> {
     Ok(out)
 }
 
-/// As Markdown.
+/// The table in Markdown.
 fn table(record: &Record) -> String {
     let mut out =
         "| show and operator | method | 10 % | 5 % | 2 % | 1 % |\n|---|---|---|---|---|---|\n"

@@ -16,7 +16,7 @@ pub enum View {
     Furnace,
     /// A lamp over the floor, by distance.
     Lamp,
-    /// The same by resolution.
+    /// A lamp over the floor, by resolution.
     Hemicube,
     /// Knots for positive keys.
     Knots,
@@ -26,14 +26,14 @@ pub enum View {
 #[derive(Clone, Debug)]
 pub struct Curve {
     pub name: String,
-    /// It is the one that is shipped.
+    /// True for the shipped method.
     pub shipped: bool,
-    /// x and y, as they were measured.
+    /// Measured x and y.
     pub points: Vec<(f64, f64)>,
 }
 
 impl View {
-    /// In the order of the chart.
+    /// All panels, in the order of the chart.
     pub const ALL: [View; 6] = [
         View::Orthogonality,
         View::Decomposition,
@@ -43,7 +43,7 @@ impl View {
         View::Knots,
     ];
 
-    /// What x and y are, with their units.
+    /// Names of x and y, with their units.
     pub fn axes(self) -> [&'static str; 2] {
         const OFF: &str = "form factor off by, %";
         match self {
@@ -86,7 +86,7 @@ fn curve(name: &str, shipped: bool, points: impl Iterator<Item = (f64, f64)>) ->
     }
 }
 
-/// Of near-copies of a look: a show has none of the other families.
+/// For near-copies of a look: shows have none of the other families.
 fn orthogonality(way: Way, all: &[Orthogonality]) -> Curve {
     let name = match way {
         Way::Classical => "classical Gram-Schmidt",

@@ -1,6 +1,6 @@
-//! Where the usual methods fail, and what Footlight does instead.
-//! `cargo run --release -p footlight-studies --bin stability [CHART.png | CHART.svg]` prints the range of each curve
-//! and draws them. The figures are those of `tests/stability`, the same on every run.
+//! Failures of common methods, and Footlight's alternatives. `cargo run --release -p
+//! footlight-studies --bin stability [CHART.png | CHART.svg]` prints the range of each curve and
+//! draws them. The figures are those of `tests/stability`, equal on every run.
 
 mod curves;
 #[path = "../../../../../tests/stability/methods/mod.rs"]
@@ -20,7 +20,7 @@ use footlight_report::{format, words::figure};
 use methods::Stability;
 use methods::furnace::REFLECTANCES;
 
-/// Smaller residuals are as good as none, and none has no place on a log axis.
+/// Least residual drawn: smaller ones count as none, and zero cannot be shown on a log axis.
 const LEAST: f64 = 1e-4;
 
 #[allow(clippy::print_stdout, reason = "an example shows what it found")]
@@ -68,13 +68,13 @@ fn panel(stability: &Stability, view: View) -> Panel {
     }
 }
 
-/// What is shipped has the first hue in every panel.
+/// Gives the shipped method the first hue in every panel.
 fn shipped_first(mut all: Vec<Curve>) -> Vec<Curve> {
     all.sort_by_key(|curve| !curve.shipped);
     all
 }
 
-/// A curve from left to right, without what is not finite.
+/// A curve from left to right, without values that are not finite.
 fn points(curve: &Curve, view: View) -> Vec<(f64, f64)> {
     let mut out = curve.points.clone();
     out.retain(|(_, y)| y.is_finite());
@@ -87,7 +87,7 @@ fn points(curve: &Curve, view: View) -> Vec<(f64, f64)> {
     out
 }
 
-/// What a panel shows, in a line, with figures of the study.
+/// One line about a panel, with figures of the study.
 fn finding(stability: &Stability, view: View) -> String {
     match view {
         View::Orthogonality => {
@@ -111,7 +111,7 @@ fn finding(stability: &Stability, view: View) -> String {
     }
 }
 
-/// What each panel shows, and the range of each of its curves.
+/// One line about each panel, and the range of each of its curves.
 fn describe(stability: &Stability) -> String {
     let mut out = String::new();
     for view in View::ALL {

@@ -1,11 +1,11 @@
-//! Metrics, previews and predictions on trial: 20 random shows and the tavern, with the real G.
-//! `cargo run --release -p footlight-studies --bin trial [RECORD.json]` prints the tables and writes the record;
-//! `full` before it takes the tavern at its full size, `steps` prints every step.
+//! Trials of metrics, previews and predictions: 20 random shows and the tavern, with the real G.
+//! `cargo run --release -p footlight-studies --bin trial [RECORD.json]` prints the tables and
+//! writes the record; `full` before it uses the tavern at full size, `steps` prints every step.
 //!
-//! On 20 random shows ([`random_show`], 12 to 24 banks, 96 x 54) and, in brackets, on the tavern at
-//! 160 x 90. Refined pictures until the true error of the worst moment is 5 and 1 % of its start,
-//! medians, projected in the order's own metric, then by the pool's preview; `error` and `true error`
-//! count every moment relative to its light, the others all of the time:
+//! Results on 20 random shows ([`random_show`], 12 to 24 banks, 96 x 54) and, in brackets, on the
+//! tavern at 160 x 90. Number of refined images until the true error of the worst moment is 5 and 1
+//! % of its start, medians, projected in the order's own metric, then by the pool's preview;
+//! `error` and `true error` count every moment relative to its light, the others the whole time:
 //!
 //! | order | own, 5 % | own, 1 % | pool's, 5 % | pool's, 1 % |
 //! |---|---|---|---|---|
@@ -16,11 +16,12 @@
 //! | true error | 8 (7) | 12 (10) | 9 (7) | 12 (11) |
 //! | one picture for each bank | 13 (12) | 16.5 (18) | 13 (12) | 16 (18) |
 //!
-//! The median show needs 0.60 of what the paper's way (influence, its own projection, no time)
-//! needs for 5 %, the tavern 0.67. Some of that is the preview's doing.
+//! The median show needs 0.60 of the images of the paper's method (influence, its own projection,
+//! no time) for 5 %, the tavern 0.67. Part of that is due to the preview.
 //!
-//! Previews with 4 refined pictures on looks of 3 banks, error over that of coarse alone: share of
-//! looks worse (mean), worst of all, median look, worst moment of the designed sequence:
+//! Previews with 4 refined images on looks of 3 banks, error over that of coarse images alone:
+//! share of looks that get worse (mean), worst of all, median look, worst moment of the designed
+//! sequence:
 //!
 //! | preview | worse | worst | look | sequence |
 //! |---|---|---|---|---|
@@ -31,13 +32,13 @@
 //! | extrapolated, shipped | 7 % (5 %) | 1.56 (1.04) | 0.76 (0.84) | 0.152 (0.180) |
 //! | corrections | 23 % (98 %) | 1.6 (1.2) | 0.89 (1.03) | 0.865 (1.133) |
 //!
-//! The three metrics of error are close: `full-error` is a little better but needs the scalar
-//! products of all pairs of pictures.
+//! The three error metrics are close: `full-error` is a little better but needs the scalar products
+//! of all pairs of images.
 //!
-//! Predicted over true error after each picture (see `pool::Fit`): within a factor of 1.5 in 82 % of
-//! the 162 steps of the odd shows, by which the rule was chosen, in 85 % of the 186 of the even ones
-//! and in two thirds of the 15 of the tavern; at the least a third of the truth, at the most 2.9
-//! times (`steps` prints all).
+//! Predicted over true error after each image (see `pool::Fit`): within a factor of 1.5 in 82 % of
+//! the 162 steps of the odd shows, which were used to choose the rule, in 85 % of the 186 of the
+//! even ones and in two thirds of the 15 of the tavern; the ratio is between a third and 2.9
+//! (`steps` prints all).
 
 mod record;
 

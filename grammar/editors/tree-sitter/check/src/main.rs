@@ -87,7 +87,7 @@ fn demand(parser: &mut Parser, name: &str, text: &str) {
     }
 }
 
-/// Whether the language reads a text, whatever its names may stand for.
+/// True when the language accepts a text, whatever its names mean.
 fn is_grammatical(text: &str) -> bool {
     let (mut cache, mut sources) = (LoweringCache::default(), Sources::default());
     let files = Memory::default();
