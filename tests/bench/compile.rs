@@ -1,10 +1,9 @@
-//! From text to plan, and after the edit of one cue: `cargo bench --bench compile`.
+//! Time from text to plan, and after the edit of one cue: `cargo bench --bench compile`.
 //!
 //! Two large shows of 200 banks and 2,000 cues: `usual`, in which a cue moves 20 banks, and
-//! `dense`, in which it moves them all. Each step of the way is timed alone, then all of them in a
-//! row; an edit replaces one cue in the middle by the engine, as the prompt does. What an
-//! edit costs does not include a plan, which is made when it is asked for. Last, texts of growing
-//! size.
+//! `dense`, in which it moves all. Each stage is timed alone, then all in sequence; an edit
+//! replaces one cue in the middle through the engine, as the prompt does. The cost of an edit
+//! excludes the plan, which is made on demand. Last, texts of growing size.
 
 #![allow(
     clippy::unwrap_used,
@@ -91,8 +90,8 @@ fn e_text_to_plan(bencher: Bencher, moved: usize) {
     bencher.bench(|| plan(&keys(&timeline(&parsed(black_box(&text))))));
 }
 
-/// Cues, and banks that each moves: 0.5, 1, 2 and 4 MB, to see that time is linear, and 5,000 cues
-/// as most shows have them.
+/// Number of cues, and of banks that each moves: 0.5, 1, 2 and 4 MB, to check linear time, and
+/// 5,000 cues of a typical kind.
 const SHEETS: [(usize, usize); 5] = [(1900, 20), (3800, 20), (7600, 20), (8950, 40), (5000, 4)];
 
 #[divan::bench(args = SHEETS, sample_count = 10)]

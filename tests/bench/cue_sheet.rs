@@ -1,5 +1,4 @@
-//! Large cue sheets as a busy desk would hold them, for measurements: the same numbers give the
-//! same text for ever.
+//! Large cue sheets for measurements; equal parameters always give equal texts.
 
 use std::fmt::Write as _;
 
@@ -9,20 +8,20 @@ pub mod dice;
 
 use dice::Dice;
 
-/// How large a show is.
+/// Size of a show.
 #[derive(Clone, Copy, Debug)]
 pub struct Size {
     /// Banks, one light each.
     pub banks: usize,
     /// Cues.
     pub cues: usize,
-    /// Banks that a cue moves; never more than there are.
+    /// Banks that a cue moves; at most all.
     pub moved: usize,
 }
 
-/// A show of that size without a stage. Every cue fades `moved` banks with times of its own for up
-/// and down; every third also has a slow part with a delay and an eased curve, every eighth a
-/// spline that begins where its bank is.
+/// A show of that size without a stage. Every cue fades `moved` banks with separate up and down
+/// times; every third also has a slow part with a delay and an eased curve, every eighth a spline
+/// that begins at its bank's level.
 pub fn cue_sheet(size: Size) -> String {
     let mut dice = Dice::new(7);
     let mut text = "show \"Large\"\n".to_owned();
@@ -43,7 +42,7 @@ pub fn cue_sheet(size: Size) -> String {
     text
 }
 
-/// One cue; `levels` are where the banks are, before and after.
+/// One cue; `levels` are the banks' levels, before and after.
 pub fn cue(dice: &mut Dice, number: usize, size: Size, levels: &mut [usize]) -> String {
     let moved = chosen(dice, size);
     let mut text = format!("cue {number} \"Change {number}\" {{\n");

@@ -1,4 +1,4 @@
-//! From a cue typed anew to the bytes of the picture at the current time.
+//! Time from a retyped cue to the bytes of the image at the current time.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -11,13 +11,13 @@ use footlight_prompt::{Console, Repl};
 use footlight_show::geometry::View;
 use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 
-/// Coarse pictures, each of two qualities.
+/// Number of coarse images, each of two qualities.
 const BANKS: usize = 24;
-/// Refined pictures.
+/// Number of refined images.
 const REFINED: usize = 10;
 
-/// An operator that makes pictures up: what they show does not matter here, only that they are
-/// linear in the setting and better at a finer quality.
+/// An operator with synthetic images: only linearity in the setting and improvement with quality
+/// matter here.
 struct Painter;
 
 struct Painted(View, Quality);
@@ -96,7 +96,7 @@ fn show(exposure: &str) -> String {
     text
 }
 
-/// Opens the show and renders its pictures.
+/// Opens the show and renders its images.
 fn opened(exposure: &str, threads: usize) -> Repl {
     let room = "mtllib room.mtl\nusemtl wall\nv -3 0 3\nv 3 0 3\nv 3 0 -2\nv -3 0 -2\nf 1 2 3 4\n";
     let files = Memory::default().with("room.obj", room);
@@ -116,7 +116,7 @@ fn opened(exposure: &str, threads: usize) -> Repl {
     show
 }
 
-/// Prints the fastest and the median of the edits, with the exposure given and automatic.
+/// Prints the fastest and the median edit, with a fixed and an automatic exposure.
 pub fn measure(rounds: usize) {
     println!(
         "\nfrom an edited cue to the picture at the current time, 640x360, {BANKS} coarse pictures \
@@ -126,7 +126,7 @@ pub fn measure(rounds: usize) {
         for threads in [1, 2] {
             let mut show = opened(exposure, threads);
             show.execute("picture").unwrap();
-            // The first makes what later ones find.
+            // The first edit fills caches for the later ones.
             edited(&mut show, 0);
             let (mut times, mut spent) = (Vec::new(), Vec::new());
             for n in 1..=rounds.max(3) {
@@ -148,7 +148,7 @@ pub fn measure(rounds: usize) {
     }
 }
 
-/// Seconds that passed, and those that this thread was on a processor.
+/// Elapsed seconds, and processor seconds of this thread.
 fn edited(show: &mut Repl, n: usize) -> (f64, Option<f64>) {
     let before = show.execute("picture").unwrap().picture.unwrap().rgb;
     let level = 20 + n * 7 % 60;

@@ -1,13 +1,13 @@
-//! How soon the language server answers: `cargo bench --bench editor`.
+//! Response times of the language server: `cargo bench --bench editor`.
 //!
-//! The program is driven as an editor drives it, through its pipes. A keystroke puts a character into a
-//! random place or takes it out again, or changes a digit and puts it back, so that half of the texts have
-//! errors; a request behind it makes the server read the show at once, without its pause of 100 ms; its
-//! time ends when the diagnostics of that text are there. Measured on the tavern and on shows of 300 and of
-//! 2,000 cues on 200 banks: keystrokes, also while colours are worked out, and all requests. Then what the
-//! server holds over 10,000 keystrokes on the tavern, and the picture of a cue after a level in it was
-//! changed and the show saved. Beside the time that passes stands that on the processor, of all threads,
-//! where the system tells it.
+//! The benchmark drives the program as an editor does, through its pipes. A keystroke inserts a
+//! character at a random place and removes it again, or changes a digit and restores it, so that
+//! half of the texts have errors; a following request makes the server read the show at once,
+//! without its pause of 100 ms; the time ends when the diagnostics of that text arrive. Measured on
+//! the tavern and on shows of 300 and of 2,000 cues on 200 banks: keystrokes, also while semantic
+//! tokens are computed, and all requests. Then memory over 10,000 keystrokes on the tavern, and the
+//! image of a cue after a level in it was changed and the show saved. Processor time of all threads
+//! is printed next to elapsed time, if the system tells it.
 
 #![allow(
     clippy::unwrap_used,
@@ -34,7 +34,7 @@ const MANY_KEYSTROKES: usize = 10_000;
 const SAVES: usize = 20;
 const ANSWERS: usize = 5;
 
-/// What editors ask for, of the last word of this kind in the text.
+/// Requests about the last word of this kind in the text.
 const REQUESTS: [(&str, &str); 15] = [
     ("textDocument/semanticTokens/full", "look"),
     ("textDocument/documentSymbol", "look"),
@@ -98,12 +98,12 @@ fn main() {
     println!("tavern.lxq, from a save to the new picture of cue 4: {times}");
 }
 
-/// How long something took, over and over.
+/// Repeated timings.
 #[derive(Default)]
 struct Times {
-    /// Milliseconds that passed.
+    /// Elapsed milliseconds.
     passed: Vec<f64>,
-    /// Milliseconds on the processor.
+    /// Processor milliseconds.
     spent: Vec<f64>,
 }
 
@@ -186,7 +186,7 @@ impl Editor {
         self.send(&json!({ "jsonrpc": "2.0", "method": method, "params": params }));
     }
 
-    /// The answer to the only request that is under way.
+    /// The answer to the only pending request.
     fn ask(&mut self, method: &str, params: Value) -> Value {
         self.send(&json!({ "jsonrpc": "2.0", "id": 1, "method": method, "params": params }));
         let answer = self.wait(|message| message["id"] == 1 && message["method"].is_null());
@@ -214,7 +214,7 @@ impl Editor {
         }
     }
 
-    /// Waits for what is said of the text as it stands.
+    /// Waits for the diagnostics of the current text.
     fn diagnostics(&mut self) {
         let version = self.version;
         self.wait(|message| {
@@ -223,7 +223,7 @@ impl Editor {
         });
     }
 
-    /// Puts a text in place of some bytes, and waits for what is said of it.
+    /// Replaces some bytes, and waits for the diagnostics.
     fn put(&mut self, at: usize, bytes: usize, new: &str, times: &mut Times) {
         let place = |at: usize| {
             let before = &self.text[..at];
@@ -269,7 +269,7 @@ impl Editor {
         times
     }
 
-    /// Asks for something about the whole text, or about the place of a word in it.
+    /// Sends requests about the whole text, or about a word in it.
     fn answers(&mut self, method: &str, word: &str) -> Times {
         let mut times = Times::default();
         let at = self.text.rfind(word).unwrap();
@@ -295,7 +295,7 @@ impl Editor {
         times
     }
 
-    /// Types while the coloured pieces are worked out, as editors ask for them after each change.
+    /// Types while semantic tokens are computed, which editors request after each change.
     fn keystrokes_with_colours(&mut self) -> Times {
         let mut times = Times::default();
         let at = self.text.rfind('}').unwrap();
@@ -345,7 +345,7 @@ impl Editor {
         times.spent.extend(spent.map(|(now, then)| now - then));
     }
 
-    /// Milliseconds that the server's threads were on a processor.
+    /// Processor milliseconds of the server's threads.
     fn spent(&self) -> Option<f64> {
         let threads = fs::read_dir(format!("/proc/{}/task", self.server.id())).ok()?;
         let mut nanoseconds = 0.0;
@@ -356,7 +356,7 @@ impl Editor {
         Some(1e-6 * nanoseconds)
     }
 
-    /// Megabytes that the server holds; none where the system does not tell.
+    /// Megabytes of the server; empty if the system does not tell.
     fn held(&self) -> String {
         let status = fs::read_to_string(format!("/proc/{}/status", self.server.id()));
         let status = status.unwrap_or_default();
@@ -370,7 +370,7 @@ impl Editor {
 
 impl Drop for Editor {
     fn drop(&mut self) {
-        // The server ends where its input does; it may have ended by itself.
+        // The server ends with its input; it may have ended already.
         let _ = self.server.kill();
         let _ = self.server.wait();
     }

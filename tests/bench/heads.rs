@@ -1,7 +1,8 @@
-//! Frames a second of moving heads, on one thread: `RAYON_NUM_THREADS=1 cargo bench --bench heads`.
+//! Frames per second of moving heads, on one thread: `RAYON_NUM_THREADS=1 cargo bench --bench
+//! heads`.
 //!
-//! Eight narrow heads sweep over a small stage, 640x360, without haze and with it: milliseconds of a whole
-//! frame, the part of the heads' light, and the seconds of the pictures that come before.
+//! Eight narrow heads sweep over a small stage, 640x360, with and without haze: milliseconds of a
+//! whole frame, the share of the heads' light, and the seconds of preparation.
 
 #![allow(
     clippy::unwrap_used,
@@ -23,7 +24,7 @@ const STAGE: &str = "show \"S\"\n\
     surface block reflectance 0.5 box from 1,1,0 to 2.5,2.5,1.2\n\
     view house from 0,-12,3 to 0,1,1.5 fov 36 size 640x360\n";
 
-/// Where the heads go, one after the other.
+/// Targets of the heads in sequence.
 const AIMS: [&str; 4] = ["0,3,0", "-4,4,3", "3,-2,0", "0,-14,1"];
 const FRAMES: i64 = 120;
 

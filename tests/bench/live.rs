@@ -1,8 +1,8 @@
-//! How regularly frames arrive, and how near to the curve: `cargo bench --bench live`.
+//! Regularity and accuracy of live frames: `cargo bench --bench live`.
 //!
-//! The program sends a straight fade of ten seconds as Art-Net on this machine, and this receives it. A
-//! frame is due every 1/44 s; the jitter of a frame is how far its distance from the one before is from
-//! that. Figures mean something on an idle machine alone, so nothing is asserted.
+//! The program sends a straight fade of ten seconds as Art-Net on this machine, and the benchmark
+//! receives it. A frame is due every 1/44 s; the jitter of a frame is the deviation of its
+//! interval. Figures are meaningful only on an idle machine, so nothing is asserted.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,15 +1,14 @@
-//! Frames a second of playback beside what they could be: `cargo bench --bench playback`.
+//! Playback speed against its bound: `cargo bench --bench playback`.
 //!
 //! Four key images become one frame of display bytes: by a sum over banks instead of keys, by three
-//! blends one after the other, and by the fused kernel with keys of each format on one and two
-//! threads; beside each, the time to read the same bytes and do nothing with them. Then the same
-//! blends by OpenCV and numpy (`tests/peers/playback.py`), where Python has them. Everything takes
-//! its turn in every round, and the median turn counts, of peers too; what runs on one thread is
-//! timed by the processor's clock where the system tells it, so that the ratios hold on a machine
-//! that is not idle (figures of two threads need an idle one). Last, the frame budget of editing:
-//! from a cue typed anew to the bytes of the picture at the current time, with 24 coarse pictures
-//! (of two qualities) and 10 refined ones.
-//! `--rounds 40` takes more turns, `--size 1280x720` one size alone.
+//! separate blends, and by the fused kernel with keys of each format on one and two threads; next
+//! to each, the time to read the same bytes without processing them. Then the same blends by OpenCV
+//! and numpy (`tests/peers/playback.py`), if Python has them. All methods alternate in every round,
+//! and the median counts; single-threaded ones are timed by the processor's clock if the system
+//! tells it, so that ratios hold on a busy machine (figures of two threads need an idle one). Last,
+//! the frame budget of editing: from a retyped cue to the bytes of the image at the current time,
+//! with 24 coarse images (of two qualities) and 10 refined ones. `--rounds 40` takes more rounds,
+//! `--size 1280x720` only one size.
 
 #![allow(
     clippy::unwrap_used,
@@ -32,9 +31,9 @@ use footlight_picture::combine::combine;
 use footlight_picture::tone::Tone;
 use footlight_show::timeline::{Blend, blend};
 
-/// Banks of the naive sum: as many as the tavern's sources.
+/// Banks of the naive sum: the number of the tavern's sources.
 const BANKS: usize = 22;
-/// Where in a cubic segment the frame is.
+/// Position of the frame in a cubic segment.
 const MOMENT: f64 = 0.37;
 
 fn main() {
@@ -53,10 +52,10 @@ fn main() {
     edit_frame::measure(rounds);
 }
 
-/// A way to a frame, or a reading to compare it with.
+/// A method of making a frame, or a pass of reading for comparison.
 struct Way<'a> {
     name: String,
-    /// Bytes that it reads.
+    /// Bytes read.
     bytes: usize,
     run: Box<dyn FnMut() + 'a>,
 }
@@ -132,9 +131,9 @@ fn frames(size: (usize, usize), rounds: usize) {
     report(size, &ways, &best, &of_reading, &peers);
 }
 
-/// For each way the share of the pace at which the same bytes are read. Memory that other machines
-/// share changes its pace within a second, so each frame has a reading right beside it, and the
-/// median of these pairs counts.
+/// For each method the speed relative to reading the same bytes. Shared memory changes its speed
+/// within a second, so each frame is paired with a reading right after it, and the median of the
+/// pairs counts.
 fn beside_reading(ways: &mut [Way<'_>], pairs: usize) -> Vec<Option<f64>> {
     let of = |way: usize, ways: &mut [Way<'_>]| {
         let same =
@@ -151,11 +150,10 @@ fn beside_reading(ways: &mut [Way<'_>], pairs: usize) -> Vec<Option<f64>> {
     (0..ways.len()).map(|way| of(way, ways)).collect()
 }
 
-/// A turn lasts about so many seconds of the processor: the system's clock of it ticks in
-/// hundredths.
+/// Approximate duration of a round in processor seconds: the system's clock ticks in hundredths.
 const TURN: f64 = 0.06;
 
-/// The seconds of each way, and what the peers said of theirs.
+/// The seconds of each method, and of the peers.
 fn turns(ways: &mut [Way<'_>], size: (usize, usize), rounds: usize) -> (Vec<f64>, Peers) {
     let mut times = vec![Vec::new(); ways.len()];
     let mut runs = vec![1; ways.len()];
@@ -163,7 +161,8 @@ fn turns(ways: &mut [Way<'_>], size: (usize, usize), rounds: usize) -> (Vec<f64>
     for round in 0..rounds {
         for ((way, times), runs) in ways.iter_mut().zip(&mut times).zip(&mut runs) {
             let time = turn(way, *runs) / *runs as f64;
-            // The first turn warms up and tells how many runs make one; it may have been disturbed.
+            // The first round warms up and gives the number of runs per round; it may have been
+            // disturbed.
             match round {
                 0 => *runs = ((TURN / time.max(1e-6)) as usize).clamp(6, 100),
                 _ => times.push(time),
@@ -194,14 +193,14 @@ fn median(mut times: Vec<f64>) -> f64 {
     times[times.len() / 2]
 }
 
-/// Seconds that this thread was on a processor.
+/// Processor seconds of this thread.
 fn on_processor() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     let nanoseconds: f64 = text.split_whitespace().next()?.parse().ok()?;
     Some(nanoseconds * 1e-9)
 }
 
-/// What other libraries need for the same frame, milliseconds of each turn.
+/// Times of other libraries for the frame, milliseconds of each round.
 #[derive(Default)]
 struct Peers {
     turns: Vec<(String, Vec<f64>)>,
@@ -296,7 +295,7 @@ fn report(
     }
 }
 
-/// A picture with darks, lights and a few lamps, another for each number.
+/// An image with darks, lights and a few lamps; different for each number.
 fn picture((width, height): (usize, usize), number: usize) -> Image {
     let channel = |i: usize| {
         let noise = (i * 7919 + number * 104_729) % 10_007;
@@ -320,7 +319,7 @@ fn keys(banks: &[Image], format: Format) -> Vec<KeyImage> {
     banks[..4].iter().map(keep).collect()
 }
 
-/// The three blends of a cubic segment, a pass over memory each.
+/// The three blends of a cubic segment, each a pass over memory.
 fn three_passes(keys: &[Image], out: &mut [Vec<f32>; 2]) {
     let Blend::Cubic([a, b, c]) = blend(3, MOMENT) else {
         unreachable!("a cubic segment")
@@ -356,7 +355,7 @@ fn read(key: &KeyImage) -> u64 {
     }
 }
 
-/// One number of each block of 64 bytes: that line of memory is then read, and nothing is computed.
+/// Reads one number of each block of 64 bytes, a cache line, without computing anything.
 fn words<T, const N: usize>(blocks: &[[T; N]], word: impl Fn(&T) -> u64) -> u64 {
     let firsts = blocks.iter().filter_map(|block| block.first());
     firsts.fold(0, |sum, first| sum ^ word(first))

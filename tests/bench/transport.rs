@@ -1,14 +1,13 @@
-//! Error beside time for each step of quality: `cargo bench --bench transport`.
+//! Error and time of each quality step: `cargo bench --bench transport`.
 //!
 //! Prints, for each reference scene, seconds to prepare, to render all banks one by one and to
-//! compose one more picture, the processor's seconds for the first two (all threads; where the
-//! system tells), and the error of the mixed picture. Without a reference picture each bank is held
-//! against the finest step's: `--truth FOLDER` keeps those pictures there, and takes them from
-//! there when they exist, so that two versions of the program are held against the same.
-//! `--pictures FOLDER` also writes what it rendered beside the reference, as PPM; `--only SCENE`
-//! and `--steps 12` leave the others out. `uplit` is a room of 1000 faces with a bank that is seen
-//! by reflections alone; its truth is walked to in a few minutes, and its error told with the
-//! deviation that the walks' noise leaves it.
+//! compose one more image, the processor seconds of the first two (all threads; if the system
+//! tells), and the error of the mixed image. Without a reference image each bank is compared with
+//! the finest step: `--truth FOLDER` keeps those images there, and reads existing ones, so that two
+//! versions of the program use one reference. `--pictures FOLDER` also writes the rendered images
+//! and the references, as PPM; `--only SCENE` and `--steps 12` select. `uplit` is a room of 1000
+//! faces with a bank seen only by reflection; its ground truth takes a few minutes of random walks,
+//! and its error is printed with the standard deviation due to their noise.
 
 #![allow(
     clippy::unwrap_used,
@@ -74,7 +73,7 @@ fn main() {
     }
 }
 
-/// Pictures of an earlier run, if all of them are there.
+/// Images of an earlier run, if complete.
 fn kept(names: &[String], truth: Option<&str>) -> Option<Vec<Image>> {
     let read = |name: &String| {
         let bytes = std::fs::read(format!("{}/{name}.exr", truth?)).ok()?;
@@ -92,8 +91,8 @@ fn keep(names: &[String], truth: Option<&str>, pictures: &[Image]) {
     }
 }
 
-/// Processor time of this program so far, seconds of all threads; not a number where the system
-/// does not tell it in hundredths under `/proc`.
+/// Processor seconds of all threads so far; NaN if the system does not tell it in hundredths under
+/// `/proc`.
 fn processor() -> f64 {
     let text = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let after_name = text.rsplit(')').next().unwrap_or_default();
@@ -101,7 +100,7 @@ fn processor() -> f64 {
     ticks.and_then(|t| t.parse().ok()).unwrap_or(f64::NAN) / 100.0
 }
 
-/// Some pixels of each bank, walked to.
+/// Ground truth for some pixels of each bank, by random walks.
 struct Truth {
     pixels: Vec<[usize; 2]>,
     found: Vec<walk::Halves>,
@@ -113,14 +112,14 @@ impl Truth {
         let pixels = columns.flat_map(|x| (6..case.view.height).step_by(12).map(move |y| [x, y]));
         let pixels: Vec<[usize; 2]> = pixels.collect();
         Truth {
-            // So many that an error of 3 % is known to a thirtieth of it: a few bright pixels are
-            // most of the picture, and of 8192 paths their noise is still 2.5 %.
+            // Enough paths to know an error of 3 % to a thirtieth of it: a few bright pixels
+            // dominate the image, and with 8192 paths their noise is still 2.5 %.
             found: walk::walk(case, &pixels, 65536),
             pixels,
         }
     }
 
-    /// Prints each bank's error, free of the walks' noise.
+    /// Prints each bank's error, without the walks' noise.
     fn against(&self, case: &Case, banks: &[Image]) {
         let error = |bank: usize| {
             let (mut apart, mut power, mut noise) = (0.0_f64, 0.0, 0.0);
@@ -131,7 +130,7 @@ impl Truth {
                     let product = (f64::from(ours[c]) - a) * (f64::from(ours[c]) - b);
                     apart += product;
                     power += a * b;
-                    // Of the product of two numbers of one mean and independent noise.
+                    // Variance of the product of two numbers of one mean and independent noise.
                     let own = 0.5 * (a - b).powi(2);
                     noise += own * (own + 2.0 * product.max(0.0));
                 }
@@ -148,7 +147,7 @@ impl Truth {
     }
 }
 
-/// Error of each bank against the finest step's.
+/// Error of each bank against the finest step.
 fn against(names: &[String], banks: &[Image], finest: &[Image]) {
     let mut errors: Vec<(f64, &String)> = banks
         .iter()
@@ -208,7 +207,7 @@ fn measure(
     alone
 }
 
-/// As a plain PPM with a gamma of 2.2, the brightest hundredth clipped.
+/// Writes a plain PPM with a gamma of 2.2, the brightest hundredth clipped.
 fn write(image: &Image, path: &str) {
     let mut sorted = image.data().to_vec();
     sorted.sort_by(f32::total_cmp);

@@ -12,13 +12,13 @@ const SIDE: [f64; 2] = [0.0, 4.0];
 const UP: Vec3 = vec3(0.0, 0.0, 1.0);
 const ALONG_Y: Vec3 = vec3(0.0, 1.0, 0.0);
 
-/// What every case asks for at the finest step.
+/// Tolerance of every case at the finest step.
 const LIMIT: f64 = 0.005;
 
 /// Squares between points half a metre apart; their middles are the points.
 const FINE: usize = 25;
 
-/// Illuminances at each quality at points half a metre apart on a line, all in one narrow picture.
+/// Illuminances at each quality at points half a metre apart on a line, all in one narrow image.
 fn readings(room: &Room, points: &[Vec3], normal: Vec3) -> Vec<Vec<f64>> {
     let (first, last) = (points[0], points[points.len() - 1]);
     let count = (points.len() - 1) * FINE + 1;
@@ -71,7 +71,7 @@ fn point_source() {
         (20, 20, 74.38),
         (30, 30, 49.38),
     ];
-    // Its lower left square has its middle under the lamp, the next ones follow by 5 cm.
+    // The middle of its lower left square is under the lamp, the next ones follow by 5 cm.
     let meter = Meter::new(vec3(0.75, 0.75, 0.0), UP, 0.05, [31, 31], 2.0);
     let off = |quality| {
         let all = room.illuminances(&meter, GREY, quality);
@@ -103,7 +103,7 @@ fn area_source() {
     assert_falls("5.3 floor", &deviations(&room(4), &points, UP, &expected));
 }
 
-/// 5.4: what arrives on the walls of a closed black room is the lamp's flux.
+/// 5.4: the flux on the walls of a closed black room is the lamp's.
 #[test]
 #[ignore = "slow"]
 fn flux_is_conserved() {
@@ -123,8 +123,8 @@ fn flux_is_conserved() {
     ] {
         let measured = if case == "5.4 panel" { 5 } else { 6 };
         let total = |quality: u8| -> f64 {
-            // The ceiling gets nothing from a panel that hangs below it, and a camera that looks at
-            // it would see the panel.
+            // The ceiling gets nothing from a panel below it, and a camera facing it would see the
+            // panel.
             let faces = INWARD[..measured].iter().map(|&normal| {
                 let middle = high * 0.5;
                 let face = vec3(
@@ -145,12 +145,12 @@ fn flux_is_conserved() {
             });
             faces.sum()
         };
-        // Direct light alone, so a cheap and a fine step are enough.
+        // There is only direct light, so a cheap and a fine step are enough.
         assert_falls(case, &[1, 2].map(|q| (total(q) / flux - 1.0).abs()));
     }
 }
 
-/// 5.6: a wall lit by a uniformly lit floor of reflectance 0.3 alone; once by the floor as a lamp
+/// 5.6: a wall lit only by a uniformly lit floor of reflectance 0.3; once with the floor as a lamp
 /// (direct light), once by light that the floor reflects (form factors).
 #[test]
 fn light_from_a_diffuse_floor() {
@@ -189,7 +189,7 @@ fn over_wall() -> Meter {
 }
 
 /// Root mean square deviation from `exact` over the meter's squares at each quality. Single points
-/// of reflected light have the noise of their one hemicube, so they are judged together.
+/// of reflected light have the noise of one hemicube, so they are judged together.
 fn spreads(room: &Room, meter: &Meter, exact: &[f64]) -> Vec<f64> {
     let power: f64 = exact.iter().map(|e| e * e).sum();
     let one = |quality| {
@@ -200,8 +200,9 @@ fn spreads(room: &Room, meter: &Meter, exact: &[f64]) -> Vec<f64> {
     qualities().map(one).collect()
 }
 
-/// 5.7: light from the wall y = 4 past a black box; both ways again. The light that the wall
-/// reflects comes over the opposite wall, so that neither this nor the measured floor is lit.
+/// 5.7: light from the wall y = 4 past a black box; again both ways. The light reflected by the
+/// wall comes over the opposite wall, so that neither this one nor the measured floor is lit
+/// directly.
 #[test]
 #[ignore = "slow"]
 fn light_past_an_obstruction() {
@@ -231,10 +232,10 @@ fn light_past_an_obstruction() {
     let floor = on_floor(&[0.25, 0.75, 1.25]);
     let off = deviations(&glowing, &floor, UP, &[3.382, 3.629, 3.013]);
     assert_falls("5.7 floor", &off);
-    // The shadow begins at 1.75 exactly, in the middle of a square; what lies behind it is dark,
-    // but for what nearly black walls reflect. Reflected light is interpolated and evened out:
-    // elements are too large to know its edge, gather points make it some 10 cm wide at quality 1,
-    // 5 at quality 2 (2 cm behind it there is left, of 100 lx, .05).
+    // The shadow begins at 1.75 exactly, in the middle of a square; beyond it is dark, except for
+    // reflections of nearly black walls. Reflected light is interpolated and smoothed: elements are
+    // too large to resolve its edge, gather points make it about 10 cm wide at quality 1, 5 at
+    // quality 2 (2 cm beyond the edge, 0.05 of 100 lx remain).
     let dark = |room: &Room, behind: f64, sharp_from: u8| {
         let shadow = on_floor(&[1.75 + behind, 2.25 + behind]);
         for (got, quality) in readings(room, &shadow, UP).iter().zip(qualities()) {
@@ -247,7 +248,7 @@ fn light_past_an_obstruction() {
         }
     };
     dark(&glowing, 0.02, 1);
-    // Through form factors: as good as the direct light that was just found right.
+    // Through form factors: as good as the direct light verified above.
     let exact = glowing.illuminances(&over_wall(), GREY, *qualities().end());
     assert_falls("5.7 reflected", &spreads(&lit, &over_wall(), &exact));
     dark(&lit, 0.05, 2);
@@ -260,7 +261,7 @@ fn light_past_an_obstruction() {
 fn diffuse_reflections_in_a_cube() {
     let middle = vec3(2.0, 2.0, 2.0);
     let flux = 10_000.0;
-    // What is reflected most often tells the steps apart.
+    // Bright walls reflect most often and so distinguish the steps best.
     for (rho, steps) in [(0.5, [1, 2]), (0.9, both_ends())] {
         let mut room = Room::default();
         for face in cuboid(Vec3::ZERO, middle * 2.0, true) {
@@ -268,7 +269,7 @@ fn diffuse_reflections_in_a_cube() {
         }
         room.bulb(middle, flux / (4.0 * PI));
         let off = |quality: u8| {
-            // The faces are alike; one of each kind.
+            // The faces are equivalent; test one of each kind.
             let faces = [INWARD[1], INWARD[4]].iter().map(|&normal| {
                 let meter = Meter::new(middle - normal * 2.0, normal, 0.125, [32, 32], 2.0);
                 let lit = room.illuminances(&meter, rho, quality);

@@ -1,5 +1,5 @@
-//! Scenes of many polygons, which are rendered by final gathering: answers that are numbers, however
-//! many polygons there are.
+//! Scenes of many polygons, rendered by final gathering: exact answers, independent of the number
+//! of polygons.
 
 use crate::meter::{INWARD, Meter, Room, cuboid, mean};
 use footlight_host::work::{Silent, Work};
@@ -12,10 +12,10 @@ use footlight_transport::radiosity::{MANY_POLYGONS, Radiosity};
 use footlight_transport::{Quality, Setup, Transport};
 use std::f64::consts::PI;
 
-/// Steps that are worth their time in a test.
+/// Steps affordable in a test.
 const STEPS: [u8; 2] = [1, 2];
 
-/// A face cut into squares, `side` to each of its sides.
+/// A face cut into squares, `side` along each edge.
 fn cut(face: &[Vec3], side: usize) -> Vec<Vec<Vec3>> {
     let n = side as f64;
     let at = |i: usize, j: usize| {
@@ -39,7 +39,7 @@ fn cluttered(boxes: usize) -> Vec<Vec<Vec3>> {
         let low = vec3((i + 0.2) * pitch, (j + 0.2) * depth, 0.0);
         let height = 0.1 + 0.13 * ((7 * k) % 11) as f64;
         let high = low + vec3(0.6 * pitch, 0.6 * depth, height);
-        // All but the face below.
+        // All faces except the bottom.
         let sides = cuboid(low, high, false).into_iter().enumerate();
         faces.extend(sides.filter(|(i, _)| *i != 4).map(|(_, face)| face));
     }
@@ -57,8 +57,8 @@ fn view() -> View {
     }
 }
 
-/// Where every surface emits and reflects alike all of them show E / (1 - rho), whatever stands
-/// where: no light is lost between boxes, none is made.
+/// If every surface emits and reflects equally, all show E / (1 - rho), whatever the geometry: no
+/// light is lost between boxes, none is created.
 #[test]
 fn a_cluttered_furnace_is_even() {
     let mut room = Room::default();
@@ -108,8 +108,8 @@ fn reflections_in_a_cube_of_many_polygons() {
     }
 }
 
-/// The picture of a sum is the sum of pictures, of any sign; a light's picture has the same bits in
-/// any company and on any number of threads.
+/// The image of a sum is the sum of images, of any sign; a light's image has equal bits with any
+/// other lights and any number of threads.
 #[test]
 fn many_polygons_are_lit_linearly() {
     let mut room = Room::default();
@@ -165,8 +165,8 @@ fn many_polygons_are_lit_linearly() {
     }
 }
 
-/// A gauze before a wall, both under the sun: half of a pixel is the gauze, the other half the wall in
-/// half of the light. No pixel differs, as nothing is left to chance.
+/// A gauze before a wall, both under the sun: half of a pixel is the gauze, the other half the wall
+/// in half of the light. No pixel deviates, because nothing is random.
 #[test]
 fn gauze_shows_itself_and_what_lies_behind() {
     let mut room = Room::default();
@@ -212,7 +212,7 @@ fn gauze_shows_itself_and_what_lies_behind() {
     }
 }
 
-/// The edge of two walls under the sun: a pixel that shows both is their mean by area.
+/// The edge of two walls under the sun: a pixel on it is their mean by area.
 #[test]
 fn a_pixel_on_an_edge_is_the_mean_of_both_sides_by_area() {
     let mut room = Room::default();
@@ -231,8 +231,8 @@ fn a_pixel_on_an_edge_is_the_mean_of_both_sides_by_area() {
     }
     assert!(room.scene.polygons.len() > MANY_POLYGONS);
     room.sun(vec3(0.0, 3.0, 0.0), vec3(0.0, 1.0, 0.0), 1000.0);
-    // The picture is 4 m across at the walls: 16 pixels of 25 cm, so that the edge leaves 24 % of
-    // the one from 0.25 to 0.5 m to the left side.
+    // The image is 4 m across at the walls: 16 pixels of 25 cm, so that the edge leaves 24 % of the
+    // one from 0.25 to 0.5 m to the left side.
     let view = View {
         from: vec3(0.0, 0.0, 0.0),
         to: vec3(0.0, 4.0, 0.0),

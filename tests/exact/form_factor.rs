@@ -1,5 +1,5 @@
 //! Every form factor of `viewfactors.json`, by direct light from an emitter and, where a light can
-//! reach only one of the two, by what a lit surface reflects.
+//! reach only one of the two, by reflection from a lit surface.
 
 use crate::meter::{
     GREY, INWARD, Meter, Room, aside, assert_better, both_ends, contour, level, mean, qualities,
@@ -11,7 +11,7 @@ use std::f64::consts::{PI, TAU};
 
 const UP: Vec3 = vec3(0.0, 0.0, 1.0);
 
-/// The value whose case starts with these words.
+/// The exact value of the case whose name starts with these words.
 fn exact(case: &str) -> f64 {
     let list: Vec<BTreeMap<String, serde_json::Value>> =
         serde_json::from_str(include_str!("viewfactors.json")).unwrap();
@@ -48,7 +48,7 @@ fn moved(vertices: &[Vec3], by: Vec3) -> Vec<Vec3> {
     vertices.iter().map(|v| *v + by).collect()
 }
 
-/// Form factor from what the meter covers to an emitter.
+/// Form factor from the meter's area to an emitter.
 fn to_emitter(emitter: &[Vec<Vec3>], receiver: &[Vec3], meter: &Meter, quality: u8) -> f64 {
     let mut room = Room::default();
     room.wall(receiver, 1.0);
@@ -62,7 +62,7 @@ struct Pair {
     receiver: Vec<Vec3>,
     emitter: Vec<Vec3>,
     meter: Meter,
-    /// Direction of a distant light that reaches all of the emitter.
+    /// Direction of a distant light that reaches the whole emitter.
     light: Vec3,
 }
 
@@ -159,8 +159,8 @@ fn finite_to_finite_by_direct_light() {
     assert_better("direct, root mean square", &root, 1e-3);
 }
 
-/// The second surface is lit from afar, the first nearly black: what the first gets beyond what it
-/// gets when the second is black came through form factors.
+/// The second surface is lit from afar, the first nearly black: the increase at the first over a
+/// black second surface comes through form factors.
 #[test]
 #[ignore = "slow"]
 fn finite_to_finite_by_reflected_light() {
@@ -183,7 +183,7 @@ fn finite_to_finite_by_reflected_light() {
         let normal = newell(&pair.emitter).normalized();
         let level = -RHO * normal.dot(pair.light.normalized());
         assert!(level > 0.1, "{}", pair.case);
-        // Light from afar is alike on all of the receiver, so any step has it exactly.
+        // Distant light is uniform on the receiver, so any step is exact.
         let unlit = room(0.0).mean(&pair.meter, GREY, 1);
         let error = |quality| {
             let lit = room(RHO).mean(&pair.meter, GREY, quality);
@@ -231,8 +231,8 @@ fn elements_to_polygons() {
     }
 }
 
-/// Discs by regular polygons: what the operator adds is apart from what the polygon leaves out,
-/// which falls with the square of the number of sides.
+/// Discs as regular polygons: separates the operator's error from that of the polygon, which falls
+/// with the square of the number of sides.
 #[test]
 fn discs_by_polygons() {
     let spot = level([-0.01, 0.01], [-0.01, 0.01], 0.0, true);
@@ -257,7 +257,7 @@ fn discs_by_polygons() {
     }
 }
 
-/// From a disc to a disc: from the polygon of the smaller to that of the larger.
+/// From disc to disc: from the polygon of the smaller to that of the larger.
 #[test]
 fn disc_to_disc() {
     let ratio = 0.25; // of the areas: F12 = F21 A2 / A1
@@ -269,7 +269,7 @@ fn disc_to_disc() {
         room.wall(&small, 1.0);
         room.panel(&[large], 1.0 / PI);
         let all = room.illuminances(&meter, 1.0, quality);
-        // Void around the disc shows nothing; means are over the disc.
+        // The void around the disc shows nothing; means are over the disc.
         let area = 0.125 * sides as f64 * (TAU / sides as f64).sin();
         let f21 = all.iter().sum::<f64>() / (32.0 * 32.0) / area;
         (f21 * ratio / exact("3 ") - 1.0).abs()
@@ -283,7 +283,7 @@ fn disc_to_disc() {
     );
 }
 
-/// A sphere of triangles: an octahedron divided, its points on the sphere.
+/// A sphere of triangles: a subdivided octahedron, its points on the sphere.
 pub fn sphere(centre: Vec3, radius: f64, divisions: usize) -> Vec<Vec<Vec3>> {
     let signs = [1.0, -1.0];
     let mut out = Vec::new();
@@ -340,7 +340,7 @@ pub fn spheres_by_triangles() {
     });
     println!("spheres of 72 and 288 triangles fall short by {errors:.5?}");
     for (coarse, fine) in errors[0].iter().zip(&errors[1]) {
-        // An inscribed polyhedron is smaller; its shadow's area falls short by the square.
+        // An inscribed polyhedron is smaller; the area of its shadow is too small by the square.
         assert!(
             *coarse > 0.0 && *fine > 0.0 && *fine < 0.3 * coarse,
             "{errors:?}"
@@ -379,7 +379,7 @@ fn closure() {
     }
 }
 
-/// The helpers agree with each other.
+/// The test helpers agree with each other.
 #[test]
 fn the_meter_measures_where_it_says() {
     let emitter = upright([-0.4, 0.3], -0.7, [0.5, 0.9], true);

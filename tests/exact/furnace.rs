@@ -1,5 +1,5 @@
-//! Closed rooms whose answer is a number: every wall emits and reflects alike, a single wall of
-//! the furnace, the integrating sphere.
+//! Closed rooms with exact answers: equal walls that emit and reflect, a single furnace wall, the
+//! integrating sphere.
 
 use crate::form_factor::sphere;
 use crate::meter::{GREY, INWARD, Meter, Room, aside, cuboid, level, qualities};
@@ -9,7 +9,7 @@ use footlight_show::geometry::View;
 use footlight_show::geometry::{Vec3, vec3};
 use std::f64::consts::PI;
 
-/// Largest deviation of a pixel from E / (1 - rho) in a closed room of walls alike.
+/// Largest deviation of a pixel from E / (1 - rho) in a closed room of equal walls.
 fn off_in_a_furnace(rho: f64, quality: u8) -> f64 {
     let mut room = Room::default();
     for face in cuboid(Vec3::ZERO, vec3(3.0, 4.0, 2.5), true) {
@@ -30,8 +30,8 @@ fn off_in_a_furnace(rho: f64, quality: u8) -> f64 {
     off
 }
 
-/// Radiance everywhere is E / (1 - rho). Blind to form factors whose sums are right; it tests the
-/// solver and what is lost at edges, here of walls of different sides.
+/// Radiance everywhere is E / (1 - rho). The test cannot see errors of form factors whose sums are
+/// right; it tests the solver and losses at edges, here of walls with different sides.
 #[test]
 #[ignore = "slow"]
 fn every_wall_emits_and_reflects() {
@@ -41,9 +41,9 @@ fn every_wall_emits_and_reflects() {
     }
 }
 
-/// Steps that interpolate direct light, where it is much of all the light and every wall shines on
-/// its neighbours from their common edge: the worst pixel is off by 1.2 and 0.2 % for a reflectance
-/// of 0.5.
+/// Steps that interpolate direct light, in a room dominated by it, where every wall lights its
+/// neighbours from their common edge: the worst pixel errs by 1.2 and 0.2 % at a reflectance of
+/// 0.5.
 #[test]
 #[ignore = "slow"]
 fn cheap_steps_are_off_by_what_they_interpolate() {
@@ -53,8 +53,8 @@ fn cheap_steps_are_off_by_what_they_interpolate() {
     assert!(within && off.len() == bounds.len(), "{off:?}");
 }
 
-/// Pixels without an edge between walls in them or beside them: the references are values at the
-/// pixels' middles, ours are means.
+/// Pixels without an edge between walls within or next to them: references are values at pixel
+/// middles, ours are means.
 fn smooth(image: &Image) -> Vec<bool> {
     let (w, h) = (image.width(), image.height());
     let level = |x: usize, y: usize| image.pixel(x.min(w - 1), y.min(h - 1)).unwrap()[0];
@@ -93,8 +93,8 @@ fn single_walls() {
     assert!(last.iter().all(|e| *e < 0.005), "{last:?}");
 }
 
-/// A lamp anywhere in a diffuse sphere: what is reflected falls alike on every point,
-/// flux / area * rho / (1 - rho). Here a sphere of triangles, so up to its own error.
+/// A lamp anywhere in a diffuse sphere: reflected light is uniform, flux / area * rho / (1 - rho).
+/// The sphere consists of triangles, whose error limits the test.
 #[test]
 #[ignore = "slow"]
 fn integrating_sphere() {
@@ -121,7 +121,7 @@ fn integrating_sphere() {
         .map(|t| (t[1] - t[0]).cross(t[2] - t[0]).length() * 0.5)
         .sum();
     let exact = flux / area * rho / (1.0 - rho);
-    // Finer steps show no more: the triangles are the limit.
+    // Finer steps are no better: the triangles are the limit.
     for quality in [1, 2] {
         let lit = room(rho).radiances(&view, quality);
         let direct = room(GREY).radiances(&view, quality);
@@ -143,8 +143,8 @@ fn integrating_sphere() {
     }
 }
 
-/// A white surface is no reason for light to be lost: two plates, each in full view of the other's
-/// light once, nothing else.
+/// A white surface loses no light: two plates that each see the other's light once, and nothing
+/// else.
 #[test]
 fn a_white_surface_reflects_all() {
     let mut lit = [0.5, 1.0].map(|rho| {

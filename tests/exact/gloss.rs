@@ -1,4 +1,4 @@
-//! Gloss: what a glossy surface shows, against the mirrored scene, Fresnel's formulas and integrals.
+//! Gloss: images of glossy surfaces, against the mirrored scene, Fresnel's formulas and integrals.
 
 use crate::meter::{Room, mean, work, worst};
 use footlight_show::geometry::{Vec3, View, vec3};
@@ -14,7 +14,7 @@ const MIRROR: Gloss = Gloss {
     is_metal: true,
 };
 
-/// A square plate on the ground about the origin, of this reflectance and gloss.
+/// A square plate on the ground at the origin, of this reflectance and gloss.
 fn plate(side: f64, reflectance: f64, gloss: Gloss) -> Room {
     let mut room = Room::default();
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
@@ -32,7 +32,7 @@ fn upright(x: [f64; 2]) -> Vec<Vec3> {
 
 const SIZE: [usize; 2] = [24, 16];
 
-/// A view of the plate's middle from this height and as far before it.
+/// A view of the plate's middle from this height and an equal distance in front.
 fn view(height: f64) -> View {
     View {
         from: vec3(0.0, -1.0, height),
@@ -44,7 +44,7 @@ fn view(height: f64) -> View {
     }
 }
 
-/// The way through the middle of a pixel.
+/// The direction through the middle of a pixel.
 fn way(view: &View, pixel: usize) -> Vec3 {
     let [right, up, forward] = view.axes();
     let step = 2.0 * (0.5 * view.fov.to_radians()).tan() / SIZE[1] as f64;
@@ -53,8 +53,8 @@ fn way(view: &View, pixel: usize) -> Vec3 {
     (forward + across).normalized()
 }
 
-/// Pixels of a perfect mirror are those that the mirrored camera would see of a panel, and of a wall that
-/// a lamp lights.
+/// A perfect mirror shows what the mirrored camera would see of a panel, and of a wall lit by a
+/// lamp.
 #[test]
 fn a_mirror_shows_the_mirrored_scene() {
     let view = view(0.8);
@@ -63,7 +63,7 @@ fn a_mirror_shows_the_mirrored_scene() {
     let found = room.radiances(&view, 1);
     assert!(worst(&found, &vec![3.0; found.len()]) < 1e-6, "{found:?}");
 
-    // A small plate throws next to no light back.
+    // A small plate reflects almost no light back.
     let mut room = plate(0.25, 0.0, MIRROR);
     room.wall(&upright([-20.0, 20.0]), 0.5);
     let lamp = vec3(1.5, 1.0, 3.0);
@@ -85,7 +85,7 @@ fn a_mirror_shows_the_mirrored_scene() {
     }
 }
 
-/// What glass of index 1.5 reflects, from its angles on both sides (Fresnel).
+/// Reflectance of glass of index 1.5, from the angles on both sides (Fresnel).
 fn glass(cosine: f64) -> f64 {
     let angle = cosine.acos();
     let inside = (angle.sin() / 1.5).asin();
@@ -109,7 +109,8 @@ fn varnish_reflects_as_glass_does() {
     }
 }
 
-/// Share of even light that a rough lobe reflects to the eye, by Simpson's rule over the half-space.
+/// Share of uniform light that a rough lobe reflects to the eye, by Simpson's rule over the
+/// half-space.
 fn share(roughness: f64, cosine: f64) -> f64 {
     let square = roughness.powi(4);
     let eye = vec3((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
@@ -133,8 +134,8 @@ fn share(roughness: f64, cosine: f64) -> f64 {
     sum * 0.5 * PI * TAU / (n * n) as f64
 }
 
-/// In a box that shines alike from all sides a white plate returns its matt part and the lobe's, together no
-/// more than it gets.
+/// In a uniformly emitting box, a white plate returns its diffuse part and the lobe's, together no
+/// more than it receives.
 #[test]
 fn a_glossy_plate_in_even_light_returns_what_its_parts_say() {
     for (roughness, height) in [(0.4, 0.3), (0.6, 0.3), (0.6, 1.0)] {
@@ -164,7 +165,7 @@ fn a_glossy_plate_in_even_light_returns_what_its_parts_say() {
     }
 }
 
-/// A plate before two walls, with a lamp on one side and a panel on the other.
+/// A plate in front of two walls, with a lamp on one side and a panel on the other.
 fn stage() -> Room {
     let mut room = plate(6.0, 0.1, Gloss::varnish(0.35));
     room.wall(&upright([-8.0, 1.0]), 0.6);
@@ -189,7 +190,7 @@ fn gloss_is_linear_in_the_lights() {
     stage().assert_linear(&wide());
 }
 
-/// Measuring knows the gloss: the estimator's mean is the picture's.
+/// Measurement includes the gloss: the estimator's mean equals the image's.
 #[test]
 fn the_estimator_of_errors_sees_the_gloss() {
     let room = stage();
@@ -201,7 +202,7 @@ fn the_estimator_of_errors_sees_the_gloss() {
     let halves = halves.unwrap();
     let (mut found, mut all) = (0.0, 0.0);
     for (pixel, [a, b]) in halves.iter().enumerate() {
-        // Pixels that show the lamps themselves have no estimate.
+        // Pixels that show the lamps have no estimate.
         if a[0].is_finite() {
             found += 0.5 * (a[0] + b[0]);
             all += picture[pixel];

@@ -1,4 +1,4 @@
-//! Haze: what is seen through it, and its own light, by both methods.
+//! Haze: attenuated surfaces and the haze's own light, by both methods.
 
 use crate::meter::{Room, work};
 use footlight_show::geometry::{Vec3, View, vec3};
@@ -21,7 +21,7 @@ const INTENSITY: f64 = 500.0;
 const WALL: f64 = 5.0;
 const REFLECTANCE: f64 = 0.5;
 
-/// A wall 5 m off, of `side` squares along its side, a bulb before it and one aside, in haze.
+/// A wall 5 m away, of `side` squares per side, a bulb in front and one to the side, in haze.
 fn room(side: usize) -> Room {
     let mut room = Room::default();
     room.scene.haze = Some(HAZE);
@@ -62,8 +62,8 @@ fn way(x: usize, y: usize) -> Vec3 {
     (forward + across).normalized()
 }
 
-/// The first bulb's light along the ray through the middle of a pixel: of the wall and of the haze, by
-/// Simpson's rule.
+/// The first bulb's light along the ray through the middle of a pixel, from the wall and from the
+/// haze, by Simpson's rule.
 fn exact(x: usize, y: usize) -> f64 {
     let way = way(x, y);
     let length = WALL / way.y;
@@ -102,7 +102,7 @@ fn a_wall_and_the_haze_before_it_meet_the_integral() {
             let (mut error, mut square) = (0.0, 0.0);
             for (pixel, found) in found.iter().enumerate() {
                 let (x, y) = (pixel % 24, pixel / 24);
-                // Next to the bulb light changes within a pixel.
+                // Near the bulb, light varies within a pixel.
                 if way(x, y).cross(BULB).length() < 0.4 {
                     continue;
                 }
@@ -124,7 +124,7 @@ fn haze_is_linear_in_the_lights() {
     }
 }
 
-/// Measuring knows the haze: the estimator's mean is the exact light.
+/// Measurement includes the haze: the estimator's mean is the exact light.
 #[test]
 fn the_estimator_of_errors_sees_the_haze() {
     let mut room = room(2);

@@ -1,4 +1,4 @@
-//! Moving heads: a frame against the same moment rendered with fixed lights of those aims.
+//! Moving heads: a frame against the moment rendered with fixed lights of equal aims.
 
 use footlight_engine::{Engine, Host};
 use footlight_picture::Image;
@@ -52,7 +52,7 @@ fn standing(engine: &Engine, poses: &[Pose]) -> String {
     out
 }
 
-/// Root mean square of the difference, as a share of the light.
+/// Root mean square of the difference, relative to the light.
 fn off(found: &Image, exact: &Image) -> f64 {
     let square = |x: f64| x * x;
     let pairs = found.data().iter().zip(exact.data());
@@ -64,7 +64,7 @@ fn off(found: &Image, exact: &Image) -> f64 {
     f64::sqrt(error / light)
 }
 
-/// The largest error over moments of the show, of one of its step's images.
+/// The largest error over moments of the show, for images of a step.
 fn worst(haze: &str, quality: Quality, moments: usize) -> f64 {
     let mut engine = engine(&moving(), CUES, haze);
     let own = engine.show().coordinates().len();
@@ -90,7 +90,7 @@ fn frames_are_those_of_fixed_lights() {
     assert!(worst < 0.01, "{worst}");
 }
 
-/// The same with haze, and at more moments. The largest errors are at the foot of the wall, in the row of
+/// With haze, and at more moments. The largest errors are at the foot of the wall, in the row of
 /// pixels that shows floor and wall, and half of that is the other renderer's.
 #[test]
 #[ignore = "slow: many moments"]

@@ -1,5 +1,5 @@
-//! What must not matter: where the scene stands, how it is turned, in which unit it is measured,
-//! how a wall is divided, what stands with its back to the eye.
+//! Invariances: position of the scene, rotation, unit of length, division of a wall, surfaces that
+//! show their back.
 
 use crate::meter::{GREY, Room, cuboid, level, qualities};
 use crate::reference::{Case, cornell, errors, render, stage};
@@ -13,7 +13,7 @@ fn small(mut case: Case) -> Case {
     case
 }
 
-/// The case with each of its points taken elsewhere.
+/// The case with each of its points mapped.
 fn mapped(mut case: Case, to: impl Fn(Vec3) -> Vec3) -> Case {
     for vertex in case
         .scene
@@ -37,21 +37,21 @@ fn difference(a: &Image, b: &Image) -> f64 {
     errors(a, [b, b], &vec![true; b.data().len() / 3]).0
 }
 
-/// The pictures of a case and of the same case elsewhere, at some qualities: the relative root mean
-/// square difference stays within a bound for each way of moving it.
+/// Images of a case and of its mapped copy, at some qualities: the relative root mean square
+/// difference stays within a bound for each mapping.
 fn assert_stays(make: fn() -> Case, qualities: &[u8]) {
     let (sine, cosine) = 33.0_f64.to_radians().sin_cos();
     let turn = |p: Vec3| vec3(cosine * p.x - sine * p.y, sine * p.x + cosine * p.y, p.z);
     let far = vec3(1000.25, -2000.5, 500.125);
     type Map<'a> = &'a dyn Fn(Vec3) -> Vec3;
     let ways: [(&str, Map<'_>, &[f64]); 4] = [
-        // A unit 1024 times shorter changes exponents only.
+        // A unit 1024 times shorter changes only exponents.
         ("binary unit", &|p| p * 1024.0, &[0.0]),
-        // Roundings move hemicube pixels at edges, no more.
+        // Rounding moves hemicube pixels at edges, no more.
         ("millimetres", &|p| p * 1000.0, &[2e-3]),
         ("far away", &|p| p + far, &[2e-3]),
-        // Hemicubes are turned by chance, and a turned scene draws other chances: equal within
-        // the noise of the step.
+        // Hemicubes have random rotations, and a rotated scene draws others: equal within the noise
+        // of the step.
         ("turned", &turn, &[0.01, 0.01, 2e-3]),
     ];
     let case = small(make());
@@ -70,7 +70,7 @@ fn assert_stays(make: fn() -> Case, qualities: &[u8]) {
     }
 }
 
-// Each quality but the finest in one of the two scenes.
+// Each quality except the finest in one of the two scenes.
 
 #[test]
 fn cornell_is_the_same_elsewhere() {
@@ -124,8 +124,8 @@ fn inside() -> View {
     }
 }
 
-/// Also where direct light is interpolated: no slope carries light into a shadow. The finest step
-/// has the tightest bound.
+/// Also with interpolated direct light: no slope carries light into a shadow. The finest step has
+/// the tightest bound.
 #[test]
 #[ignore = "slow"]
 fn a_wall_in_pieces_is_the_same_wall() {
@@ -144,8 +144,8 @@ fn a_wall_in_pieces_is_the_same_wall() {
     }
 }
 
-/// What a pixel shows of the surfaces adds up to one, however they are cut: where everything shines
-/// alike, so does every pixel.
+/// The shares of surfaces in a pixel add up to one, however they are cut: where everything emits
+/// equally, so does every pixel.
 #[test]
 fn shares_of_a_pixel_add_up_to_one() {
     for pieces in [1, 2, 4] {
@@ -161,7 +161,7 @@ fn shares_of_a_pixel_add_up_to_one() {
     }
 }
 
-/// Backs are black: a scene inside out shows nothing, and a lamp turned away lights nothing.
+/// Backs are black: an inside-out scene shows nothing, and a lamp turned away lights nothing.
 #[test]
 fn backs_are_black() {
     let mut inside_out = room(1);
@@ -177,7 +177,7 @@ fn backs_are_black() {
         ..inside()
     };
     for quality in qualities() {
-        // The table's faces look inward then, the walls outward: nothing faces the eye.
+        // Then the table's faces look inward and the walls outward: nothing faces the eye.
         let all = inside_out.radiances(&inside(), quality);
         assert!(all.iter().all(|l| *l == 0.0), "quality {quality}");
         let all = away.radiances(&below, quality);

@@ -1,5 +1,5 @@
-//! Lights against the light they deliver: the flux of each kind of luminaire arrives whole on the
-//! walls of a closed black box (CIE 171:2006, case 5.4).
+//! Lights against the light that they deliver: the flux of each kind of luminaire arrives
+//! completely on the walls of a closed black box (CIE 171:2006, case 5.4).
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ use footlight_stage::{
 use footlight_transport::radiosity::Radiosity;
 use footlight_transport::{Quality, Setup, Transport};
 
-/// So dark that what it reflects is below a millionth, yet visible to a camera.
+/// Reflectance so low that reflected light is below a millionth, yet visible to a camera.
 const DARK: f64 = 1e-6;
 
 /// A box from -1 to 1 of walls that face inwards.
@@ -80,9 +80,9 @@ fn sources(groups: Vec<Vec<Light>>) -> Rig {
     rig
 }
 
-/// Light of each group that arrives on the six walls: the mean illuminance of each wall, read from
-/// a camera close to it, times its area. The camera looks at the wall square on, so that every
-/// pixel is the same area.
+/// Flux of each group on the six walls: the mean illuminance of each wall, measured by a camera
+/// close to it, times its area. The camera looks at the wall square on, so that every pixel has
+/// equal area.
 fn delivered(scene: &Scene, groups: Vec<Vec<Light>>, pixels: usize) -> Vec<[f64; 3]> {
     let (scene, rig) = (Arc::new(scene.clone()), Arc::new(sources(groups)));
     let count = rig.sources.len();
@@ -101,8 +101,8 @@ fn delivered(scene: &Scene, groups: Vec<Vec<Light>>, pixels: usize) -> Vec<[f64;
         };
         let setup = Setup::new(Arc::clone(&scene), Arc::clone(&rig), view);
         let work = Work::silent();
-        // Cheap steps interpolate direct light, each piece of a light by itself, and what they miss
-        // adds up: step 1 takes 0.29 % off the flux of a 10 cm sphere.
+        // Cheap steps interpolate direct light for each piece of a light separately, and the errors
+        // add up: step 1 loses 0.29 % of the flux of a 10 cm sphere.
         let mut prepared = Radiosity.prepare(&setup, Quality(2), work).unwrap();
         let images = prepared.render(&settings, work).unwrap();
         let area = 4.0 / (pixels * pixels) as f64;
@@ -163,7 +163,7 @@ fn a_files_lumens_arrive() {
     assert!((flux[0] / 800.0 - 1.0).abs() < 3e-3, "{flux:?}");
 }
 
-/// A slide whose channels are of different images.
+/// A slide with different images in its channels.
 fn slide() -> Arc<Gobo> {
     let (width, height) = (30, 20);
     let texel = |i: usize| {
@@ -196,14 +196,14 @@ fn a_projections_lumens_arrive() {
     let candela = 800.0 / Projection::flux(&slide, 70.0);
     let lights = planes(&slide, mount(vec3(0.5, 0.4, -0.8), 25.0), 70.0, candela);
     let flux = delivered(&black_box(), vec![lights], 64)[0];
-    // The stripes and the ramp are not weighed alike by the frustum's solid angle, but nearly.
+    // The frustum's solid angle weights the stripes and the ramp almost equally.
     assert!((flux[0] / 800.0 - 1.0).abs() < 3e-3, "{flux:?}");
     assert!((flux[1] / 400.0 - 1.0).abs() < 0.02, "{flux:?}");
     assert!((flux[2] / 400.0 - 1.0).abs() < 0.02, "{flux:?}");
 }
 
-/// The wall upstage as a screen, seen square on from the middle of the room: illuminance in lux,
-/// at the step that interpolates no direct light.
+/// The upstage wall as a screen, seen square on from the middle of the room: illuminance in lux, at
+/// the step without interpolated direct light.
 fn screen(scene: &Scene, lights: Vec<Light>, pixels: usize) -> Image {
     let view = View {
         from: Vec3::ZERO,
@@ -277,7 +277,7 @@ fn a_projection_is_stopped_by_what_stands_in_its_way() {
     };
     let mut scene = black_box();
     let open = screen(&scene, planes(&slide, thrower, 40.0, 1000.0), 32);
-    // A shutter before the left half of the throw, which faces the projector.
+    // A shutter before the left half of the beam, facing the projector.
     let corner = |x: f64, z: f64| vec3(x, -0.5, z);
     let vertices = vec![
         corner(-1.0, -0.9),

@@ -1,5 +1,5 @@
-//! The operator held against exact answers: closed forms, laws of conservation and symmetry, and
-//! scenes made to break it. Everything goes through the public operator, as a user would.
+//! The operator against exact answers: closed forms, laws of conservation and symmetry, and scenes
+//! made to break it. All tests use the public operator, like a user.
 
 #![allow(
     clippy::unwrap_used,

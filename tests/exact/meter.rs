@@ -1,8 +1,8 @@
-//! Small rooms and the light meter: a picture read as illuminances.
+//! Small rooms and the light meter: an image read as illuminances.
 //!
-//! A pixel that shows a diffuse surface of reflectance rho has rho / pi times the illuminance
-//! there. A camera that looks straight at a wall has pixels that are equal squares of it, so one
-//! picture measures a grid of known points.
+//! A pixel that shows a diffuse surface of reflectance rho has rho / pi times its illuminance. In a
+//! camera that looks straight at a wall, pixels are equal squares of it, so one image measures a
+//! grid of known points.
 
 use footlight_host::work::{Silent, Work};
 use footlight_show::geometry::View;
@@ -14,7 +14,7 @@ use footlight_transport::radiosity::Radiosity;
 use footlight_transport::{Quality, Setup, Transport};
 use std::f64::consts::{PI, TAU};
 
-/// Reflectance of walls that are to be measured but must not light each other.
+/// Reflectance of walls that are measured but must not light each other.
 pub const GREY: f64 = 1e-5;
 
 /// Every quality of the scale.
@@ -22,8 +22,7 @@ pub fn qualities() -> std::ops::RangeInclusive<u8> {
     1..=Radiosity.finest().0
 }
 
-/// The cheapest and the finest step: enough to see that steps become better, for cases whose every
-/// step takes seconds.
+/// The cheapest and the finest step: enough to check improvement when each step takes seconds.
 pub fn both_ends() -> [u8; 2] {
     [*qualities().start(), *qualities().end()]
 }
@@ -37,7 +36,7 @@ pub fn work() -> Work<'static> {
     }
 }
 
-/// A scene whose lights are one source each.
+/// A scene with a source for each light.
 #[derive(Clone, Default)]
 pub struct Room {
     pub scene: Scene,
@@ -82,8 +81,8 @@ impl Room {
         });
     }
 
-    /// A spot so narrow and far away that what it lights gets the illuminance `level` times the
-    /// cosine, from light that travels along `direction` and would go through `through`.
+    /// A spot so narrow and far away that it lights surfaces with the illuminance `level` times the
+    /// cosine, by light that travels along `direction` and would pass through `through`.
     pub fn sun(&mut self, through: Vec3, direction: Vec3, level: f64) {
         const FAR: f64 = 1e6;
         self.lights.push(Light::Spot(Spot {
@@ -95,7 +94,7 @@ impl Room {
         }));
     }
 
-    /// A point that shines alike in all directions but the last twentieth of a degree.
+    /// A point that emits equally in all directions except the last twentieth of a degree.
     pub fn bulb(&mut self, position: Vec3, intensity: f64) {
         self.lights.push(Light::Spot(Spot {
             position,
@@ -121,7 +120,7 @@ impl Room {
         }
     }
 
-    /// What the pixels show with all lights on, red channel.
+    /// Radiance in the pixels with all lights on, red channel.
     pub fn radiances(&self, view: &View, quality: u8) -> Vec<f64> {
         let rig = self.rig();
         let on = vec![vec![1.0; rig.sources.len()]];
@@ -132,7 +131,7 @@ impl Room {
         red.collect()
     }
 
-    /// Asserts that the picture of a mixture of its two lights is that mixture of theirs.
+    /// Asserts that the image of a mixture of the two lights is that mixture of their images.
     pub fn assert_linear(&self, view: &View) {
         let setup = Setup::new(self.scene.clone(), self.rig(), view.clone());
         let mut operator = Radiosity.prepare(&setup, Quality(1), work()).unwrap();
@@ -171,7 +170,7 @@ pub fn worst(got: &[f64], expected: &[f64]) -> f64 {
     pairs.fold(0.0, |most: f64, (g, e)| most.max((g / e - 1.0).abs()))
 }
 
-/// Lambert's contour integral, for polygons wholly above the horizon: the form factor from an
+/// Lambert's contour integral for polygons wholly above the horizon: the form factor from an
 /// element at the origin, normal up.
 pub fn contour(polygon: &[Vec3]) -> f64 {
     let next = polygon.iter().cycle().skip(1);
@@ -182,9 +181,9 @@ pub fn contour(polygon: &[Vec3]) -> f64 {
     (edges.sum::<f64>() / TAU).abs()
 }
 
-/// Errors over the scale of quality: the finest step is within the limit and better than the
-/// first, and no step is much worse than the one before. What is far below the limit does not
-/// count: it is the meter's own error, or chance.
+/// Asserts on errors over the quality steps: the finest step is within the limit and better than
+/// the first, and no step is much worse than the one before. Values far below the limit do not
+/// count: they are the meter's own error, or chance.
 pub fn assert_better(what: &str, errors: &[f64], limit: f64) {
     println!("{what}: {errors:.6?}");
     let noise = 0.5 * limit;
@@ -209,7 +208,7 @@ pub struct Meter {
     pub pitch: f64,
     /// Squares to the right and down, as the camera sees them.
     pub counts: [usize; 2],
-    /// How far from the wall it stands.
+    /// Distance from the wall.
     pub distance: f64,
 }
 

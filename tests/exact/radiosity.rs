@@ -1,4 +1,4 @@
-//! G against closed forms and reference pictures.
+//! G against closed forms and reference images.
 
 use crate::reference::{Case, cornell, counted, errors, furnace, picture, render, stage};
 use crate::superposition::stage_with_spot;
@@ -16,10 +16,10 @@ use footlight_stage::{Emitter, Light, Material, Polygon, Scene};
 use footlight_transport::radiosity::Radiosity;
 use footlight_transport::{Quality, Transport};
 
-/// Where every wall shines and reflects alike, radiosity is the same everywhere. What is left is
-/// direct light between its samples: with planes alone it was 0.8 % at the worst pixel. One step for
-/// each reflectance: direct light matters most where little is reflected, the solver where almost
-/// all is. The finest step is tried by `cheap_steps_are_off_by_what_they_interpolate`.
+/// Where every wall emits and reflects equally, radiosity is uniform. The remaining error is
+/// interpolation of direct light. Each reflectance uses one step: direct light matters most at low
+/// reflectance, the solver at high. `cheap_steps_are_off_by_what_they_interpolate` tests the finest
+/// step.
 #[test]
 #[ignore = "slow"]
 fn the_furnace_is_even_at_every_step_and_reflectance() {
@@ -40,8 +40,8 @@ fn the_furnace_is_even_at_every_step_and_reflectance() {
     }
 }
 
-/// A cut-out material that no polygon is of changes neither the method nor a bit of the picture; one
-/// that a polygon is of sends the scene to rays.
+/// An unused cut-out material changes neither the method nor a bit of the image; a used one selects
+/// ray tracing.
 #[test]
 fn a_cut_out_material_counts_where_it_is_used() {
     let case = stage_with_spot([40, 24]);
@@ -70,7 +70,7 @@ fn a_cut_out_material_counts_where_it_is_used() {
     assert_ne!(parameters(&case), parameters(&used));
 }
 
-/// Two lights on one material are the same light, each at its own strength.
+/// Two lights on one material are one light at two strengths.
 #[test]
 fn panels_of_one_material_shine_alike() {
     let mut case = stage_with_spot([40, 24]);
@@ -185,7 +185,7 @@ fn cornell_and_stage_meet_their_references_better_with_quality() {
     }
 }
 
-/// A floor whose texture is half black lights its walls as a floor of two materials does.
+/// A floor with a half-black texture lights its walls like a floor of two materials.
 #[test]
 fn a_texture_reflects_by_its_mean_over_each_element() {
     let points = [

@@ -1,5 +1,5 @@
-//! G is one linear operator at each quality: light adds and scales whatever its sign, the bits do
-//! not depend on threads or company, the order of sources does not matter.
+//! G is one linear operator at each quality: light adds and scales with any sign, the bits do not
+//! depend on threads or other settings, and the order of sources does not matter.
 
 use crate::reference::{Case, cornell, furnace, render, stage, tavern};
 use footlight_picture::Image;
@@ -11,13 +11,13 @@ use footlight_stage::gobo::Gobo;
 use footlight_stage::{Emitter, Light, Projection, Source};
 use std::sync::Arc;
 
-/// A picture small enough to be made fifteen times.
+/// The case at a size small enough to render fifteen times.
 fn small(mut case: Case, [width, height]: [usize; 2]) -> Case {
     (case.view.width, case.view.height) = (width, height);
     case
 }
 
-/// The stage in a small picture, with a spot in its second bank, through a coloured filter.
+/// The stage at a small size, with a spot in its second bank, through a coloured filter.
 pub fn stage_with_spot(size: [usize; 2]) -> Case {
     let mut case = small(stage(), size);
     case.rig.lights.push(Light::Spot(Spot {
@@ -33,7 +33,7 @@ pub fn stage_with_spot(size: [usize; 2]) -> Case {
     case
 }
 
-/// The same with a coloured slide on the floor, red, green and blue each a source.
+/// That stage with a coloured slide on the floor; red, green and blue are sources.
 fn stage_with_slide(size: [usize; 2]) -> Case {
     let mut case = stage_with_spot(size);
     let data = (0..64).flat_map(|i| [(i % 8) as f32 / 80.0, (i / 8) as f32 / 8.0, 1.0]);
@@ -100,7 +100,7 @@ fn peak(image: &Image) -> f64 {
         .fold(0.0, |most: f64, x| most.max(f64::from(x.abs())))
 }
 
-/// max |G(sum c_i e_i) - sum c_i G e_i| as a share of sum |c_i| max |G e_i|.
+/// max |G(sum c_i e_i) - sum c_i G e_i| relative to sum |c_i| max |G e_i|.
 fn nonlinearity(mix: &[f64], together: &Image, alone: &[Image]) -> f64 {
     let allowed: f64 =
         mix.iter().map(|c| c.abs()).sum::<f64>() * alone.iter().map(peak).fold(0.0, f64::max);
@@ -129,7 +129,7 @@ fn assert_linear(case: &Case, steps: &[u8]) {
             println!("{} at quality {quality}: {off:.1e}", case.name);
             assert!(off < 1e-6, "{} at quality {quality}: {off}", case.name);
         }
-        // Another operator, other threads, one setting a call: the same bits.
+        // Another operator, another number of threads, one setting per call: equal bits.
         let threads = if quality % 2 == 0 { 1 } else { 3 };
         let last = render(case, quality, &settings[n + 2..], threads);
         let same = bits(&last[0]) == bits(&images[n + 2]);
@@ -152,7 +152,7 @@ fn stage_is_linear() {
     assert_linear(&stage_with_slide([32, 18]), &[2, 3]);
 }
 
-/// How exact a plane of a slide is must not hang on which others are wanted with it.
+/// The accuracy of a slide's plane must not depend on which others are requested with it.
 #[test]
 fn a_slides_plane_is_the_same_in_any_company() {
     let case = stage_with_slide([96, 54]);
@@ -182,8 +182,8 @@ fn tavern_is_linear() {
     assert_linear(&small(tavern(), [32, 18]), &[1]);
 }
 
-/// Sources in another order give the same bits; lights in another order are summed in another
-/// order, so the same to rounding.
+/// Sources in another order give equal bits; lights in another order are summed in another order,
+/// so they are equal to rounding.
 #[test]
 #[ignore = "slow"]
 fn order_does_not_matter() {

@@ -11,7 +11,7 @@
 use footlight_show::model::*;
 use footlight_show::units::{CueNumber, Time, fraction};
 
-/// Marsaglia's xorshift, enough for tests.
+/// Marsaglia's xorshift, sufficient for tests.
 pub struct Random(u64);
 
 impl Random {
@@ -26,7 +26,7 @@ impl Random {
         self.0
     }
 
-    /// A whole number from `from` to `to`, both possible.
+    /// A whole number from `from` to `to`, inclusive.
     pub fn between(&mut self, from: i64, to: i64) -> i64 {
         from + ((self.next() >> 11) % (to - from + 1) as u64) as i64
     }
@@ -70,7 +70,7 @@ pub fn fixed_light(show: &mut Show) {
     });
 }
 
-/// A cue with one part; `number` from 1 in the order of the list.
+/// A cue with one part; `number` counts from 1 in the order of the list.
 pub fn cue(number: u32, trigger: Trigger, up: f64, moves: Vec<Move>) -> Cue {
     Cue {
         id: NodeId(1000 * number),
@@ -132,7 +132,7 @@ pub fn path(interpolation: Interpolation, points: &[(f64, f64)]) -> Motion {
     })
 }
 
-/// A show and what must come out of it.
+/// A show and its expected properties.
 #[derive(Debug)]
 pub struct Planted {
     pub show: Show,
@@ -143,7 +143,7 @@ pub struct Planted {
 }
 
 /// A show of `n` banks whose settings are combinations of `rank` base curves, with segments of
-/// these degrees (no two zeros in a row). Percents are multiples of small powers of two, so
+/// these degrees (no two zeros in sequence). Percentages are multiples of small powers of two, so
 /// that sums are exact; control points are within 0 to 100 %, so that positivity inserts nothing.
 pub fn planted(random: &mut Random, n: usize, rank: usize, degrees: &[usize]) -> Planted {
     let mix = mixtures(random, n, rank);
@@ -158,7 +158,7 @@ pub fn planted(random: &mut Random, n: usize, rank: usize, degrees: &[usize]) ->
     let mut segments = Vec::new();
     for (i, degree) in degrees.iter().enumerate() {
         let length = random.between(1, 40) as f64 / 4.0;
-        // Now and then back to a look that was there before: its key must be the same.
+        // Sometimes return to an earlier look: its key must be equal.
         let again = random.chance(0.2) && points.len() > 3 && *degree == 3;
         let next = match degree {
             0 => here.clone(),
@@ -241,7 +241,7 @@ fn mixtures(random: &mut Random, n: usize, rank: usize) -> Vec<Vec<f64>> {
     (0..n).map(|c| of(c, random)).collect()
 }
 
-/// Percents that are in none of `taken`.
+/// Percentages not in `taken`.
 fn base(random: &mut Random, rank: usize, taken: &[Vec<f64>]) -> Vec<f64> {
     loop {
         let new: Vec<f64> = (0..rank)
@@ -253,9 +253,9 @@ fn base(random: &mut Random, rank: usize, taken: &[Vec<f64>]) -> Vec<f64> {
     }
 }
 
-/// A show with everything in it: triggers and links of every kind, delays, interrupted moves, paths
-/// of every interpolation, repeats, assert, cueonly, user curves, an rgb bank, fixed lights.
-/// Dimmers are linear. Some such shows leave 0 to 1.
+/// A show with every feature: triggers and links of every kind, delays, interrupted moves, paths of
+/// every interpolation, repeats, assert, cueonly, user curves, an rgb bank, fixed lights. Dimmers
+/// are linear. Some of these shows leave 0 to 1.
 pub fn wild(random: &mut Random) -> Show {
     let n = random.between(2, 5) as usize;
     let mut show = empty(n);

@@ -7,7 +7,7 @@ use assert_cmd::Command;
 
 use crate::footlight;
 
-/// Checks `text` as a show; the exit code and everything that was said.
+/// Checks `text` as a show; returns the exit code and all output.
 fn check(text: &[u8], beside: &[(&str, &str)]) -> (i32, String) {
     let folder = tempfile::tempdir().unwrap();
     for (name, content) in beside {
@@ -22,7 +22,7 @@ fn check(text: &[u8], beside: &[(&str, &str)]) -> (i32, String) {
     )
 }
 
-/// Every word must be in what was said, and the exit code be 1.
+/// Asserts exit code 1 and that every word is in the output.
 fn refused(text: &[u8], beside: &[(&str, &str)], words: &[&str]) {
     let (code, said) = check(text, beside);
     assert_eq!(code, 1, "{said}");
@@ -181,7 +181,7 @@ fn what_goes_on_takes_no_limit_of_time_and_other_files_are_told_apart() {
     );
 }
 
-/// Code, standard output and standard error of `footlight ARGUMENTS` beside a show.
+/// Exit code, standard output and standard error of `footlight ARGUMENTS` next to a show.
 fn told(show: &str, arguments: &[&str]) -> (i32, String, String) {
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("show.lxq"), show).unwrap();
@@ -249,7 +249,7 @@ fn what_is_no_error_of_the_text_has_the_same_form() {
     assert_eq!(told("", &["check", "show.lxq", "--format", "xml"]).0, 2);
 }
 
-/// `script` gives the program a terminal; where there is none the test has nothing to say.
+/// `script` provides a terminal; without it the test is skipped.
 #[test]
 fn colours_are_for_terminals_that_want_them() {
     let folder = tempfile::tempdir().unwrap();

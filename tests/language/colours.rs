@@ -1,4 +1,4 @@
-//! Intensity and colour of a bank as two things; colours by name, by hue, by the number of a gel.
+//! Separate intensity and colour of a bank; colours by name, by hue, by gel number.
 
 use footlight_host::files::Memory;
 use footlight_report::sheet::hex;
@@ -17,7 +17,7 @@ fn read(text: &str) -> Result<Show, &'static str> {
     parsed.show.ok_or_else(|| parsed.diagnostics[0].code)
 }
 
-/// Light of the three emitters, in percent of full, to a tenth.
+/// Light of the three emitters, in percent of full, rounded to a tenth.
 fn light(show: &Show, seconds: f64) -> Vec<f64> {
     let timeline = Timeline::new(show).unwrap();
     let time = Time::from_micros((seconds * 1e6) as i64);
@@ -43,7 +43,7 @@ fn a_bank_fades_in_its_colour_and_changes_colour_at_its_level() {
         (25.0, [0.0, 0.0, 30.0]),
         (31.0, [0.0, 0.0, 15.0]),
         (35.0, [0.0, 0.0, 0.0]),
-        // From black to green, not by way of blue; a colour alone brings the bank to full.
+        // From black to green without passing blue; a plain colour brings the bank to full.
         (41.0, [0.0, 25.0, 0.0]),
         (45.0, [0.0, 100.0, 0.0]),
         (56.0, [25.0, 0.0, 0.0]),

@@ -1,4 +1,4 @@
-//! The grammars for editors know the words and units of the grammar, and no others.
+//! The grammars for editors know exactly the words and units of the grammar.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -10,7 +10,7 @@ fn read(path: &str) -> String {
     fs::read_to_string(format!("{root}/grammar/{path}")).unwrap()
 }
 
-/// The words that the grammar takes as they are: in quotes before `!word_char`.
+/// Keywords of the grammar: in quotes before `!word_char`.
 fn of_grammar() -> BTreeSet<String> {
     let text = read("lxq.pest");
     let rules = text
@@ -30,7 +30,7 @@ fn of_grammar() -> BTreeSet<String> {
     words
 }
 
-/// The words in quotes of single kind in a part of a grammar for tree-sitter.
+/// Words in single quotes in a part of a tree-sitter grammar.
 fn of_tree_sitter(text: &str, quote: char) -> BTreeSet<String> {
     let code = text
         .lines()
@@ -50,7 +50,7 @@ fn the_tree_sitter_grammar_and_its_queries_have_the_words_of_the_grammar() {
     wanted.extend(lang::keywords().iter().map(|w| (*w).to_owned()));
     // Part of a colour there.
     wanted.remove("gel");
-    // Its own name, and those of its fields.
+    // The grammar's own name, and those of its fields.
     let extra: Vec<&String> = own.difference(&wanted).collect();
     assert_eq!(extra, ["label", "lxq", "name", "number"]);
     assert_eq!(wanted.difference(&own).next(), None);

@@ -1,6 +1,6 @@
-//! One tiny show for each error, the whole message compared byte for byte with the text beside
-//! it. `FOOTLIGHT_WRITE_MESSAGES=1 cargo test --test language errors` writes the texts anew; read
-//! the difference before committing it.
+//! One tiny show for each error, with the whole message compared byte for byte with the text file
+//! next to it. `FOOTLIGHT_WRITE_MESSAGES=1 cargo test --test language errors` rewrites the texts;
+//! read the difference before committing it.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -11,7 +11,7 @@ use footlight_host::files::{Files, Folder, Memory};
 use footlight_show::diagnostic::{Diagnostics, Style};
 use footlight_show::lang;
 
-/// All that a show's text and the files it names have against it.
+/// All diagnostics of a show's text and its files.
 fn diagnostics(name: &str, text: &str, files: &dyn Files) -> Diagnostics {
     let opened = Document::new(name, text.as_bytes(), files);
     let failed = opened.is_err();
@@ -59,7 +59,7 @@ fn every_error_explains_itself() {
         }
     }
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    // What needs a file too large for this folder, bytes that are no text, or a slow machine, is tested
+    // Errors that need a too large file, bytes that are not text, or a slow machine are tested
     // elsewhere.
     let elsewhere = ["E001", "E002", "E009", "W018", "W019", "W030"];
     for row in lang::codes::TABLE {
@@ -72,7 +72,7 @@ fn every_error_explains_itself() {
     }
 }
 
-/// The files that the sheets of `grammar/errors.md` name.
+/// Files for the cue sheets of `grammar/errors.md`.
 fn beside() -> Memory {
     let read = |name: &str| fs::read(folder().join(name)).unwrap();
     let batwing = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/luminaires/batwing.ies");
@@ -86,8 +86,8 @@ fn beside() -> Memory {
         .with("desk.ies", fs::read(batwing).unwrap())
 }
 
-/// Codes that a sheet of the manual earns. A material or an image that only stands for one is not
-/// what the sheet is about.
+/// Codes of a cue sheet in the manual. A material or an image that is only a placeholder does not
+/// count.
 fn codes_of(sheet: &str, about: &str) -> BTreeSet<&'static str> {
     let found = diagnostics("a.lxq", sheet, &beside());
     let of_files = |code: &str| code.starts_with("E3");
@@ -117,7 +117,7 @@ fn the_pages_of_explain_make_their_errors_and_correct_them() {
             page.code
         );
     }
-    // What no small text can show.
+    // Codes that no small text can show.
     assert_eq!(
         without,
         ["E001", "E002", "E009", "W018", "W019", "W020", "W030"]

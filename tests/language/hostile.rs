@@ -1,4 +1,4 @@
-//! Bad input is answered, quickly, without a panic: arbitrary text, real shows with random damage,
+//! Bad input gets a quick answer without a panic: arbitrary text, real shows with random damage,
 //! files that are large, deep, binary or empty.
 
 use footlight_show::check::check;
@@ -12,7 +12,7 @@ const SHOWS: [&str; 2] = [
     include_str!("../../examples/first.lxq"),
 ];
 
-/// Parses, checks what must hold of any answer, and renders it in every style.
+/// Parses, checks the invariants of any result, and renders it in every style.
 fn answered(text: &str) -> Vec<&'static str> {
     let mut sources = Sources::default();
     let parsed = lang::parse(&mut sources, "any.lxq", text);
@@ -34,7 +34,7 @@ fn answered(text: &str) -> Vec<&'static str> {
     codes
 }
 
-/// Pieces that the grammar knows, so that random text gets beyond the first word.
+/// Tokens of the grammar, so that random text gets beyond the first word.
 fn piece() -> impl Strategy<Value = String> {
     let words = prop::sample::select(vec![
         "show",
@@ -111,7 +111,7 @@ proptest! {
     fn arbitrary_words_are_answered(words in prop::collection::vec(piece(), 0..60)) {
         let text = words.join(" ");
         answered(&text);
-        // An edit that is accepted keeps every byte around it, whatever stands there.
+        // An accepted edit keeps every byte around it.
         if let Ok(edited) = edit::apply(SHOWS[1], &Edit::Declare(text)) {
             prop_assert!(edited.source.len() + 4096 > SHOWS[1].len());
         }
@@ -131,7 +131,7 @@ proptest! {
         answered(&chars.into_iter().collect::<String>());
     }
 
-    /// Putting a new cue in and taking it out again gives the same bytes; so does replacing a
+    /// Inserting a new cue and deleting it again restores the bytes; so does replacing a
     /// declaration by itself.
     #[test]
     fn edits_keep_every_other_byte(show in 0..SHOWS.len(), thousandths in 5_001..9_999_999_u32) {
@@ -214,7 +214,7 @@ fn what_is_not_text_is_said_to_be_so() {
     assert_eq!(text, "show \"a\"");
 }
 
-/// Warnings without number are counted, and the first of them kept.
+/// A flood of warnings is counted, and the first are kept.
 #[test]
 fn of_many_warnings_the_first_are_kept_and_the_rest_counted() {
     let light = |i| format!("light l{i} spot at 0,0,3 aim 0,0,0 beam 20 field 30 900 cd\n");
@@ -226,7 +226,7 @@ fn of_many_warnings_the_first_are_kept_and_the_rest_counted() {
     let last = text.find(&format!("light l{WARNINGS} ")).unwrap();
     assert!(starts.clone().is_sorted() && starts.max() < Some(last));
 
-    // What the curves show: each of these cues but the first changes nothing.
+    // Warnings from curves: each of these cues except the first changes nothing.
     let cue = |i| format!("cue {i} {{ b 50 }}\n");
     let cues: String = (1..=2 * WARNINGS).map(cue).collect();
     let text = format!("{}bank b = l0\n{cues}", light(0));

@@ -1,5 +1,5 @@
-//! Levels read without an edit are those of a cue written behind all others, and what is refused is
-//! refused in the same words.
+//! Levels read without an edit equal those of a cue written after all others, and errors have equal
+//! words.
 
 use footlight_host::files::{Files, Folder, Memory};
 use footlight_show::diagnostic::{Diagnostic, Sources, Style, render};
@@ -16,8 +16,8 @@ const SHOWS: [&str; 3] = [
      group warm = lamps late\nlook night { lamps 8  sky 3 }\ncurve lin = linear 0 0, 1 100\n",
 ];
 
-/// What a cue with the moves sets at the end of the show: the naive way, by writing it there. Places
-/// elsewhere in the text, such as where a name is declared, are no places of what was typed.
+/// The naive way: writes a cue with the moves at the end of the show, and reads the levels that it
+/// sets. Places elsewhere in the text, such as a declaration, are not places of the typed text.
 fn written(source: &str, typed: &str) -> Result<Vec<SetLevel>, Vec<Diagnostic>> {
     let (opening, closing) = ("cue 9999.999 { snap  ", " }");
     let statement = Edit::Declare(format!("{opening}{typed}{closing}"));
@@ -116,10 +116,10 @@ fn levels_of_a_show_with_files_are_read() {
     let levels = |files: &dyn Files, typed| lang::levels(files, "sketch.lxq", &text, typed);
     let set = levels(&files, "table (2 * dim)").unwrap();
     assert_eq!(set.iter().map(|s| s.level).collect::<Vec<_>>(), [0.5]);
-    // The fault is not in what was typed.
+    // The fault is not in the typed text.
     let found = levels(&Memory::default(), "table 5").unwrap_err();
     assert!(found.iter().all(|one| one.labels.is_empty()), "{found:#?}");
-    // What stands behind the moves is no declaration of the show.
+    // Text after the moves is not a declaration of the show.
     let found = levels(&files, "table 5 }\nbank x = lamp\nlet y = 3").unwrap_err();
     assert!(!found.is_empty());
 }

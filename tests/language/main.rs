@@ -1,4 +1,4 @@
-//! A show's text: what is read, what is refused and in which words, and the show on paper.
+//! A show's text: what is accepted, the wording of errors, and the printed reports.
 
 #![allow(
     clippy::unwrap_used,
@@ -31,12 +31,12 @@ fn footlight(folder: &Path, arguments: &[&str]) -> Output {
         .current_dir(folder)
         .args(arguments)
         .env("NO_COLOR", "1");
-    // Far beyond the two seconds that a person waits, so that a busy machine does not fail it.
+    // Far more than the two seconds that a person waits, so that a busy machine does not fail it.
     command.timeout(Duration::from_secs(20));
     command.output().unwrap()
 }
 
-/// The sheets in a folder and the folders below it.
+/// The cue sheets in a folder and below it.
 fn sheets(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {

@@ -1,5 +1,5 @@
-//! Every example of the manual and every show among the examples is read; none has an error, except
-//! where the manual names its code (```lxq,E032).
+//! Every example of the manual and every example show is read; none has an error, except where the
+//! manual names its code (```lxq,E032).
 
 use std::fs;
 use std::path::PathBuf;
@@ -44,13 +44,13 @@ fn the_manuals_examples_are_shows() {
     assert!(count >= 9);
 }
 
-/// The manual's list of words that cannot be names is complete and has none too many.
+/// The manual's list of reserved words is exact.
 #[test]
 fn the_manuals_reserved_words_are_the_reserved_words() {
     let manual = fs::read_to_string(root().join("grammar/README.md")).unwrap();
     let list = manual.split("these cannot be names: `").nth(1).unwrap();
     let listed: Vec<&str> = list.split('`').next().unwrap().split_whitespace().collect();
-    // Units that may stand off from their numbers.
+    // Units that a blank may separate from their numbers.
     let units = ["K", "cd", "lm"];
     let inner = lang::words();
     let words = lang::keywords().iter().chain(&inner).chain(&units);
@@ -69,7 +69,7 @@ fn the_manuals_reserved_words_are_the_reserved_words() {
 #[test]
 fn the_examples_are_shows_without_a_complaint() {
     let mut found = crate::sheets(&root().join("examples"));
-    // What shows include is no show.
+    // Included files are not shows.
     found.retain(|p| !p.components().any(|c| c.as_os_str() == "parts"));
     assert!(!found.is_empty());
     for path in found {
@@ -80,7 +80,7 @@ fn the_examples_are_shows_without_a_complaint() {
     }
 }
 
-/// The table of lanterns in the manual has the figures of the data file.
+/// The manual's table of lanterns has the figures of the data file.
 #[test]
 fn the_lanterns_of_the_manual_are_those_of_the_table() {
     let rows: String = footlight_show::lang::lanterns()

@@ -1,10 +1,10 @@
-//! The show on paper at the command line: layout, differences, sheets, pages; git's diff driver.
+//! Reports at the command line: layout, differences, tables, pages; git's diff driver.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command as Program;
 
-/// The exit code and everything that was said.
+/// The exit code and all output.
 fn footlight(folder: &Path, arguments: &[&str]) -> (i32, String) {
     let output = crate::footlight(folder, arguments);
     let said = [output.stdout, output.stderr].concat();
@@ -46,7 +46,7 @@ fn fmt_writes_in_place_and_check_only_looks() {
         footlight(folder.path(), &["fmt", "--check", "a.lxq"]),
         (0, String::new())
     );
-    // What does not parse stays as it is.
+    // A file that does not parse stays unchanged.
     fs::write(&file, "bank = 3\n").unwrap();
     let (code, said) = footlight(folder.path(), &["fmt", "a.lxq"]);
     assert!(code == 1 && said.contains("error[E007]"), "{said}");

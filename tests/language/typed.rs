@@ -1,4 +1,4 @@
-//! Every line that a message offers is one that works when it is typed.
+//! Every line that a message offers works when typed.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -9,7 +9,7 @@ use footlight_host::files::Memory;
 use footlight_prompt::{Verb, verbs};
 use footlight_show::lang;
 
-/// Where the words of a message may be meant to stand, at `@`.
+/// Contexts for the words of a message, inserted at `@`.
 const PLACES: &[&str] = &[
     "@",
     "bank b = @",
@@ -44,7 +44,7 @@ const PLACES: &[&str] = &[
     "view v from 0, 0, 1  to 0, 0, 0  fov 30  @",
 ];
 
-/// Codes of errors in a text; names and files of another show than this are none.
+/// Error codes of a text, except for names and files of other shows.
 fn faults(text: &str) -> BTreeSet<String> {
     let show = format!("light l panel m\nbank x = l  rgb\n{text}\n");
     let found = match Document::new("a.lxq", show.as_bytes(), &Memory::default()) {
@@ -58,7 +58,7 @@ fn faults(text: &str) -> BTreeSet<String> {
     codes.map(str::to_owned).collect()
 }
 
-/// Whether words work somewhere: at the prompt, on the command line or in a show.
+/// True when words work somewhere: at the prompt, on the command line or in a show.
 fn works(words: &str) -> bool {
     let filled = words.replace("NAME", "n").replace("NUMBER", "9");
     let filled = filled.replace('…', "");
@@ -73,7 +73,7 @@ fn works(words: &str) -> bool {
         .any(|place| faults(&place.replace('@', &filled)).is_empty())
 }
 
-/// Single words, signs and units say what something is called; lines are to be typed.
+/// False for single words, signs and units, which only name something; lines are to be typed.
 fn is_line(words: &str) -> bool {
     words.contains(char::is_whitespace) || words.contains('{')
 }
@@ -84,14 +84,14 @@ fn quoted(message: &str) -> impl Iterator<Item = &str> {
     between.filter(|words| is_line(words))
 }
 
-/// The lines that the help of messages offers.
+/// Lines offered by the help of messages.
 fn offered(text: &str) -> Vec<String> {
     let help = text.lines().filter(|line| line.contains("help: "));
     help.flat_map(quoted).map(str::to_owned).collect()
 }
 
-/// The lines that errors of the prompt offer in a transcript; what repeats the line that was typed is
-/// no offer.
+/// Lines offered by errors of the prompt in a transcript; a repetition of the typed line is no
+/// offer.
 fn offered_at_the_prompt(transcript: &str) -> Vec<String> {
     let mut out = Vec::new();
     let mut typed = "";

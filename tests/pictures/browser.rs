@@ -1,4 +1,4 @@
-//! A real browser, driven by a test. Where no Chromium is installed there is none.
+//! Drives a real browser. Tests are skipped without Chromium.
 
 use std::cell::{Cell, RefCell};
 use std::io::{BufRead, BufReader, Write};
@@ -9,22 +9,22 @@ use std::time::{Duration, Instant};
 
 use serde_json::{Value, json};
 
-/// Chromium, driven through its pipe by the DevTools protocol; it ends with the test.
+/// Chromium, controlled through its pipe by the DevTools protocol; it ends with the test.
 pub struct Browser {
     process: Child,
     orders: RefCell<ChildStdin>,
     answers: Receiver<Value>,
     session: String,
     count: Cell<u64>,
-    /// What the page has said to the console.
+    /// Console messages of the page.
     said: RefCell<Vec<Value>>,
     _profile: tempfile::TempDir,
 }
 
-/// What a test waits for at most.
+/// Most seconds that a test waits.
 pub const PATIENCE: Duration = Duration::from_secs(60);
 
-/// The messages of a pipe, each ended by a zero.
+/// The zero-terminated messages of a pipe.
 fn messages(pipe: ChildStdout) -> Receiver<Value> {
     let (sender, receiver) = channel();
     std::thread::spawn(move || {
@@ -40,7 +40,7 @@ fn messages(pipe: ChildStdout) -> Receiver<Value> {
 }
 
 impl Browser {
-    /// `None` where there is no Chromium.
+    /// `None` without Chromium.
     pub fn start(graphics: &[&str]) -> Option<Browser> {
         let names = ["chromium", "chromium-browser", "google-chrome"];
         let runs = |name: &&&str| Command::new(**name).arg("--version").output().is_ok();
@@ -49,7 +49,7 @@ impl Browser {
             return None;
         };
         let profile = tempfile::tempdir().unwrap();
-        // The browser reads from the third file and writes to the fourth.
+        // The browser reads from file descriptor 3 and writes to 4.
         let mut process = Command::new("sh")
             .args(["-c", "exec \"$0\" \"$@\" 3<&0 4>&1 </dev/null >/dev/null"])
             .args([name, "--headless", "--no-sandbox", "--disable-quic"])
@@ -91,7 +91,7 @@ impl Browser {
         Some(browser)
     }
 
-    /// The `result` of an order.
+    /// The `result` of a command.
     pub fn order(&self, method: &str, parameters: Value) -> Value {
         let id = self.count.get() + 1;
         self.count.set(id);
@@ -124,7 +124,7 @@ impl Browser {
         self.order("Runtime.evaluate", wanted)
     }
 
-    /// What a script on the page returns.
+    /// The result of a script on the page.
     pub fn run(&self, script: &str) -> Value {
         let answer = self.evaluate(script);
         assert!(answer["exceptionDetails"].is_null(), "{script}: {answer}");
@@ -155,19 +155,19 @@ impl Browser {
         panic!("{until} never came; console: {:?}; {page}", self.console());
     }
 
-    /// The lines of a page's report of frames at some seconds.
+    /// Lines of a page's report on frames at some times.
     pub fn report(&self, page: &Path, query: &str) -> Vec<String> {
         self.open(page, query, "document.getElementById('test')");
         let text = self.run("return document.getElementById('test').textContent");
         text.as_str().unwrap().lines().map(str::to_owned).collect()
     }
 
-    /// What the page has said to the console.
+    /// Console messages of the page.
     pub fn console(&self) -> Vec<Value> {
         self.said.borrow().clone()
     }
 
-    /// Types a key, by its name, into whatever has the focus.
+    /// Presses a key, by its name, in the focused element.
     pub fn press(&self, key: &str) {
         let (number, text) = match key {
             "Enter" => (13, "\r"),
@@ -199,13 +199,13 @@ impl Browser {
 
 impl Drop for Browser {
     fn drop(&mut self) {
-        // It may have ended by itself.
+        // It may have ended already.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }
 }
 
-/// Bytes of base64.
+/// Decodes base64.
 pub fn decoded(text: &str) -> Vec<u8> {
     let digit = |c: u8| match c {
         b'A'..=b'Z' => c - b'A',

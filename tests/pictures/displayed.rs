@@ -1,13 +1,12 @@
-//! The way of the paper's hardware: key images coded for the display and blended as they are. It is
-//! wrong wherever keys differ, since the code is no measure of light.
+//! The method of the paper's hardware: key images are coded for the display and blended as codes.
+//! It is wrong wherever keys differ, because codes are not linear in light.
 
 use footlight_engine::playback::Playback;
 use footlight_picture::tone::Tone;
 use footlight_show::timeline::{Blend, KeySequence, blend};
 use footlight_show::units::Time;
 
-/// The paper's hardware: keys coded for the display, blended as they are, each blend rounded to 8
-/// bits.
+/// The paper's hardware: display-coded keys, blended as codes, each blend rounded to 8 bits.
 #[derive(Debug)]
 pub struct Displayed<'a> {
     keys: &'a KeySequence,
@@ -15,7 +14,7 @@ pub struct Displayed<'a> {
 }
 
 impl<'a> Displayed<'a> {
-    /// Codes every key.
+    /// Encodes every key.
     pub fn new(playback: &'a Playback, tone: Tone) -> Displayed<'a> {
         let code = |image| tone.encode(image);
         Displayed {

@@ -1,8 +1,7 @@
-//! Formats of key images: how far their frames are off, compared with the same blend in double
-//! precision.
+//! Errors of key image formats, compared with the same blend in double precision.
 //!
-//! Errors are in steps of the display's 8 bits and of values that are not rounded to them yet:
-//! rounding is the display's own, half a step at most, whatever the keys.
+//! Errors are in 8-bit display steps of values before rounding, because rounding is the display's
+//! own error, half a step at most for any keys.
 
 use footlight_engine::playback::Playback;
 use footlight_host::work::{Cancelled, Work};
@@ -12,13 +11,13 @@ use footlight_show::timeline::blend;
 use footlight_show::units::Time;
 use footlight_show::units::ToneCurve;
 
-/// The error that is not seen: half a step of 8 bits.
+/// The invisible error: half a step of 8 bits.
 pub const UNSEEN: f64 = 0.5;
 
-/// Where in a segment frames are judged; not at its ends alone, where only one key counts.
+/// Positions in a segment at which frames are judged; not only the ends, where a single key counts.
 const MOMENTS: [f64; 4] = [0.0, 0.21, 0.5, 0.79];
 
-/// A frame as some way of playing makes it.
+/// A frame from some playback method.
 #[derive(Clone, Debug)]
 pub enum Frame {
     /// Light.
@@ -27,25 +26,25 @@ pub enum Frame {
     Bytes(Vec<u8>),
 }
 
-/// How far the frames of a sequence are off.
+/// Errors of a sequence's frames.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Judged {
     /// The largest error of a channel, steps.
     pub most: f64,
     /// Root mean square over channels and time, steps.
     pub rms: f64,
-    /// The part of the channels, over time, that are off by more than [`UNSEEN`].
+    /// Share of channels, over time, with an error above [`UNSEEN`].
     pub seen: f64,
-    /// The largest error of each channel that was looked at, in the order of the picture.
+    /// The largest error of each sampled channel, in the order of the image.
     pub worst: Vec<f32>,
 }
 
-/// The display's values of light, in steps and not rounded: linear between the thresholds of
-/// neighbouring bytes, which is right to 0.0071 steps: at code 11, just above the end of sRGB's
-/// straight toe, where its curve is bent most. Differences of near lights are right in proportion.
+/// Display values of light, in steps and not rounded: linear between the thresholds of neighbouring
+/// bytes, which is accurate to 0.0071 steps (at code 11, just above the end of sRGB's straight toe,
+/// where its curve is bent most). Differences of similar lights are accurate in proportion.
 struct Steps {
     table: ByteTable,
-    /// The light shown as code - 1/2 for the codes 0 to 255, then as 255.
+    /// The light of code - 1/2 for the codes 0 to 255, then of 255.
     marks: [f64; 257],
 }
 
@@ -76,7 +75,7 @@ impl Steps {
     }
 }
 
-/// Judges the frames that `frame` makes: four moments of each segment, every `stride`-th channel.
+/// Judges the frames from `frame`: four moments of each segment, every `stride`-th channel.
 pub fn judge(
     playback: &Playback,
     tone: Tone,

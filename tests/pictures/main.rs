@@ -1,4 +1,4 @@
-//! What is to be seen: files of pictures and frames, playback, the page in a browser, plots.
+//! Visible results: image files, frames, playback, the page in a browser, plots.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,5 +1,5 @@
-//! What `play`, `film`, `frames` and `picture` write, by the ending of the file's name; read back by our own readers,
-//! and by oiiotool and ffmpeg where they are installed.
+//! Output of `play`, `film`, `frames` and `picture`, by file extension; read back by our own
+//! readers, and by oiiotool and ffmpeg if installed.
 
 use std::io::{self, Read, Write};
 use std::path::Path;
@@ -17,7 +17,7 @@ use footlight_report::film::{Canvas, Outlets, Pipe, Shown};
 const WIDTH: usize = 32;
 const HEIGHT: usize = 18;
 
-/// A bank's picture: a soft pool of coloured light on a dim ground.
+/// A bank's image: a soft pool of coloured light on a dim ground.
 fn pool(centre: f32, colour: [f32; 3]) -> Image {
     let mut image = Image::new(WIDTH, HEIGHT);
     for (i, pixel) in image.data_mut().chunks_exact_mut(3).enumerate() {
@@ -54,7 +54,7 @@ fn open(pipe: Option<Pipe>) -> (Repl, MemoryStore) {
     open_within(4 << 30, pipe)
 }
 
-/// The same with so many bytes of memory.
+/// Opens the show with this much memory, in bytes.
 fn open_within(memory: usize, pipe: Option<Pipe>) -> (Repl, MemoryStore) {
     let store = MemoryStore::default();
     let files = pictures()
@@ -91,7 +91,7 @@ fn names(store: &MemoryStore) -> Vec<String> {
 #[test]
 fn numbered_pictures_are_the_frames_and_the_frames_are_pictures() {
     let (mut show, store) = open(None);
-    // 6.1 s at 5 a second: 31 whole frames, and one that holds the end.
+    // 6.1 s at 5 per second: 31 whole frames, and one for the end.
     let told = show.execute("frames -o f/a##.png").unwrap().text;
     assert!(told.contains("32 frames of 32x18, 5 frames/s"), "{told}");
     assert!(told.contains("wrote f/a01.png to f/a32.png"), "{told}");
@@ -132,7 +132,7 @@ fn a_picture_is_half_precision_unless_asked() {
     for (a, b) in a.data().iter().zip(b.data()) {
         assert!((a - b).abs() <= b.abs() / 2048.0, "{a} {b}");
     }
-    // The bank's name is not ASCII, which a header has to be.
+    // The bank's name is not ASCII, but a header must be.
     show.execute("picture --bank k\u{fc}hl -o bank.exr")
         .unwrap();
     let header = exr::attributes(&read(&store, "bank.exr")).unwrap();
@@ -164,13 +164,13 @@ fn layers_are_keys_banks_or_the_basis_with_their_settings() {
     assert_eq!(settings.lines().count(), keys.len());
 
     let banks = read(&store, "banks.exr");
-    // Alphabetical: what `layer::names` gives is the file's own order.
+    // `layer::names` returns the file's own order, which is alphabetical.
     assert_eq!(
         layer::names(&banks).unwrap(),
         ["k_hl", "warm", "wash_b", "wash_g", "wash_r"]
     );
     assert_eq!(layer::names(&read(&store, "basis.exr")).unwrap().len(), 5);
-    // Every key is the sum of the banks by its setting: to the rounding of halves.
+    // Every key is the sum of the banks by its setting, to the rounding of halves.
     let in_order = ["warm", "k_hl", "wash_r", "wash_g", "wash_b"].map(Some);
     let found = layer::decode(&banks, &in_order, 1 << 24).unwrap();
     let banks: Vec<Image> = found.into_iter().map(Result::unwrap).collect();
@@ -189,9 +189,9 @@ fn layers_are_keys_banks_or_the_basis_with_their_settings() {
     }
 }
 
-/// The least memory, bytes, in which a line can be done.
+/// The least memory, bytes, with which a line succeeds.
 fn least(line: &str) -> usize {
-    // The images of the banks fit into so much.
+    // The banks' images need at least this.
     let (mut low, mut high) = (1 << 16, 64 << 20);
     while high - low > 64 {
         let middle = usize::midpoint(low, high);
@@ -216,7 +216,7 @@ fn layers_that_do_not_fit_into_memory_are_refused_with_a_way_out() {
     scarce.execute("frames -o frame####.exr").unwrap();
 }
 
-/// A pipe whose reader takes so many bytes and then leaves.
+/// A pipe whose reader takes some bytes and then closes it.
 #[derive(Clone)]
 struct Reader(Arc<Mutex<Vec<u8>>>, usize);
 
@@ -298,7 +298,7 @@ fn a_reader_that_leaves_ends_the_film_and_that_is_well() {
     assert_eq!(error.exit_code(), 2);
 }
 
-/// A clock that is a quarter of a second further whenever it is looked at.
+/// A clock that advances by a quarter of a second at each reading.
 struct Quarters(AtomicUsize);
 
 impl Clock for Quarters {
@@ -307,7 +307,7 @@ impl Clock for Quarters {
     }
 }
 
-/// A canvas that keeps what it is shown, and leaves after so many frames.
+/// A canvas that keeps its frames, and ends after some.
 struct Seen(Arc<Mutex<Vec<Shown>>>, usize);
 
 impl Canvas for Seen {
@@ -322,7 +322,7 @@ impl Canvas for Seen {
 
 #[test]
 fn play_performs_in_real_time_where_there_is_a_canvas() {
-    // The clock has gone on by a quarter when the first frame is made.
+    // The clock has advanced by a quarter when the first frame is made.
     for (patience, from, first, frames, words) in [
         (
             usize::MAX,
@@ -374,7 +374,7 @@ fn play_performs_in_real_time_where_there_is_a_canvas() {
     }
 }
 
-/// The show with its pictures in a folder.
+/// The show with its images in a folder.
 fn folder() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("show.lxq"), SHOW).unwrap();
@@ -393,7 +393,7 @@ fn footlight(folder: &Path, words: &[&str]) -> Command {
     command
 }
 
-/// What another program says; `None` where it is not installed.
+/// Output of another program; `None` if it is not installed.
 fn other(program: &str, folder: &Path, words: &[&str]) -> Option<String> {
     match Command::new(program)
         .current_dir(folder)
@@ -474,7 +474,7 @@ fn other_programs_read_what_is_written() {
         ] {
             assert!(told.contains(said), "{said}: {told}");
         }
-        // One layer out of the file, by oiiotool's own means, is the bank's picture at full.
+        // One layer extracted by oiiotool is the bank's image at full.
         let warm = [
             "banks.exr",
             "--ch",
@@ -499,7 +499,7 @@ fn other_programs_read_what_is_written() {
             "{told}"
         );
     }
-    // The folder is as it should be: nothing half written beside the results.
+    // The folder contains only the results, and nothing half written.
     let names = std::fs::read_dir(at)
         .unwrap()
         .map(|e| e.unwrap().file_name());

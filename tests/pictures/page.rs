@@ -1,6 +1,5 @@
-//! The page in a real browser: it plays, shows what `picture` shows, mixes as `picture` does, and
-//! says nothing to the console; with WebGL and without. Where no Chromium is installed it is
-//! skipped.
+//! The page in a real browser: it plays, shows the image of `picture`, mixes like `picture`, and
+//! logs nothing to the console; with WebGL and without. Skipped without Chromium.
 
 use std::path::Path;
 use std::process::Command;
@@ -21,8 +20,8 @@ use crate::browser::{Browser, WEBGL, apart};
 const WIDTH: usize = 48;
 const HEIGHT: usize = 27;
 
-/// A bank's picture: a pool of coloured light, a lamp far beyond white in it, a dim ground; and
-/// light below zero at the edge where `below` says so.
+/// A bank's image: a pool of coloured light, a lamp far beyond white in it, a dim ground; and
+/// negative light at the edge if `below` is set.
 fn pool(centre: f32, colour: [f32; 3], below: f32) -> Image {
     let mut image = Image::new(WIDTH, HEIGHT);
     for (i, pixel) in image.data_mut().chunks_exact_mut(3).enumerate() {
@@ -38,7 +37,7 @@ fn pool(centre: f32, colour: [f32; 3], below: f32) -> Image {
     image
 }
 
-/// A title that HTML and scripts would trip over, a dimmer of each kind, jumps, curves and holds.
+/// A title that could break HTML and scripts, a dimmer of each kind, jumps, curves and holds.
 pub const SHOW: &str = "show \"A </script> & <b>title</b> \u{e4}\"
 preview { exposure -5.4 }
 bank warm image \"warm.exr\"  channel 3
@@ -55,7 +54,7 @@ cue 5 { time 2  cool 20  edge 0 }
 
 pub const TIMES: [f64; 5] = [0.0, 3.1, 4.7, 7.0, 9.3];
 
-/// The images that the show names.
+/// The images of the show.
 pub fn images() -> [(&'static str, Vec<u8>); 4] {
     let coded = |image: &Image| exr::encode(image, Precision::Float, &[]).unwrap();
     [
@@ -89,7 +88,7 @@ fn page(show: &mut Repl, store: &MemoryStore) -> String {
     String::from_utf8(store.read(Path::new("show.html"), 1 << 25).unwrap()).unwrap()
 }
 
-/// The codes of `picture`, as a PNG file has them.
+/// The codes of `picture`, from its PNG file.
 pub fn picture(show: &mut Repl, store: &MemoryStore, words: &str) -> Vec<u8> {
     show.execute(&format!("picture {words} -o p.png")).unwrap();
     let file = store.read(Path::new("p.png"), 1 << 25).unwrap();
@@ -102,7 +101,7 @@ pub fn picture(show: &mut Repl, store: &MemoryStore, words: &str) -> Vec<u8> {
     light.data().iter().map(code).collect()
 }
 
-/// Faders held by hand, in percent.
+/// Held faders, in percent.
 const HELD: [(&str, f64); 4] = [
     ("warm", 35.0),
     ("cool", 60.0),
@@ -110,7 +109,7 @@ const HELD: [(&str, f64); 4] = [
     ("wash.g", 50.0),
 ];
 
-/// What those faders show at a time: the sum of the banks by their settings.
+/// The image with these faders at a time: the sum of the banks by their settings.
 fn mixture(show: &mut Repl, seconds: f64) -> Vec<u8> {
     let engine = show.engine_mut();
     engine.coarse().unwrap();
@@ -175,12 +174,12 @@ fn in_a_browser_the_page_plays_and_shows_what_picture_shows() {
         let held = browser.report(&file, &format!("test=3.1{hold}{more}"));
         let off = apart(&held[2], &mixed);
         eprintln!("{name}, mixed by hand: {off} of 255");
-        // A sum of pictures in 8 bits: one step for each that is lit, dimmed from far beyond white.
+        // A sum of images in 8 bits: one step for each lit one, dimmed from far beyond white.
         assert!(
             usize::from(off) <= HELD.len(),
             "{name}, mixed by hand: {off} of 255"
         );
-        // The same from the banks' pictures alone.
+        // The same times from the banks' images alone.
         let added = browser.report(&added_file, &format!("test={times}{more}"));
         for ((time, line), picture) in TIMES.iter().zip(&added[2..]).zip(&pictures) {
             let off = apart(line, picture);
@@ -195,7 +194,7 @@ fn in_a_browser_the_page_plays_and_shows_what_picture_shows() {
     }
 }
 
-/// A page as it is where the keys' pictures would not fit.
+/// A page as it is written when the keys' images do not fit.
 fn without_keys(html: &str) -> String {
     let (head, rest) = html.split_once("id=\"show\">").unwrap();
     let (data, tail) = rest.split_once("</script>").unwrap();
@@ -208,7 +207,7 @@ fn without_keys(html: &str) -> String {
     format!("{head}id=\"show\">{data}</script>{tail}")
 }
 
-/// What a person does, by keyboard and by the names that a screen reader tells.
+/// Actions of a person, by keyboard and by the names in a screen reader.
 #[test]
 #[ignore = "slow"]
 fn the_desk_is_played_by_keyboard_and_tells_what_it_does() {
@@ -237,20 +236,20 @@ fn the_desk_is_played_by_keyboard_and_tells_what_it_does() {
     browser.wait("desk.playing && desk.time > 0.1");
     browser.press("p");
     browser.wait("!desk.playing");
-    // Arrows, End and Home; the time is told in words.
+    // Arrows, End and Home; the time is shown in words.
     browser.press("End");
     browser.wait("document.getElementById('clock').textContent === '0:10.0'");
     browser.press("ArrowLeft");
     browser.wait("Math.abs(desk.time - 9) < 1e-9");
     browser.press("Home");
     browser.press("ArrowDown");
-    // The list follows with the next frame drawn.
+    // The list follows with the next frame.
     browser.wait(
         "desk.time === 2 && document.querySelector('[aria-current=step]')\
          ?.textContent.replace(/\\s+/g, ' ').startsWith('Cue 2 ')",
     );
     browser.wait("document.getElementById('told').textContent.includes('Cue 2')");
-    // A fader by its label: what it held, what it holds, and the way back.
+    // A fader by its label: its old and new level, and the way back.
     browser.run("document.querySelector('#bank-0').focus()");
     for _ in 0..5 {
         browser.press("ArrowRight");
@@ -263,7 +262,7 @@ fn the_desk_is_played_by_keyboard_and_tells_what_it_does() {
     browser.wait("document.getElementById('told').textContent === 'warm held at 85'");
     browser.press("r");
     browser.wait("desk.held.size === 0 && document.getElementById('release').hidden");
-    // A cue that hangs on the one before runs with its GO, as it does at the prompt.
+    // A cue that hangs on the previous one runs with its GO, as at the prompt.
     browser.run("toCue(3)");
     browser.wait("desk.time === 7 && !desk.playing");
     browser.press("g");
@@ -285,7 +284,7 @@ fn the_desk_is_played_by_keyboard_and_tells_what_it_does() {
     assert!(browser.console().is_empty(), "{:?}", browser.console());
 }
 
-/// A bank of mixers has a level and a colour; the colour stays while the level moves.
+/// An rgb bank has a level and a colour; the colour stays while the level moves.
 fn colours_are_mixed_by_hand(browser: &Browser) {
     browser.run("toCue(3)");
     browser.wait("document.querySelector('[type=color]').value === '#ff8000'");
@@ -310,7 +309,7 @@ fn colours_are_mixed_by_hand(browser: &Browser) {
         .wait("desk.held.size === 0 && document.querySelector('[type=color]').value === '#ff8000'");
 }
 
-/// Blackout and grand master scale every term of a frame, but not the fixed lights.
+/// Blackout and grand master scale every term of a frame except the fixed lights.
 fn the_grand_master_dims_what_cues_move(browser: &Browser) {
     browser.run("toCue(3)");
     browser.press("0");
@@ -327,7 +326,7 @@ fn the_grand_master_dims_what_cues_move(browser: &Browser) {
     browser.wait("document.getElementById('grand').value === '95'");
     let sum = format!("return {terms}.reduce((sum, term) => sum + term.weight, 0).toFixed(6)");
     assert_eq!(browser.run(&sum), json!("0.950000"));
-    // A fixed light gets back what the grand master takes.
+    // A fixed light is unaffected by the grand master.
     let fixed = browser.run(&format!(
         "const edge = show.coordinates[2]; edge.varies = false; \
          const term = {terms}.at(-1), whole = lightOf(show, desk)[2]; edge.varies = true; \
@@ -338,7 +337,7 @@ fn the_grand_master_dims_what_cues_move(browser: &Browser) {
     browser.wait("document.getElementById('left').textContent === ''");
     let label = "return document.querySelector('label[for=bank-0]').textContent";
     assert_eq!(browser.run(label), json!("channel 3 warm"));
-    // Dark and light, and back.
+    // Dark and light mode, and back.
     let ground = "getComputedStyle(document.body).backgroundColor";
     let before = browser.run(&format!("return {ground}"));
     browser.press("d");
@@ -365,14 +364,14 @@ fn keys_do_the_same_wherever_the_focus_is(browser: &Browser) {
     browser.run("document.querySelectorAll('#cues button')[1].focus()");
     browser.press("Enter");
     browser.wait("desk.cue === 1 && desk.time === 2 && !desk.playing");
-    // GO in the middle of a fade that was sought: what is left of the fade, no more.
+    // GO in the middle of a fade after a seek: only the rest of the fade runs.
     browser.run("seek(3); go();");
     browser.wait("desk.cue === 2");
     let left = browser.run("return remaining(desk)").as_f64().unwrap();
     assert!(left <= 2.0, "{left}");
     browser.wait("!desk.playing && desk.time === 6");
     browser.run("toCue(1)");
-    // The note of the cue that GO runs is in sight, and it is no HTML.
+    // The note of the next cue is visible, and not interpreted as HTML.
     browser
         .wait("document.getElementById('next').textContent === 'GO: 3 Wash (on <b>applause</b>)'");
 }
@@ -393,8 +392,8 @@ fn the_page_fits(browser: &Browser) {
     browser.wait("document.getElementById('banks').getBoundingClientRect().bottom < innerHeight");
 }
 
-/// What GO comes to, from random presses in the page's own code: one line a press, the cue and the
-/// light at rest behind it.
+/// Result of GO under random presses in the page's own code: one line per press, with the cue and
+/// the remaining light.
 const PRESSES: &str = r#"
 const show = JSON.parse(require("fs").readFileSync(process.argv[2], "utf8"));
 let state = Number(process.argv[3]);
@@ -423,7 +422,7 @@ for (let presses = 0; ; presses++) {
 }
 "#;
 
-/// A show with splits, delays, a long fade below short cues, and cues that start by themselves.
+/// A show with splits, delays, a long fade below short cues, and automatic cues.
 const CHAINED: &str = "show \"Chained\"
 preview { exposure -5.4 }
 bank warm image \"warm.exr\"

@@ -1,4 +1,4 @@
-//! Formats of key images: their errors, and the default.
+//! Formats of key images: their errors, and the default format.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use footlight_prompt::{Console, Repl};
 use footlight_show::units::Time;
 use footlight_show::units::ToneCurve;
 
-/// The first show of another size, with a store of its own.
+/// The first show in another size, with a separate store.
 fn first(store: &MemoryStore, size: &str) -> Repl {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
     let text = std::fs::read_to_string(folder.join("first.lxq")).unwrap();
@@ -31,8 +31,8 @@ fn first(store: &MemoryStore, size: &str) -> Repl {
     Repl::new(engine, Console::default())
 }
 
-/// A show of cubics between two looks, its key images made up: `light` of the key's levels and of a
-/// number from 0 to 1 for each channel.
+/// A show of cubics between two looks with synthetic key images: `light` of the key's levels and of
+/// a number from 0 to 1 for each channel.
 fn made_up(light: impl Fn(&[f64], f64) -> f64) -> Arc<Playback> {
     let text = b"show \"Made up\"\n\
         light left  spot at -1, 0, 3 aim 0, 0, 0 beam 30 field 50 900 cd\n\
@@ -88,7 +88,7 @@ fn each_format_errs_as_much_as_it_must() {
             half.most
         );
         assert!(half.most > float.most, "a half is no float");
-        // Blended as displayed: wrong where the keys differ, by a great deal.
+        // Blending codes is very wrong where the keys differ.
         let paper = as_displayed(&playback, tone);
         assert!(
             paper.most > 20.0 && paper.rms > 5.0,
@@ -101,7 +101,7 @@ fn each_format_errs_as_much_as_it_must() {
     }
 }
 
-/// Where halves fail: a sun in sight takes their whole range, and the room beside it drowns.
+/// Halves fail when a visible sun takes their whole range, and the room around it is lost.
 #[test]
 fn a_sun_in_sight_is_too_much_for_halves() {
     let tone = Tone {
@@ -155,8 +155,8 @@ fn the_keys_of_a_show_err_little_and_the_default_is_half_precision() {
     assert_eq!(error.exit_code(), 2);
 }
 
-/// A picture after an edit looks at a part of the pixels of the changed keys alone; it must be the
-/// picture that all key images would have been exposed for.
+/// The exposure after an edit samples only some pixels of the changed keys; the image must equal
+/// that with the exposure of all full key images.
 #[test]
 fn the_exposure_after_an_edit_is_that_of_whole_key_images() {
     let mut show = first(&MemoryStore::default(), "200x150");

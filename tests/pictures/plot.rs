@@ -1,4 +1,4 @@
-//! What `plot` draws: curves with cues, moves and knots, key settings, spectrum, basis, error.
+//! Drawings of `plot`: curves with cues, moves and knots, key settings, spectrum, basis, error.
 
 use std::path::Path;
 
@@ -6,8 +6,8 @@ use footlight_engine::{Engine, Host};
 use footlight_host::files::{Memory, MemoryStore, Store};
 use footlight_prompt::{self as repl, Console, Repl};
 
-/// A bank called `keys` among others; its curve touches zero at 0:00.8, where a knot must be put
-/// in.
+/// A bank called `keys` among others; its curve touches zero at 0:00.8, where a knot must be
+/// inserted.
 const SHOW: &str = "show \"Knots\"
 preview { tolerance 2% }
 stage \"room.obj\"
@@ -98,7 +98,7 @@ fn banks_are_drawn_by_name_and_groups_count() {
     assert_eq!(of(&svg), [false, true, true, true, false]);
     let (_, svg) = drawn(&mut show, &store, "sides cold");
     assert_eq!(of(&svg), [true, false, false, false, true]);
-    // The word alone is the key settings; a bank so called is reached as `show` reaches it.
+    // The word alone means the key settings; a bank of that name is named as in `show`.
     let (_, svg) = drawn(&mut show, &store, "keys");
     assert!(svg.contains("24 key settings for 10 segments"), "{svg}");
     assert!(svg.contains(">24<") && svg.contains("put in so that no key is negative"));
@@ -175,7 +175,7 @@ fn a_last_picture_that_leaves_nothing_is_seen_on_the_spectrum() {
     assert!(svg.contains("3 pictures: nothing left"), "{svg}");
 }
 
-/// The lights on paper: two tables and the light plot.
+/// The rig on paper: two tables and the light plot.
 #[test]
 fn the_rig_is_drawn_and_listed_by_channel_and_by_place() {
     let text = SHOW

@@ -1,5 +1,5 @@
-//! The served page in a real browser: an edit in the file is seen, an error is shown beside the last
-//! good show, and who looks on sees what is done within 100 ms. Skipped without Chromium.
+//! The served page in a real browser: an edit of the file becomes visible, an error appears next to
+//! the last good show, and viewers see actions within 100 ms. Skipped without Chromium.
 #![cfg(unix)]
 
 use std::fs;
@@ -12,7 +12,7 @@ use serde_json::json;
 use crate::browser::{Browser, apart};
 use crate::page::{SHOW, images, open, picture};
 
-/// The program that serves a show; it ends with the test.
+/// The program serving a show; it ends with the test.
 struct Serving(Child);
 
 impl Drop for Serving {
@@ -22,7 +22,7 @@ impl Drop for Serving {
     }
 }
 
-/// Seconds between what is behind two desks' clocks.
+/// Difference of two desks' clocks, seconds.
 fn out_of_step(a: &Browser, b: &Browser) -> f64 {
     let begun = |browser: &Browser| {
         let clock = "return Date.now() / 1000 - desk.time - (performance.now() - desk.last) / 1000";
@@ -60,7 +60,7 @@ fn in_a_browser_edits_are_seen_and_viewers_are_in_step() {
     desk.visit(&run, READY);
     viewer.visit(&watch, READY);
 
-    // What it shows is what `picture` shows, as far as a sum of banks in 8 bits does.
+    // It shows the image of `picture`, to the accuracy of a sum of banks in 8 bits.
     let (mut native, store) = open();
     for seconds in [0.0, 3.1, 9.3] {
         let shown = desk.run(&format!(
@@ -74,7 +74,7 @@ fn in_a_browser_edits_are_seen_and_viewers_are_in_step() {
     }
     viewers_follow(&desk, &viewer, &watch);
     edits_are_seen(&desk, &viewer, &file);
-    // The program ends: the page says so, and keeps what it shows.
+    // When the program ends, the page says so and keeps its image.
     drop(serving);
     let state = "document.getElementById('state').textContent";
     desk.wait(&format!("{state}.startsWith('Not connected')"));
@@ -96,7 +96,7 @@ fn viewers_follow(desk: &Browser, viewer: &Browser, watch: &str) {
     assert_eq!(desk.run(&format!("return {hidden}")), json!(false));
     desk.press(" ");
     viewer.wait("desk.cue === 0 && !desk.playing");
-    // Who looks on starts nothing.
+    // A viewer cannot start anything.
     viewer.press(" ");
     viewer.run("go(); back(); document.querySelector('#cues button').click();");
     viewer.visit(watch, READY);
@@ -107,7 +107,7 @@ fn viewers_follow(desk: &Browser, viewer: &Browser, watch: &str) {
     let off = out_of_step(desk, viewer);
     eprintln!("viewers are {:.0} ms apart", 1000.0 * off);
     assert!(off < 0.1, "{off} s apart");
-    // So is one that comes in the middle of a fade.
+    // A viewer that connects in the middle of a fade is in step too.
     viewer.visit(
         watch,
         &format!("({READY}) && desk.playing && desk.last !== undefined"),
@@ -141,7 +141,7 @@ fn edits_are_seen(desk: &Browser, viewer: &Browser, file: &std::path::Path) {
         1000.0 * begin.elapsed().as_secs_f64()
     );
     viewer.wait("document.getElementById('current').textContent === 'Cue 2 Later'");
-    // An error, with its place and the way out, beside the last good show.
+    // An error with its place and advice appears, and the last good show stays.
     fs::write(file, edited.replace("cool full", "coool full")).unwrap();
     for browser in [desk, viewer] {
         browser.wait(&format!(
@@ -160,7 +160,7 @@ fn edits_are_seen(desk: &Browser, viewer: &Browser, file: &std::path::Path) {
             "{wrong}.hidden && show.settings.some((s) => Math.abs(s[1] - 0.49) < 1e-9)"
         ));
     }
-    // A bank more, and other pictures.
+    // One more bank, and other images.
     let more = edited.replace("bank edge", "bank more image \"warm.exr\"\nbank edge");
     fs::write(file, more).unwrap();
     viewer.wait("faders.length === 5 && document.querySelectorAll('.bank').length === 5");

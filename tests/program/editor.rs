@@ -1,5 +1,4 @@
-//! The language server under real clients: Neovim and pytest-lsp, where they are installed; and how it
-//! ends.
+//! The language server with real clients: Neovim and pytest-lsp, if installed; and its end.
 
 use std::fs;
 use std::io::{Read, Write};
@@ -35,7 +34,7 @@ fn neovim_is_told_what_is_wrong_and_mends_it() {
     let told = fs::read_to_string(path.join("told.json")).expect(&said);
     let told: serde_json::Value = serde_json::from_str(&told).unwrap();
     assert_eq!(told["line"], 3, "{told}");
-    // Neovim counts in bytes: two of the letter, four of the mask.
+    // Neovim counts bytes: two for the letter, four for the mask.
     let at = SHOW.lines().nth(3).unwrap().find("lmaps").unwrap();
     assert_eq!(told["column"], at, "{told}");
     assert!(
@@ -73,7 +72,7 @@ fn pytest_lsp_finds_the_protocol_kept() {
     let tests = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/program/editor.py");
     let mut client = Command::new(python);
     client.args(["-m", "pytest", "-q", "-p", "no:cacheprovider"]);
-    // What a server may send, and an editor has not said that it takes, is an error too.
+    // Messages for which the editor has not declared support are errors too.
     client.args(["-W", "error::pytest_lsp.LspSpecificationWarning", tests]);
     client.arg("--basetemp").arg(folder.path().join("shows"));
     client.env("PYTHONDONTWRITEBYTECODE", "1");
@@ -83,7 +82,7 @@ fn pytest_lsp_finds_the_protocol_kept() {
     assert!(done.status.success(), "{said}");
 }
 
-/// The program with a client that said nothing.
+/// The program with a client that sent nothing.
 fn started() -> Child {
     Command::new(env!("CARGO_BIN_EXE_footlight"))
         .arg("lsp")
@@ -94,7 +93,7 @@ fn started() -> Child {
         .unwrap()
 }
 
-/// The program with a client that has begun.
+/// The program with an initialized client.
 fn begun() -> Child {
     let mut server = started();
     let begin = r#"{"jsonrpc":"2.0","id":1,"method":"initialize","params":{"capabilities":{}}}"#;
@@ -118,7 +117,7 @@ fn a_client_that_is_killed_is_no_error_to_speak_of() {
         "uri":"file:///nowhere/a.lxq","languageId":"lxq","version":1,"text":"cue 1 { a"}}}"#;
     for in_a_message in [false, true] {
         let mut server = begun();
-        // Nobody reads what is said of the text.
+        // Close the output, so that diagnostics cannot be sent.
         drop(server.stdout.take());
         send(&mut server, opened);
         if in_a_message {
@@ -156,7 +155,7 @@ fn what_comes_before_the_beginning_is_refused() {
         if is_gone {
             drop(server.stdout.take());
         }
-        // One of them may find the server gone, as its client is.
+        // The server may have ended already, like its client.
         let messages = [early, early, opened, early, exit];
         for message in messages {
             let stdin = server.stdin.as_mut().unwrap();

@@ -1,5 +1,5 @@
-//! Lists of tasks: workers that share a folder, one of them killed; lists that are refused; a farm that
-//! loses tasks.
+//! Task lists: workers that share a folder, one of them killed; refused lists; a farm that loses
+//! tasks.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -44,7 +44,7 @@ fn command(folder: &Path, line: &str) -> Command {
     command
 }
 
-/// The exit code, and what it said.
+/// The exit code and the output.
 fn finish(child: Child) -> (i32, String) {
     let output = child.wait_with_output().unwrap();
     let said = [output.stdout, output.stderr].concat();
@@ -58,10 +58,10 @@ fn footlight(folder: &Path, line: &str) -> (i32, String) {
     finish(command(folder, line).spawn().unwrap())
 }
 
-/// The name of a stored picture, all that its header says and its pixels.
+/// The name of a stored image, its header attributes and its pixels.
 type Stored = (String, Vec<(String, String)>, Vec<u32>);
 
-/// Every picture of a pool in order of names. The headers' own order is not that of any two files.
+/// Every image of a pool, sorted by name. The order of attributes differs between files.
 fn pictures(pool: &Path) -> Vec<Stored> {
     let scenes = fs::read_dir(pool.join("pictures")).unwrap();
     let files = scenes.flat_map(|scene| fs::read_dir(scene.unwrap().path()).unwrap());
@@ -117,7 +117,7 @@ fn of_three_workers_one_is_killed_and_its_picture_comes_once() {
         assert!([0, 75].contains(code), "{said}");
         rendered += said.matches("rendered in").count();
     }
-    // Whoever comes when the lease is over steals the dead one's claim.
+    // After the lease, any worker steals the dead one's claim.
     let begin = Instant::now();
     while footlight(folder.path(), "collect tasks.json").0 != 0 {
         assert!(begin.elapsed().as_secs() < 30);
@@ -126,7 +126,7 @@ fn of_three_workers_one_is_killed_and_its_picture_comes_once() {
         assert!([0, 75].contains(&code), "{said}");
         rendered += said.matches("rendered in").count();
     }
-    // One was begun by the killed worker: so many are wasted beyond the three.
+    // The killed worker had begun one: at most that many are rendered beyond the three.
     let (kills, wasted) = (1, rendered + 1 - 3);
     assert!(wasted <= kills + 1, "{rendered}");
     assert!(pictures(&pool) == pictures(&folder.path().join("serial")));
@@ -194,7 +194,7 @@ fn what_does_not_fit_is_refused_before_anything_is_rendered() {
     assert!(code == 2 && said.contains("belongs to the show"), "{said}");
 }
 
-/// The pool's limit is kept by who plans.
+/// Planning enforces the pool's limit.
 #[test]
 fn a_pool_that_is_too_small_is_refused_when_planning() {
     let folder = place();
@@ -204,7 +204,7 @@ fn a_pool_that_is_too_small_is_refused_when_planning() {
     assert!(code == 2 && said.contains("--pool-limit"), "{code} {said}");
 }
 
-/// A renderer that fails, and one that is stopped.
+/// A failing renderer, and a stopped one.
 #[cfg(unix)]
 #[test]
 fn a_failure_is_written_down_and_a_stopped_worker_gives_its_claim_up() {
@@ -332,10 +332,10 @@ fn a_farm_that_works_backwards_and_loses_tasks_leaves_the_same_pictures() {
         (3 + far.estimate().refined(), rendered)
     );
     assert!(far.estimate().refined() > 0 && far.estimate().steps().len() > 1);
-    // The rest of the goal is there and renders nothing.
+    // The rest of the goal exists and needs no rendering.
     far.refine(by_mixtures(Goal::until(0.01))).unwrap();
     assert_eq!(far.images().statistics().rendered, 0);
-    // Those of banks alone are the very files; mixtures are planned in one go there.
+    // Images of single banks are equal files; mixtures are planned in one step there.
     let own = pictures(&alone);
     let coarse = stored.iter().filter(|(name, ..)| !name.starts_with('2'));
     assert!(coarse.clone().count() == 3 && coarse.into_iter().all(|one| own.contains(one)));
@@ -357,7 +357,7 @@ fn a_farm_that_works_backwards_and_loses_tasks_leaves_the_same_pictures() {
     assert_eq!(idle.jobs.into_inner().unwrap().len(), 3);
 }
 
-/// A list that somebody sent stores nothing outside its show's folder, unless the worker names the place.
+/// A stranger's list stores nothing outside its show's folder, unless the worker names the folder.
 #[test]
 fn a_strangers_list_writes_below_its_show_alone() {
     let folder = place();

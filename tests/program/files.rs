@@ -1,5 +1,5 @@
-//! Files as people have them: nothing that a run has not written is lost, what is no file is refused
-//! at once, names need not be UTF-8, and what could not be written is told.
+//! Files in practice: no file is lost that a run has not written, anything but a regular file is
+//! refused at once, names need not be UTF-8, and failed writes are reported.
 #![cfg(target_os = "linux")]
 
 use std::ffi::{OsStr, OsString};
@@ -15,18 +15,18 @@ use footlight_picture::exr::{self, Precision};
 use footlight_picture::{Image, png};
 use tempfile::TempDir;
 
-/// Longer than any of these commands takes, and a hang is none.
+/// Longer than any of these commands takes; a hang fails the test.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Nothing has to be rendered.
+/// A show without anything to render.
 const SHOW: &str = "show \"Files\"\nbank a image \"keys/a.exr\"\nbank b image \"keys/b.png\"\n\
     cue 1 at 0:00 { snap  a 100  b 50 }\ncue 2 at 0:02 { a 25  b full  time 1 }\n";
 
-/// The same with two key settings instead of three.
+/// The show with two key settings instead of three.
 const SHORTER: &str = "show \"Files\"\nbank a image \"keys/a.exr\"\nbank b image \"keys/b.png\"\n\
     cue 1 at 0:00 { snap  a 100  b 50 }\ncue 2 at 0:02 { a 25  time 1 }\n";
 
-/// Something to render.
+/// A show with something to render.
 const LIT: &str = "show \"Lit\"\npreview { coarse 1  refined 2 }\n\
     view house  from 0, -5, 1.6  to 0, 0, 1.2  fov 45  size 16x9\n\
     surface floor  reflectance 0.5  quad -3, -3, 0  3, -3, 0  3, 3, 0  -3, 3, 0\n\
@@ -57,7 +57,7 @@ fn footlight(folder: &Path) -> Command {
     command
 }
 
-/// The exit code of a process and all that it says; one that hangs fails the test.
+/// The exit code and output of a process; a hang fails the test.
 fn ended(mut child: Child) -> (i32, String) {
     let begin = Instant::now();
     while child.try_wait().unwrap().is_none() {
@@ -132,7 +132,7 @@ fn a_run_removes_and_replaces_only_what_a_run_has_written() {
     assert_eq!(code, 0, "{said}");
     let fewer = ["a.exr", "b.png", "key001.exr", "key002.exr", "mine.exr"];
     assert_eq!(keys_of(folder.path()), fewer);
-    // Somebody works on the key image that goes next time.
+    // Somebody edits the key image that the next run would remove.
     fs::write(at("s.lxq"), SHOW).unwrap();
     assert_eq!(told(folder.path(), &run).0, 0);
     fs::write(at("keys/key003.exr"), "retouched").unwrap();
@@ -149,7 +149,7 @@ fn a_run_removes_and_replaces_only_what_a_run_has_written() {
     assert!(check.status.success(), "{check:?}");
 }
 
-/// Before any work, with the file named, and nothing has changed.
+/// The run is refused before any work, with the file named and nothing changed.
 #[test]
 fn a_run_is_refused_where_something_else_stands_in_its_way() {
     let foreign = "is not what an earlier run wrote and listed in `files.sha256`; nothing was written: \
@@ -177,7 +177,7 @@ fn a_run_is_refused_where_something_else_stands_in_its_way() {
         assert!(said.contains(name) && said.contains(reason), "{said}");
         assert!(content(folder.path()) == before, "{name}");
     }
-    // A folder that leads elsewhere, and a list with names that no run gives.
+    // A folder that is a link elsewhere, and a list with names that runs do not use.
     let folder = place();
     fs::create_dir(folder.path().join("out")).unwrap();
     symlink("../keys", folder.path().join("out/keys")).unwrap();
@@ -274,7 +274,7 @@ fn a_pipe_and_a_device_are_written_into() {
     assert!(fs::metadata(at("p.png")).unwrap().file_type().is_fifo());
     assert!(fs::symlink_metadata(at("null.png")).unwrap().is_symlink());
     assert_eq!(fs::metadata("/dev/null").unwrap().ino(), device);
-    // A link to a file is followed, and one to a file that is not there yet makes it.
+    // A link to a file is followed, and a link to a missing file creates it.
     symlink("keys/new.png", at("new.png")).unwrap();
     for _ in 0..2 {
         let (code, said) = told(folder.path(), &split("picture s.lxq -o new.png"));
@@ -322,7 +322,7 @@ fn pipe(path: &Path) {
     nix::unistd::mkfifo(path, nix::sys::stat::Mode::S_IRWXU).unwrap();
 }
 
-/// Every place where a file is read, with every kind of thing that is none.
+/// Every place where a file is read, with every kind of non-file.
 #[test]
 fn what_is_no_file_is_refused_at_once() {
     let lit =
@@ -385,7 +385,7 @@ fn what_is_no_file_is_refused_at_once() {
     }
 }
 
-/// A show comes from a pipe as `-`; under a name it is told so.
+/// `-` reads a show from a pipe; the name of a pipe gets that advice.
 #[test]
 fn a_show_comes_from_a_pipe_as_a_dash() {
     let folder = place();
@@ -393,7 +393,7 @@ fn a_show_comes_from_a_pipe_as_a_dash() {
         let mut command = footlight(folder.path());
         command.args(["check", name]).stdin(Stdio::piped());
         let mut child = command.spawn().unwrap();
-        // Its reader may have left already.
+        // Its reader may have ended already.
         let _ = child.stdin.take().unwrap().write_all(SHOW.as_bytes());
         let (code, said) = ended(child);
         assert_eq!(code, expected, "{said}");
@@ -444,7 +444,7 @@ fn names_of_files_need_not_be_text() {
             "{line}: {said}"
         );
     }
-    // What is no name of a file is text.
+    // A word that is not a file name must be text.
     let mut at = words("picture s.lxq --at");
     at.push(OsStr::from_bytes(b"\xff").to_owned());
     assert_eq!(told(&folder, &at).0, 2);
@@ -476,7 +476,7 @@ fn what_standard_output_does_not_take_is_told() {
     }
 }
 
-/// A folder of stored pictures that cannot be used is told of once, and nothing is said to be gone.
+/// An unusable folder of stored images is reported once, and nothing is reported as lost.
 #[test]
 fn a_pool_that_cannot_be_written_is_told_once() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! Films, by an encoder that a test puts in the way, and by the real one where it is installed.
+//! Films, by a fake encoder, and by the real one if installed.
 #![cfg(unix)]
 
 use std::fs;
@@ -11,11 +11,11 @@ const SHOW: &str = "show \"S\"\nsurface floor reflectance 0.5 box from -2,-2,-1 
     light key spot at 0,-2,3 aim 0,0,0 beam 30 field 60 900 cd\nbank front = key\n\
     cue 1 at 0:00 { snap  front 100 }\ncue 2 at 0:01 { time 1  front out }\n";
 
-/// Takes what it is given to the file that its last word names.
+/// Copies its input to the file that its last word names.
 const COPIES: &str = "#!/bin/sh\nfor last; do :; done\ncat > \"$last\"\n";
 const FAILS: &str = "#!/bin/sh\nread line\necho 'no such codec' >&2\nexit 1\n";
 
-/// Exit code and words of `film -o NAME` with this `ffmpeg`, or none, on the path.
+/// Exit code and output of `film -o NAME` with this `ffmpeg`, or none, on the path.
 fn played(folder: &Path, program: Option<&str>, name: &str) -> (i32, String) {
     let tools = folder.join("tools");
     fs::create_dir_all(&tools).unwrap();

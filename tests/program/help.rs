@@ -1,4 +1,4 @@
-//! The help keeps its word: every example of every `--help`, and every line of the manual that
+//! Help and manual are correct: every example of every `--help`, and every line of the manual that
 //! calls the program, runs in a shell, and every verb's example at the prompt.
 #![cfg(unix)]
 
@@ -11,7 +11,7 @@ use footlight_engine::{Background, Engine, Host};
 use footlight_host::files::{Folder, MemoryStore};
 use footlight_prompt::{Console, Repl, example, verbs};
 
-/// With all that the examples name.
+/// A show with everything that the examples name.
 const SHOW: &str = r#"show "Examples"
 preview { tolerance 2%  coarse 1  refined 2  rate 2 }
 view house   from 0, -5, 1.6  to 0, 0, 1.2  fov 45  size 64x36
@@ -34,7 +34,7 @@ fn project() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The program in a folder that has all the examples name.
+/// A folder with the program and everything that the examples name.
 struct Place(tempfile::TempDir);
 
 impl Place {
@@ -68,7 +68,7 @@ impl Place {
         self.0.path()
     }
 
-    /// Runs a line in a shell that finds the program.
+    /// Runs a line in a shell with the program on its path.
     fn shell(&self, line: &str) -> Output {
         let program = Path::new(env!("CARGO_BIN_EXE_footlight"));
         let path = std::env::var("PATH").unwrap_or_default();
@@ -85,7 +85,7 @@ impl Place {
     }
 }
 
-/// The lines below `Commands:` to the next blank one, their first words.
+/// First words of the lines below `Commands:` up to the next blank one.
 fn commands(help: &str) -> Vec<String> {
     let list = help.split("Commands:\n").nth(1).unwrap();
     let lines = list.lines().take_while(|l| !l.is_empty());
@@ -115,13 +115,13 @@ fn every_example_of_the_help_runs() {
     }
     let shown = root.split("Examples:").nth(1).unwrap().lines();
     examples.extend(shown.filter_map(|l| l.strip_prefix("  footlight ").map(str::to_owned)));
-    // Those of the manual too, but for those that need another program.
+    // Also those of the manual, except those that need another program.
     let python = Command::new("python3").args(["-c", "0"]).output();
     let has_python = python.is_ok_and(|output| output.status.success());
     let before = examples.len();
     for page in fs::read_dir(project().join("src/manual")).unwrap() {
         let page = page.unwrap().path();
-        // Those of these pages follow one another; `roads.rs` runs them.
+        // The commands of these pages depend on each other; `roads.rs` runs them.
         let roads = ["desk.md", "live.md", "plan.md", "qlc.md"];
         if roads.iter().any(|road| page.ends_with(road)) {
             continue;
@@ -140,7 +140,7 @@ fn every_example_of_the_help_runs() {
     let mut seen = BTreeSet::new();
     examples.retain(|example| seen.insert(example.clone()));
     for example in examples {
-        // They go on until they are stopped; `serve.rs` and `editor.rs` are their tests.
+        // These run until stopped; `serve.rs` and `editor.rs` test them.
         if ["serve", "lsp"]
             .iter()
             .any(|word| example.starts_with(word))
@@ -148,25 +148,25 @@ fn every_example_of_the_help_runs() {
             continue;
         }
         let output = place.shell(&format!("footlight --quiet {example}"));
-        // A difference is what `diff` finds, and what `compare` may find too.
+        // `diff` reports a difference, and `compare` may report one too.
         let fine = match example.starts_with("diff") {
             true => Some(1),
             false => Some(0),
         };
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), fine, "footlight {example}\n{said}");
-        // What it says that it writes is there.
+        // The announced output file must exist.
         let words: Vec<&str> = example.split_whitespace().collect();
         let named = words.windows(2).find(|w| w[0] == "-o" || w[0] == ">");
         if let Some(file) = named.map(|w| w[1].trim_matches('\'')) {
-            // The first of numbered pictures.
+            // The first of the numbered images.
             let file = file.replace("####", "0001");
             assert!(place.path().join(file).exists(), "{example}");
         }
     }
 }
 
-/// Work beside the prompt, done at once.
+/// Runs background tasks immediately.
 struct AtOnce;
 
 impl Background for AtOnce {

@@ -1,11 +1,11 @@
-//! What is written in another order than it is meant, or beside another file, is told the way out.
+//! Advice for words in the wrong order, and for files in the wrong place.
 
 use std::fs;
 use std::process::Command;
 
 const SHOW: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/first.lxq");
 
-/// Exit code, and what is said on standard error.
+/// Exit code, and standard error.
 fn said(words: &[&str]) -> (Option<i32>, String) {
     let mut program = Command::new(env!("CARGO_BIN_EXE_footlight"));
     let done = program.args(words).output().unwrap();

@@ -1,4 +1,4 @@
-//! What cannot be written to standard output is told, and is no success.
+//! Failed writes to standard output are reported as errors.
 #![cfg(target_os = "linux")]
 
 use std::fs::OpenOptions;

@@ -1,5 +1,5 @@
-//! The program as a process among others: its help and the README in a shell, a terminal, a
-//! renderer that it calls, a store that two share, files of every kind.
+//! The program as a process among others: its help and the README in a shell, a terminal, a called
+//! renderer, a shared store, files of every kind.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,5 +1,5 @@
-//! `--memory` is a promise for scene, operators and images: the peak of resident memory stays within it
-//! and what any program takes, for shows that are too large for it as well.
+//! `--memory` bounds scene, operators and images: the peak of resident memory stays within it plus
+//! the program's own needs, also for shows that are too large for it.
 #![cfg(target_os = "linux")]
 
 use std::fmt::Write as _;
@@ -11,7 +11,7 @@ use footlight::Image;
 use footlight_picture::exr::{self, Precision};
 use footlight_picture::png;
 
-/// What the program may take beside its budget, MB.
+/// The program's own needs, MB.
 const BESIDE: u64 = 64;
 
 const LIGHT: &str = "light x spot at 0,0,3 aim 0,0,0 beam 20 field 30 900 cd\n";
@@ -19,7 +19,7 @@ const LIGHT: &str = "light x spot at 0,0,3 aim 0,0,0 beam 20 field 30 900 cd\n";
 const ROOM: &str = "surface floor reflectance 0.6 quad 0,0,0 10,0,0 10,10,0 0,10,0\n\
                     surface back reflectance 0.5 quad 0,10,0 10,10,0 10,10,5 0,10,5\n";
 
-/// A stage whose images are small files and large once they are read.
+/// A stage whose images are small files that decode to large ones.
 const TEXTURES: &str = "stage \"set.obj\" z up\nview v from 6,-3,6 to 6,0,0 fov 50 size 640x360\n\
                         light x spot at 6,0,4 aim 6,0,0 beam 60 field 90 900 cd\nbank a = x\n\
                         cue 1 at 0:00 { snap a 50 }\n";
@@ -48,7 +48,7 @@ fn write_textures(folder: &Path, huge: bool) {
     std::fs::write(folder.join("set.obj"), stage).unwrap();
 }
 
-/// Many images to be thrown, small as files.
+/// Many projected images in small files.
 fn thrown() -> String {
     let light = |i: usize| {
         format!(
@@ -83,7 +83,7 @@ fn write_luminaires(folder: &Path) {
     }
 }
 
-/// What of a texture that is too large for `--memory` is said, typed, makes it fit.
+/// The advice about a texture too large for `--memory` makes it fit when typed.
 #[test]
 #[ignore = "slow"]
 fn a_texture_that_is_left_out_is_told_with_a_way_out() {
@@ -113,14 +113,14 @@ fn a_texture_that_is_left_out_is_told_with_a_way_out() {
     assert!(!said.contains("not as it stands"), "{megabytes}: {said}");
 }
 
-/// A show that is larger than most, what is done with it, and what must come of it.
+/// A large show, commands on it, and the expected result.
 struct Case {
     name: &'static str,
     show: String,
     /// MB.
     budget: u64,
     verb: &'static [&'static str],
-    /// A word of the refusal; `None` where it must be done.
+    /// A word of the refusal; `None` when it must succeed.
     refused: Option<&'static str>,
 }
 
@@ -150,7 +150,7 @@ fn cases() -> Vec<Case> {
             Some("stage"),
         ),
         case("warnings", warnings(60_000), 300, &["check"], None),
-        // Beyond 2,500 polygons another operator serves.
+        // Beyond 2,500 polygons another operator is used.
         case("boxes", boxes(2_000), 96, &["picture", "-o", "a.png"], None),
         // The patches of its narrow beams take 2 MB.
         case("boxes", boxes(2_000), 72, &["run"], None),
@@ -201,7 +201,7 @@ fn comments(lines: usize) -> String {
     )
 }
 
-/// Cues that change nothing.
+/// Cues without effect.
 fn warnings(count: usize) -> String {
     show(1, count, |_| "b0 50".to_owned())
 }
@@ -230,7 +230,7 @@ fn boxes(count: usize) -> String {
     text
 }
 
-/// Lights over a floor, each a bank, and cues that mix them.
+/// Lights over a floor, one bank each, and cues that mix them.
 fn rig(banks: usize, count: usize) -> String {
     let lit = |cue: usize| {
         format!(
@@ -246,7 +246,7 @@ fn rig(banks: usize, count: usize) -> String {
     )
 }
 
-/// Banks given as images, of which [`image`] is one.
+/// Banks given as images like [`image`].
 fn images(count: usize) -> String {
     let bank = |i| format!("bank b{i} image \"b{i}.exr\"\n");
     let banks: String = (0..count).map(bank).collect();
@@ -276,7 +276,7 @@ fn banks(count: usize) -> String {
     })
 }
 
-/// Cues of one kind; `does` writes what the cue of a number does.
+/// Cues of one kind; `does` writes the content of a cue by its number.
 fn show(banks_: usize, count: usize, does: impl Fn(usize) -> String) -> String {
     (0..count).fold(banks(banks_), |mut text, cue| {
         let number = (cue + 1) as f64 / 10.0;
@@ -314,7 +314,7 @@ fn spheres(count: usize) -> String {
     text
 }
 
-/// Peak of a child's resident memory, MB, and whether it ended well.
+/// Peak of a child's resident memory in MB, and true if it succeeded.
 fn peak(mut child: Child) -> (u64, bool) {
     let status = PathBuf::from(format!("/proc/{}/status", child.id()));
     let mut peak = 0;
@@ -327,7 +327,7 @@ fn peak(mut child: Child) -> (u64, bool) {
     }
 }
 
-/// The kernel's own high-water mark, so that nothing between two looks is missed but the very end.
+/// The kernel's high-water mark, which misses nothing between two polls except the very end.
 fn high_water(status: &Path) -> Option<u64> {
     let text = std::fs::read_to_string(status).ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
@@ -365,7 +365,7 @@ fn the_peak_stays_within_the_budget_or_the_show_is_refused() {
             .unwrap();
         let (peak, well) = peak(child);
         let said = std::fs::read_to_string(&said).unwrap();
-        // One that is refused at once may end between two looks.
+        // A show refused at once may end between two polls.
         assert!(
             peak > 0 || case.refused.is_some(),
             "{name}: its memory was not seen"
@@ -384,7 +384,8 @@ fn the_peak_stays_within_the_budget_or_the_show_is_refused() {
     }
 }
 
-/// Under a limit of addresses, as batch systems set it: done or refused, never aborted.
+/// Under a limit on address space, as batch systems set it, the program succeeds or refuses, and
+/// never aborts.
 #[test]
 #[ignore = "slow"]
 fn a_limit_of_addresses_ends_in_an_error_at_worst() {

@@ -1,5 +1,5 @@
-//! How long the program takes to end once it is told to, by any verb and at any moment. Shared with
-//! the example `attack`.
+//! Time until the program ends after a signal, for any verb and at any moment. Shared with the
+//! example `attack`.
 #![cfg(unix)]
 
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
-/// Every verb that works on a show, with what makes it go all the way; `SHOW` is the show's file.
+/// Every verb that works on a show, with arguments for its full work; `SHOW` is the show's file.
 pub const VERBS: [&[&str]; 14] = [
     &["check", "SHOW"],
     &["plan", "SHOW"],
@@ -27,26 +27,26 @@ pub const VERBS: [&[&str]; 14] = [
     &["fmt", "--check", "SHOW"],
 ];
 
-/// A verb that was told to end.
+/// Result of ending a verb.
 pub struct Told {
     /// Seconds from the signal to the end.
     pub delay: f64,
-    /// How it ended.
+    /// Its exit status.
     pub status: ExitStatus,
 }
 
-/// The exit code of what a signal ended.
+/// The exit code for a signal.
 pub fn code(signal: Signal) -> i32 {
     128 + signal as i32
 }
 
-/// Starts `program`, whose output is not read.
+/// Starts `program` and ignores its output.
 pub fn start(program: &mut Command) -> std::io::Result<Child> {
     let quiet = program.stdout(Stdio::null()).stderr(Stdio::null());
     quiet.spawn()
 }
 
-/// Runs `program` and sends it a signal after a time; `None` where it had ended by then.
+/// Runs `program` and sends it a signal after a time; `None` if it ended before.
 pub fn tell(
     program: &mut Command,
     after: Duration,

@@ -1,5 +1,5 @@
-//! An outside renderer through the whole loop. The renderer is this test program itself: called
-//! with a mode and two paths it renders one picture, well or badly.
+//! An external renderer in the whole loop. The renderer is this test program itself: called with a
+//! mode and two paths it renders one image, well or badly.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -16,7 +16,7 @@ use footlight_prompt::{Console, Repl};
 use footlight_transport::Quality;
 use footlight_transport::outside::{Outside, RendererCall};
 
-/// What one run of the renderer paints: each coordinate lights its own column, and step of quality
+/// The image of one run of the renderer: each coordinate lights its own column, and quality step
 /// `q` adds an error of 0.1/q of it to the next.
 fn painted(request: &serde_json::Value) -> Image {
     let size = |name: &str| request["view"][name].as_u64().unwrap() as usize;
@@ -40,7 +40,7 @@ fn painted(request: &serde_json::Value) -> Image {
 /// The name of the test below, for `--exact`.
 const RENDERER: &str = "outside::renderer";
 
-/// Not a test of its own: what the others call as the renderer. Without a mode it does nothing.
+/// Not a test: the others call it as the renderer. Without a mode it does nothing.
 #[test]
 fn renderer() {
     let words: Vec<String> = std::env::args().collect();
@@ -131,7 +131,7 @@ fn a_renderer_with_a_scale_goes_through_the_whole_loop() {
     let mut show = open(call("linear", 3));
     show.execute("preview { refined 4 }").unwrap();
     let before = show.execute("plan").unwrap();
-    // Beyond the scale: said once.
+    // Beyond the scale: reported once.
     assert!(
         before.notes.concat().contains("is 1 to 3"),
         "{:?}",
@@ -145,7 +145,7 @@ fn a_renderer_with_a_scale_goes_through_the_whole_loop() {
     let engine = show.engine_mut();
     assert!(engine.estimate().refined() > 0 && engine.estimate().predicted_error().unwrap() < 1e-3);
 
-    // The pool's picture of the first cue is the renderer's own at its finest step.
+    // The pool's image of the first cue is the renderer's own at its finest step.
     let engine = show.engine_mut();
     let start = engine.document().timeline().start();
     let pool = engine.picture(start).unwrap();
@@ -160,11 +160,11 @@ fn a_renderer_with_a_scale_goes_through_the_whole_loop() {
     assert!((signed.data()[3] - (0.1 - 2.0)).abs() < 1e-6);
 }
 
-/// A renderer that states no error: two coarse sets and mixtures, or by name each bank at the refined
-/// step. Four pictures tell whether it is linear.
+/// A renderer without stated errors: two coarse sets and mixtures, or on request each bank at the
+/// refined step. Four images test its linearity.
 #[test]
 fn a_renderer_that_states_nothing_takes_mixtures_unless_the_other_way_is_named() {
-    // Runs at each of three steps, and refined pictures.
+    // Runs at each of three steps, and refined images.
     let ran = |line: &str| {
         let counts = Arc::new([const { AtomicUsize::new(0) }; 3]);
         let own = Arc::clone(&counts);
@@ -299,7 +299,7 @@ fn the_command_line_takes_a_renderer() {
     assert!(code == 2 && said.contains("no `{output}`"), "{code} {said}");
 }
 
-/// The example's renderer, where there is Python.
+/// The example's renderer, if Python is installed.
 #[cfg(unix)]
 #[test]
 fn the_example_renders() {
@@ -330,7 +330,7 @@ fn the_example_renders() {
     assert!(picture.exists());
 }
 
-/// The settings that the manual shows can be rendered, and have the fields that a renderer reads.
+/// The settings in the manual can be rendered, and have the fields that a renderer reads.
 #[cfg(unix)]
 #[test]
 fn the_manual_shows_the_settings() {
@@ -364,8 +364,8 @@ fn the_manual_shows_the_settings() {
     }
 }
 
-/// The sample of a scene and the renderer of the manual: one is what the program writes, the other
-/// has the light of a spot on a floor as the closed form has it.
+/// The manual's sample scene equals the program's output, and its renderer gives the closed form of
+/// a spot's light on a floor.
 #[cfg(unix)]
 #[test]
 fn the_manual_shows_a_scene_and_a_renderer_of_it() {

@@ -1,5 +1,5 @@
-//! The README and the manual keep their word: the README's commands run, its show is the shipped
-//! one, every verb has its line, every link leads somewhere.
+//! README and manual are correct: the README's commands run, its show is the shipped one, every
+//! verb has its line, every link has a target.
 
 use std::fs;
 use std::path::PathBuf;
@@ -75,7 +75,7 @@ fn every_link_leads_to_a_file() {
     }
 }
 
-/// Runs every `footlight` line in a folder of its own.
+/// Runs every `footlight` line in a fresh folder.
 #[test]
 fn its_commands_run() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,5 @@
-//! The pages on desks, plans and the network: each of their commands runs, in the order of the pages.
+//! The pages on desks, plans and the network: each of their commands runs, in the order of the
+//! pages.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -35,7 +36,7 @@ fn footlight(folder: &Path, line: &str) -> (bool, String) {
     (output.status.success(), said)
 }
 
-/// A show of the same banks that is over at once.
+/// A short show of the same banks.
 const SHORT: &str = "show \"Short\"\nbank front_left channel 1\nbank front_right channel 2\n\
     bank lamp channel 3\nbank cyc channel 11 rgb\ncue 1 { time 0.1  lamp full  cyc 50 #ff0000 }\n";
 
@@ -139,7 +140,7 @@ fn nothing_leaves_the_machine_unasked() {
 fn a_go_by_osc_is_seen_on_the_network() {
     let folder = folder();
     fs::write(folder.path().join("s.lxq"), SHORT).unwrap();
-    // Another program may have the port; then there is nothing to see.
+    // If another program has the port, the test is skipped.
     let Ok(receiver) = UdpSocket::bind("127.0.0.1:5568") else {
         return;
     };

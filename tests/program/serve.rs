@@ -1,5 +1,5 @@
-//! `serve` over HTTP: who is let in, what is bounded, that an edit and an error are seen, and that all
-//! who look on are told the same.
+//! `serve` over HTTP: access rights, bounds, visibility of edits and errors, and equal updates for
+//! all viewers.
 #![cfg(unix)]
 
 use std::fs;
@@ -22,7 +22,7 @@ cue 1 at 0:00 { snap  a 80 }
 cue 2 at 0:02 { time 2  a 15 }
 ";
 
-/// The program, serving a show; it ends with the test.
+/// The program serving a show; it ends with the test.
 struct Serving {
     child: Child,
     folder: tempfile::TempDir,
@@ -61,7 +61,7 @@ impl Serving {
             }
         };
         let ((port, run), (_, watch)) = (token(), token());
-        // What is printed later has to go somewhere.
+        // Drain the later output.
         std::thread::spawn(move || lines.for_each(drop));
         Serving {
             child,
@@ -84,10 +84,10 @@ impl Serving {
         stream
     }
 
-    /// The answer to a request as it is.
+    /// The raw answer to a request.
     fn raw(&self, request: &str) -> String {
         let mut stream = self.connect();
-        // It may be refused before all of it is there.
+        // The server may refuse it before it is complete.
         let _ = stream.write_all(request.as_bytes());
         let mut answer = Vec::new();
         let _ = stream.read_to_end(&mut answer);
@@ -112,7 +112,7 @@ impl Serving {
         format!("Origin: http://127.0.0.1:{}\r\n", self.port)
     }
 
-    /// What a page is told, from now on.
+    /// Updates for a page, from now on.
     fn events(&self, token: &str) -> impl Iterator<Item = Value> + use<> {
         let mut stream = self.connect();
         let port = self.port;
@@ -163,7 +163,7 @@ fn only_those_with_the_address_are_served_and_only_the_first_runs_the_show() {
         status(&serving.get(&format!("{run}/picture/99999999999999999999"))),
         "404"
     );
-    // A name that leads here is no name of this machine, and a page from elsewhere is not ours.
+    // A foreign host name may resolve to this machine, and a foreign page may send requests.
     for host in ["evil.example", "127.0.0.1", "127.0.0.1:1"] {
         let request = format!("GET /{run}/ HTTP/1.1\r\nHost: {host}\r\n\r\n");
         assert_eq!(status(&serving.raw(&request)), "421", "{host}");
@@ -226,7 +226,7 @@ fn what_a_client_can_take_is_bounded() {
     }
     assert_eq!(status(&serving.raw("\u{1}\u{2}\r\n\r\n")), "400");
     assert_eq!(status(&serving.raw("DELETE / HTTP/1.1\r\n\r\n")), "405");
-    // Whoever has no address, silent or slow, keeps nobody from the page and from GO.
+    // Clients without an address, silent or slow, cannot block the page and GO.
     let strangers: Vec<TcpStream> = (0..200)
         .map(|i| {
             let mut stream = serving.connect();
@@ -265,7 +265,7 @@ fn edits_and_errors_are_seen_by_all_and_it_ends_at_once() {
     let path = format!("{}/{picture}", serving.watch);
     assert!(serving.get(&path).contains("Content-Type: image/png"));
 
-    // Another level is another version with the same pictures, so far as the exposure stays.
+    // Another level is another version with equal images, as long as the exposure stays.
     fs::write(serving.file(), SHOW.replace("a 15", "a 45")).unwrap();
     let since = Instant::now();
     for page in &mut pages {
@@ -287,7 +287,7 @@ fn edits_and_errors_are_seen_by_all_and_it_ends_at_once() {
         Some(picture.as_str())
     );
 
-    // An error is told with its place and its help; the version stays.
+    // An error is reported with its place and advice; the version stays.
     fs::write(serving.file(), SHOW.replace("a 15", "b 45")).unwrap();
     for page in &mut pages {
         let now = page.find(|now| now["wrong"] != "").unwrap();
@@ -303,7 +303,7 @@ fn edits_and_errors_are_seen_by_all_and_it_ends_at_once() {
         page.find(|now| now["wrong"] == "").unwrap();
     }
 
-    // What the first address does all are told, and who comes later too.
+    // All pages receive an action of the first address, and so do later ones.
     let own = serving.own();
     let posted = Instant::now();
     assert_eq!(

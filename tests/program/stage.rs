@@ -1,4 +1,4 @@
-//! `footlight stage FILE`: what a stage's file holds, the whole message.
+//! `footlight stage FILE`: the whole description of a stage's file.
 
 use std::path::Path;
 use std::process::Command;
@@ -32,8 +32,8 @@ wall      1.00 1.00 1.00  0.5
     assert_eq!(stage(&folder, "little.gltf"), wanted);
 }
 
-/// A file as they are found: an image that is missing, a face without a material, one of a material
-/// that is not there, one without area.
+/// A typical file with faults: a missing image, a face without a material, one of a missing
+/// material, one without area.
 #[test]
 fn an_obj_file_is_described_with_what_is_not_as_it_stands() {
     let folder = tempfile::tempdir().unwrap();
@@ -71,7 +71,7 @@ nowhere   0.80 0.80 0.80  1
     assert_eq!(stage(folder.path(), "set.obj"), wanted);
 }
 
-/// `check` names what light passes, and by what.
+/// `check` names transparent materials with the kind of transparency.
 #[test]
 fn check_tells_of_what_is_transparent() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,5 +1,5 @@
-//! Signals and the limit of time end the program soon, with the right code, and nothing that it
-//! started is left.
+//! Signals and the time limit end the program soon, with the right code, and leave no process
+//! running.
 #![cfg(unix)]
 
 use std::fmt::Write as _;
@@ -48,8 +48,8 @@ fn every_verb_ends_soon_after_a_signal() {
             let told = tell(&mut program, Duration::from_millis(after), signal).unwrap();
             let Some(told) = told else { continue };
             assert!(told.delay < 5.0, "{words:?} went on for {} s", told.delay);
-            // Before the handler is there the signal itself ends the process; a verb that is done
-            // just then ends well.
+            // Before the handler is installed, the signal itself ends the process; a verb that is
+            // just finished ends well.
             let ended = told.status.signal() == Some(signal as i32)
                 || told
                     .status
@@ -60,7 +60,7 @@ fn every_verb_ends_soon_after_a_signal() {
     }
 }
 
-/// An import of many cues, for which its time does not suffice: nothing is written.
+/// An import of many cues that exceeds its time: nothing is written.
 #[test]
 fn an_import_ends_with_its_time() {
     let folder = tempfile::tempdir().unwrap();
@@ -83,9 +83,9 @@ fn an_import_ends_with_its_time() {
     assert!(!folder.path().join("a.lxq").exists());
 }
 
-/// A renderer that never ends, with a child that would leave a file two seconds later: neither is
-/// left, nor their folder, whether the renderer runs for a verb or beside a prompt that waits for a
-/// line.
+/// A renderer that never ends, with a child that would write a file two seconds later: both are
+/// killed and their folder removed, whether the renderer runs for a verb or in the background of a
+/// waiting prompt.
 #[test]
 fn a_signal_ends_the_renderer_with_all_it_started() {
     let folder = tempfile::tempdir().unwrap();
@@ -141,7 +141,7 @@ fn a_signal_ends_the_renderer_with_all_it_started() {
     }
 }
 
-/// The limit counts from the start, whatever is at work when it is reached.
+/// The limit counts from the start, whatever is running when it is reached.
 #[test]
 fn a_limit_of_time_that_is_reached_is_no_success() {
     let folder = tempfile::tempdir().unwrap();

@@ -82,8 +82,7 @@ fn two_processes_at_once_share_a_store() {
     assert_eq!(ignore, b"*\n");
 }
 
-/// Killed after 10, 20, 30 ... milliseconds until a run comes through; what each leaves is used or
-/// not there.
+/// Killed after 10, 20, 30 ... milliseconds until a run succeeds; each image left behind is valid.
 #[test]
 #[ignore = "slow"]
 fn a_process_killed_at_any_moment_leaves_a_sound_store() {

@@ -1,5 +1,5 @@
-//! A person at a terminal: completion, declarations over several lines, history, Ctrl-C while
-//! pictures are rendered, Ctrl-D with edits that are not saved.
+//! A person at a terminal: completion, declarations over several lines, history, Ctrl-C during
+//! rendering, Ctrl-D with unsaved edits.
 #![cfg(unix)]
 
 use std::fs::File;
@@ -14,10 +14,10 @@ use nix::sys::signal::{Signal, kill};
 use nix::sys::termios::{LocalFlags, tcgetattr};
 use nix::unistd::Pid;
 
-/// Nothing here takes that long, even in a debug build on a busy machine.
+/// Longer than anything here takes, even in a debug build on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// The program at a pseudo-terminal.
+/// The program on a pseudo-terminal.
 struct Terminal {
     child: Child,
     keys: File,
@@ -52,7 +52,7 @@ impl Terminal {
         let (send, shown) = channel();
         std::thread::spawn(move || {
             let mut bytes = [0; 4096];
-            // The read fails once the program has left.
+            // The read fails once the program has ended.
             while let Ok(n @ 1..) = screen.read(&mut bytes) {
                 if send.send(bytes.iter().take(n).copied().collect()).is_err() {
                     break;
@@ -71,7 +71,7 @@ impl Terminal {
         self.keys.write_all(keys.as_bytes()).unwrap();
     }
 
-    /// Waits until `text` is shown, and forgets all up to it.
+    /// Waits until `text` appears, and discards everything up to it.
     fn wait(&mut self, text: &str) {
         let begin = Instant::now();
         loop {
@@ -87,7 +87,7 @@ impl Terminal {
         }
     }
 
-    /// The exit code, once the program has left.
+    /// The exit code, once the program has ended.
     fn code(mut self) -> i32 {
         let begin = Instant::now();
         while begin.elapsed() < PATIENCE {
@@ -139,13 +139,13 @@ fn lines_are_completed_remembered_and_asked_for() {
     again.press("\x1b[A\x1b[A");
     again.wait("lamp 5 }");
     again.press("\x03");
-    // What is typed behind a Ctrl-C is dropped with the line, as in a shell.
+    // Input after a Ctrl-C is dropped with the line, as in a shell.
     again.wait("lxq> ");
     again.press("quit\r");
     assert_eq!(again.code(), 0);
 }
 
-/// A signal while a line is typed: the terminal is left as it was found.
+/// A signal during input: the terminal is restored.
 #[test]
 fn a_signal_at_the_prompt_gives_the_terminal_back() {
     let folder = tempfile::tempdir().unwrap();
@@ -170,7 +170,7 @@ fn keys_typed_ahead_of_the_prompt_are_kept() {
     let history = folder.path().join("history");
     let mut terminal = Terminal::open(&example("first.lxq"), &history);
     terminal.wait("lxq> ");
-    // The second line is typed before the first is done, the third in the middle of it.
+    // The second line is typed before the first is done, the third during it.
     terminal.press("refine 1\rat 0:03\rgo");
     terminal.wait("at 3s");
     terminal.press("to 2\r");
@@ -210,7 +210,7 @@ fn refinement_goes_on_beside_the_prompt() {
     terminal.press("refine 1 &\r");
     terminal.wait("in the background");
     terminal.wait("lxq> ");
-    // Told above the line that is being typed, which stays as it is.
+    // Messages appear above the current input line, which stays.
     terminal.press("goto 2");
     terminal.wait("refine 1 &: predicted error");
     terminal.wait("goto 2");
@@ -221,7 +221,7 @@ fn refinement_goes_on_beside_the_prompt() {
     terminal.press("quit\r");
     assert_eq!(terminal.code(), 0);
 
-    // Long work: the prompt is served while it goes on.
+    // During long work the prompt stays usable.
     let mut terminal = Terminal::open(&example("tavern/tavern.lxq"), &history);
     terminal.wait("lxq> ");
     terminal.press("refine 20 &\r");

@@ -1,5 +1,5 @@
-//! A stranger's show, whose title, labels and names command the terminal and reverse the direction
-//! of writing: nothing of it reaches a person unseen, whatever the verb.
+//! A stranger's show, whose title, labels and names contain terminal controls and direction
+//! overrides: no verb passes them on unseen.
 #![cfg(unix)]
 
 use std::fs;
@@ -9,11 +9,11 @@ use std::process::{Command, Stdio};
 
 use nix::pty::openpty;
 
-/// Renames the window, clears it, goes back, overrides the direction, hides.
+/// Renames the window, clears it, moves back, overrides the direction, hides.
 const HOSTILE: &str = "\u{1b}]0;pwn\u{7}\u{1b}[2J\u{9b}31m\u{8}\u{7f}\u{202e}\u{2066}\u{200f}\
     \u{61c}\u{200b}\u{feff}\u{2028}=<b>|`,\u{85}end";
 
-/// The characters that no output may hold, by Unicode's own lists.
+/// Characters that no output may contain, by Unicode's own lists.
 fn is_forbidden(c: char) -> bool {
     (c.is_control() && c != '\n')
         || "\u{61c}\u{200b}\u{200e}\u{200f}\u{2028}\u{2029}\u{202a}\u{202b}\u{202c}\u{202d}\u{202e}\
@@ -83,7 +83,7 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
-/// Runs the program in a folder; what it writes to both of its outputs.
+/// Runs the program in a folder; returns both of its outputs.
 fn run(folder: &Path, words: &[&str], typed: &str) -> String {
     let mut child = Command::new(env!("CARGO_BIN_EXE_footlight"))
         .current_dir(folder)
@@ -267,7 +267,7 @@ fn at_a_terminal_only_our_own_colours_pass() {
         .unwrap();
     drop(pty.slave);
     let mut bytes = Vec::new();
-    // The read fails once the program has left.
+    // The read fails once the program has ended.
     let _ = fs::File::from(pty.master).read_to_end(&mut bytes);
     child.wait().unwrap();
     let shown = String::from_utf8(bytes).unwrap().replace("\r\n", "\n");

@@ -1,5 +1,5 @@
-//! `refine … &`: what is rendered beside the prompt, while edits and pictures go on. The tasks are
-//! run by the tests, one when they say so, so that every order of events can be had.
+//! `refine … &`: background rendering during edits and previews. The tests run the tasks one at a
+//! time, so that every order of events is possible.
 
 use std::collections::VecDeque;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -13,7 +13,7 @@ use footlight_prompt::Repl;
 use footlight_transport::Quality;
 use proptest::prelude::*;
 
-/// Light from three panels with a box between, in text alone.
+/// Light from three panels with a box between, without files.
 const SHOW: &str = r#"show "Beside"
 preview { tolerance 1%  coarse 1  refined 3 }
 view house  from 0, -5, 1.6  to 0, 0, 1.2  fov 45  size 48x30
@@ -48,7 +48,7 @@ impl Background for Queue {
 }
 
 impl Queue {
-    /// Runs the task that waits; false where none does.
+    /// Runs a waiting task; false if there is none.
     fn run(&self) -> bool {
         let task = self.0.lock().unwrap().pop_front();
         task.map(|task| task()).is_some()
@@ -97,7 +97,7 @@ fn picture(show: &mut Repl) -> Vec<u8> {
     show.execute("picture 0:04").unwrap().picture.unwrap().rgb
 }
 
-/// Runs what waits until nothing does; what was told.
+/// Runs all tasks; returns the messages.
 fn finish(show: &mut Repl, queue: &Queue) -> Vec<footlight::Printable> {
     let mut notes = show.poll();
     while queue.run() {
@@ -120,7 +120,7 @@ fn beside_the_prompt_the_same_pictures_are_rendered_and_pictures_are_served_mean
     let status = say(&mut show, "status");
     assert!(status.contains("a picture at quality 3"), "{status}");
     assert!(status.contains("to come: 2 pictures"), "{status}");
-    // The pool as it stands: coarse alone.
+    // The current pool has only coarse images.
     let (mut twin, _) = open();
     twin.engine_mut().coarse().unwrap();
     assert_eq!(picture(&mut show), picture(&mut twin));
@@ -153,13 +153,13 @@ fn an_edit_plans_anew_what_is_still_to_come() {
     let text = say(&mut show, edit);
     assert!(text.contains("cue 3"), "{text}");
     finish(&mut show, &queue);
-    // The first was in hand when the edit came; the others are those of the new text.
+    // The first was in progress when the edit came; the others follow the new text.
     let (mut twin, _) = open();
     say(&mut twin, "refine 1");
     say(&mut twin, edit);
     say(&mut twin, "refine 2");
     assert_eq!(settings(&show), settings(&twin));
-    // Which are not those of the old one.
+    // These differ from those of the old text.
     let (mut old, _) = open();
     say(&mut old, "refine 3");
     assert_ne!(settings(&show)[1], settings(&old)[1]);
@@ -175,7 +175,7 @@ fn another_place_to_look_from_leaves_a_refinement_where_it_is() {
     assert!(status.contains("a picture at quality 3"), "{status}");
     let notes = finish(&mut show, &queue);
     assert_eq!(notes.len(), 1, "{notes:?}");
-    // Three coarse pictures at two steps and two refined ones of the first view alone.
+    // Three coarse images at two steps and two refined ones, of the first view only.
     assert_eq!(show.engine().images().statistics().rendered, 6 + 2);
     assert_eq!(show.engine().estimate().refined(), 0);
     say(&mut show, "view house");
@@ -190,7 +190,7 @@ fn a_refinement_owns_its_view() {
     assert_eq!(show.engine().document().view(), Some("house"));
     let house = picture(&mut show);
     assert!(queue.run());
-    // An edit meanwhile reaches it.
+    // An edit during refinement takes effect.
     say(&mut show, "cue 3 { time 3  top 5  warm 100 }");
     let notes = finish(&mut show, &queue);
     assert_eq!(notes.len(), 1, "{notes:?}");
@@ -250,7 +250,7 @@ fn nothing_that_the_background_renders_is_rendered_in_front_of_the_prompt() {
     let notes = finish(&mut show, &queue);
     assert_eq!(show.engine().estimate().refined(), 2, "{notes:?}");
 
-    // Before there are any pictures what needs them is refused, and nothing else is.
+    // Before there are images, only requests that need them are refused.
     let queue = Queue::default();
     let host = Host {
         impatient: true,
@@ -280,7 +280,7 @@ fn a_bank_more_keeps_the_picture_in_hand() {
     let before = show.engine().images().statistics().rendered;
     let notes = finish(&mut show, &queue);
     assert!(notes[0].starts_with("refine 1 &"), "{notes:?}");
-    // It serves the pool of the new rig, whose other coarse pictures are at hand.
+    // It serves the pool of the new rig, whose other coarse images exist.
     show.engine_mut().coarse().unwrap();
     assert_eq!(show.engine().estimate().refined(), 1);
     assert_eq!(show.engine().images().statistics().rendered - before, 1 + 2);
@@ -298,7 +298,7 @@ fn stop_keeps_what_is_in_hand_and_stop_now_does_not() {
         assert!(notes[0].ends_with("stopped; what is finished is kept"));
         assert_eq!(show.engine().estimate().refined(), refined, "{word}");
         assert!(say(&mut show, word).contains("nothing is running"));
-        // The operator came home: another refinement goes on with it.
+        // The operator was returned: another refinement uses it.
         say(&mut show, "refine 1");
         assert_eq!(show.engine().estimate().refined(), refined + 1);
     }
@@ -397,7 +397,7 @@ fn leaving_gives_up_what_is_in_hand() {
     assert_eq!(show.engine().images().statistics().rendered, before);
 }
 
-/// Cancelled once the first picture is there.
+/// Cancels once the first image is finished.
 struct Impatient {
     pictures: AtomicUsize,
 }
@@ -439,8 +439,8 @@ fn a_cancel_keeps_the_pictures_that_are_finished() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Whatever happens in whatever order, the prompt answers, the refinement ends, and the picture
-    /// is that of a session that only ever saw the last text.
+    /// For any order of events, the prompt answers, the refinement ends, and the image equals that
+    /// of a session with only the last text.
     #[test]
     #[ignore = "slow"]
     fn any_order_of_events_ends_well(events in prop::collection::vec(0..8_u8, 1..14)) {

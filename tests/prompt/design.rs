@@ -1,4 +1,4 @@
-//! Design sessions measured, and refinement that knows what its calls cost.
+//! Measured design sessions, and refinement that knows the cost of its calls.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -24,7 +24,7 @@ const UNSHARED: Cost = Cost {
     per_lone: 3.0,
 };
 
-/// The smallest show there is, smaller, with an operator that states these errors of its steps.
+/// The smallest show, smaller, with an operator that states these errors of its steps.
 fn first(cost: Cost, stated: &[f64]) -> (Repl, MemoryStore) {
     let examples = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
     let text = std::fs::read_to_string(examples.join("first.lxq")).unwrap();
@@ -56,7 +56,7 @@ fn check_warns_of_a_run_of_minutes() {
         let (mut show, _) = first(cost, &[0.03, 0.02, 0.01]);
         show.execute("check").unwrap().text
     };
-    // The coarse step and the refined one, of a unit that takes a second.
+    // The coarse and the refined step, when a unit takes a second.
     let long = warned(100.0);
     assert!(long.contains("[W030]"), "{long}");
     assert!(
@@ -79,7 +79,7 @@ fn the_next_steps_have_their_price() {
     show.execute("plan --next").unwrap();
     let outlook = show.engine().estimate().forecast().unwrap();
     let seconds: Vec<f64> = outlook.steps.iter().map(|s| s.seconds).collect();
-    // Preparation and both lights, then a picture alone.
+    // Preparation and both lights, then one image.
     assert_eq!(seconds, [2.625, 0.125]);
     assert!(outlook.error > outlook.steps[0].error);
     let words = show.execute("plan --next 1").unwrap().text;

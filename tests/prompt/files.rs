@@ -1,4 +1,4 @@
-//! A show on disk: what it is read from is spared, and read again when it was edited elsewhere.
+//! A show on disk: its files are protected, and read again after external edits.
 
 use footlight_engine::Host;
 use footlight_host::files::{Disk, Folder, MemoryStore};
@@ -8,7 +8,7 @@ use tempfile::TempDir;
 
 const FILES: [&str; 3] = ["first.lxq", "first.obj", "first.mtl"];
 
-/// The smallest show there is, in a folder of its own.
+/// The smallest show, in a fresh folder.
 fn first() -> (TempDir, Repl) {
     let folder = tempfile::tempdir().unwrap();
     let examples = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples");
@@ -26,7 +26,7 @@ fn first() -> (TempDir, Repl) {
     (folder, crate::open(&show, host))
 }
 
-/// Results are not written over what the show is read from, by whatever way it is named.
+/// Results never overwrite the show's files, however they are named.
 #[test]
 fn the_shows_own_files_are_spared() {
     let (folder, mut show) = first();
@@ -73,7 +73,8 @@ fn a_move_says_what_it_lets_go() {
     assert!(!notes.iter().any(|n| n.contains("let go")), "{notes:?}");
 }
 
-/// A wall is painted in the modeller: the next edit shows it, and a stage that is gone is told.
+/// After a wall was painted in the modelling program, the next edit shows it; a missing stage is
+/// reported.
 #[test]
 fn a_stage_edited_elsewhere_is_read_again() {
     let (folder, mut show) = first();
@@ -96,7 +97,7 @@ fn a_stage_edited_elsewhere_is_read_again() {
     assert!(notes.iter().any(|n| n.contains("read again")), "{notes:?}");
     let after = pixel(&mut show);
     assert_ne!(after, before);
-    // Nothing changed since: nothing is told, the same is seen.
+    // Without further changes nothing is reported, and the image is equal.
     let notes = show.execute("stage \"first.obj\"").unwrap().notes;
     assert!(!notes.iter().any(|n| n.contains("read again")), "{notes:?}");
     std::fs::remove_file(folder.path().join("first.obj")).unwrap();
@@ -104,7 +105,7 @@ fn a_stage_edited_elsewhere_is_read_again() {
     assert_eq!(pixel(&mut show), after);
 }
 
-/// A part of the show is played by times, or as a cue from its GO until it is complete.
+/// A part of the show is played between times, or as a cue from its GO to its completion.
 #[test]
 fn a_part_of_a_show_is_played() {
     let text = include_str!("../../examples/first.lxq").replace("size 480x270", "size 16x9");

@@ -1,5 +1,5 @@
-//! Banks given as images: the whole loop on them, alone and beside lights, and every way in which
-//! an image can be unusable.
+//! Banks given as images: the whole loop on them, alone and with lights, and every way in which an
+//! image can be unusable.
 
 use std::path::{Path, PathBuf};
 
@@ -15,7 +15,7 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// A picture with a ramp over its columns, negative at the left.
+/// An image with a ramp over its columns, negative at the left.
 fn ramp(width: usize, height: usize, scale: f32) -> Image {
     let value = |i: usize| scale * ((i / 3 % width) as f32 - 1.0) * [1.0, 0.5, 0.25][i % 3];
     Image::from_data(width, height, (0..width * height * 3).map(value).collect()).unwrap()
@@ -54,7 +54,7 @@ fn a_show_of_images_needs_neither_stage_nor_view_and_nothing_is_left_to_refine()
     let data = show.engine().estimate().plan(0.02.into()).unwrap();
     assert_eq!((data.used, data.predicted.len()), (0, 1));
 
-    // One sum at full precision: rendered and from the pool it is the same picture.
+    // One sum in full precision: rendered and from the pool the images are equal.
     let summed = show
         .engine_mut()
         .render(&[1.0, 0.5], footlight_transport::Quality(1))
@@ -77,7 +77,7 @@ fn a_show_of_images_needs_neither_stage_nor_view_and_nothing_is_left_to_refine()
     assert_eq!(show.engine().estimate().predicted_error().unwrap(), 0.0);
     assert_eq!(show.engine().estimate().refined(), 0);
 
-    // The whole loop, and a step of quality that there is not.
+    // The whole loop, and a missing quality step.
     let ran = show.execute("run --keys -o out").unwrap().text;
     assert!(ran.contains("nothing left to refine"), "{ran}");
     for verb in ["check", "picture 0:05", "play", "plot", "plan"] {
@@ -149,7 +149,7 @@ fn images_add_to_lights_on_a_stage() {
             assert!((x - (l + i)).abs() <= 1e-5 * x.abs().max(1.0));
         }
     }
-    // What errs is the lamp alone, so that one refined picture is all that the plan finds.
+    // Only the lamp has an error, so that the plan finds one refined image.
     assert!(!both.engine().estimate().is_final());
     both.engine_mut().refine(Goal::default()).unwrap();
     let forecasts: Vec<f64> = both
@@ -166,7 +166,7 @@ fn images_add_to_lights_on_a_stage() {
     both.execute("run --keys -o out").unwrap();
 }
 
-/// The message about a show that cannot be used.
+/// The message about an unusable show.
 fn error(text: &str, files: Memory) -> String {
     match open(text, files) {
         Ok(_) => panic!("no error in {text}"),
@@ -237,7 +237,7 @@ fn images_beyond_the_memory_are_refused() {
     says(&message, &["E305", "`b.exr`", "--memory"]);
 }
 
-/// The example show beside the repository's own images.
+/// The example show with the repository's own images.
 #[test]
 fn the_example_runs() {
     let folder = root().join("examples/images");
@@ -255,8 +255,8 @@ fn the_example_runs() {
     show.execute("run --keys -o out").unwrap();
 }
 
-/// A multi-layer file as a renderer writes it: eight light groups of the reference stage by
-/// Blender's Cycles. Its groups add up to its own picture of all lights.
+/// A multi-layer file from a renderer: eight light groups of the reference stage by Blender's
+/// Cycles. Its groups add up to its image of all lights.
 #[test]
 fn light_groups_of_a_renderer_add_up_to_its_picture() {
     let path = root().join("../shared/refs/blender_lightgroups.exr");

@@ -60,7 +60,7 @@ impl footlight_host::files::Clock for Stopped {
     }
 }
 
-/// A clock that goes on by so many seconds whenever it is read.
+/// A clock that advances by a fixed time at each reading.
 struct Ticking {
     reads: AtomicUsize,
     seconds: f64,

@@ -1,5 +1,5 @@
-//! A renderer with noise, as a path tracer has it: two pictures of a bank tell its size, all that was
-//! rendered counts by its precision, and what is asked for is met in truth.
+//! A noisy renderer, like a path tracer: two images of a bank reveal its noise, all images are
+//! weighted by precision, and goals are really met.
 
 use std::sync::Arc;
 
@@ -13,10 +13,10 @@ use footlight_picture::combine::{combine, dot};
 use footlight_prompt::Repl;
 use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError, seed};
 
-/// Noise of a picture of one bank at a sample a pixel, as a share of its light in each pixel.
+/// Noise of an image of one bank at one sample per pixel, relative to its light in each pixel.
 const NOISE: f64 = 0.8;
 
-/// Every source lights a spot; a picture of several has each of them with its share of the samples.
+/// Every source lights a spot; in an image of several, each has its share of the samples.
 struct Noisy {
     salt: u64,
 }
@@ -44,7 +44,7 @@ fn spot(source: usize, (width, height): (usize, usize)) -> Image {
     Image::from_data(width, height, (0..3 * width * height).map(pixel).collect()).unwrap()
 }
 
-/// The picture of a setting without noise.
+/// The image of a setting without noise.
 fn exact(setting: &[f64], size: (usize, usize)) -> Image {
     let spots: Vec<Image> = (0..setting.len())
         .map(|source| spot(source, size))
@@ -146,7 +146,8 @@ fn open(show: &str, salt: u64) -> Repl {
     prompt("noisy.lxq", text.as_bytes(), host).unwrap()
 }
 
-/// What the worst moment is off by, relative to its light, where that is a fiftieth of the brightest.
+/// True error of the worst moment, relative to its light, among moments above a fiftieth of the
+/// brightest.
 fn true_error(show: &mut Repl) -> f64 {
     let engine = show.engine_mut();
     let timeline = engine.document().timeline();
@@ -172,8 +173,8 @@ fn true_error(show: &mut Repl) -> f64 {
     worst
 }
 
-/// Where noise alone is the error, 19 of 20 promises are kept, none is missed by much, and none costs
-/// what a much smaller error would.
+/// When errors are noise alone, 19 of 20 promises are kept, none is missed by much, and none costs
+/// as much as a much smaller error.
 #[test]
 fn what_is_asked_for_is_met_in_truth() {
     let mut shares = Vec::new();
@@ -206,8 +207,7 @@ fn what_is_asked_for_is_met_in_truth() {
     assert!(shares.iter().all(|share| *share < 1.1), "{shares:?}");
 }
 
-/// All that was rendered of a bank counts: the picture of two steps has the noise of their samples
-/// together.
+/// All images of a bank count: combining two steps gives the noise of their samples together.
 #[test]
 fn pictures_of_a_bank_are_averaged_by_their_precision() {
     let mut repl = open("first.lxq", 7);
@@ -228,7 +228,7 @@ fn pictures_of_a_bank_are_averaged_by_their_precision() {
     }
 }
 
-/// Every bank alone begins with two coarse steps, whose noise tells which one is fine enough.
+/// Every bank alone starts with two coarse steps, whose noise tells which step is fine enough.
 #[test]
 fn banks_alone_are_rendered_no_finer_than_their_noise_asks_for() {
     let mut repl = open("first.lxq", 3);

@@ -1,4 +1,4 @@
-//! Radiosity as a renderer of which a test replaces parts.
+//! Radiosity with parts replaced by a test.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -8,31 +8,31 @@ use footlight_picture::Image;
 use footlight_transport::radiosity::Radiosity;
 use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 
-/// Radiosity with a scale, quality or cost of its own where there is one.
+/// Radiosity with optional overrides of scale, quality and cost.
 #[derive(Default)]
 pub struct Altered {
     /// The finest step of the scale.
     pub finest: Option<Quality>,
-    /// The coarsest step that takes 9 MB more than there is.
+    /// The coarsest step that needs 9 MB more than available.
     pub too_large: Option<Quality>,
-    /// What is rendered, whatever quality is asked for.
+    /// The quality rendered, whatever is requested.
     pub quality: Option<Quality>,
-    /// What everything costs.
+    /// The cost of everything.
     pub cost: Option<Cost>,
-    /// What it states of its steps' errors, from step 1 on.
+    /// Stated errors of its steps, from step 1 on.
     pub stated: Vec<f64>,
-    /// Whether its images may be stored as those of radiosity.
+    /// True when its images may be stored like those of radiosity.
     pub is_stored: bool,
-    /// Whether every step costs what it does but renders the cheapest, in which a pixel has a share
-    /// of its neighbour's light: at step 1 of the one beside it, at step 2 of the one below.
+    /// True when every step has its normal cost but renders the cheapest one, with a share of each
+    /// pixel's neighbour added: at step 1 of the one to the side, at step 2 of the one below.
     pub is_smeared: bool,
-    /// Images rendered so far.
+    /// Number of images rendered so far.
     pub rendered: Arc<AtomicUsize>,
 }
 
 impl Altered {
-    /// A quick operator that states no errors: only two coarse steps estimate them, and mixtures reduce
-    /// them.
+    /// A quick operator without stated errors: only two coarse steps estimate them, and mixtures
+    /// reduce them.
     pub fn unstated() -> Altered {
         Altered {
             is_stored: true,
@@ -48,7 +48,7 @@ struct Counting {
     rendered: Arc<AtomicUsize>,
 }
 
-/// The image with a share of the light of each pixel's neighbour.
+/// The image with a share of each pixel's neighbour.
 fn smeared(image: &Image, quality: Quality) -> Image {
     let (width, height) = image.size();
     let (share, across, down) = match quality {

@@ -1,4 +1,4 @@
-//! Whole sessions at the prompt, in memory: edits, refinement, pictures, results.
+//! Whole sessions at the prompt, in memory: edits, refinement, images, results.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -99,8 +99,8 @@ fn an_edit_of_a_cue_keeps_every_refined_picture_and_the_next_picture_uses_them()
     let after = show.engine_mut().picture(seconds(6.0)).unwrap();
     assert!(largest_difference(&before, &after) > 0.1);
 
-    // The same show compiled from its new text, with nothing refined, previews differently: what
-    // was refined before the edit is at work.
+    // The show compiled from its new text, without refinement, has another preview: images refined
+    // before the edit take effect.
     let mut fresh = prompt(
         "t.lxq",
         show.engine().document().text().as_bytes(),
@@ -248,7 +248,8 @@ fn sha256(bytes: &[u8]) -> String {
 #[test]
 fn run_leaves_its_results_and_no_keys_of_an_earlier_run() {
     let (mut show, store) = open();
-    // What else lies in the folder stays; what an earlier run left goes, unless it was changed.
+    // Other files in the folder stay; files of an earlier run are removed, unless they were
+    // changed.
     let listed = |name: &str| format!("{}  {name}\n", sha256(b"old"));
     let manifest = listed("keys/key998.exr") + &listed("keys/key999.exr");
     for (name, content) in [
@@ -372,7 +373,7 @@ fn the_plan_is_the_same_bytes_in_every_run_and_with_any_threads() {
     );
 }
 
-/// Cancels after a number of questions.
+/// Cancels after a number of polls.
 struct Impatient {
     asked: AtomicUsize,
     patience: usize,
@@ -389,7 +390,7 @@ impl Progress for Impatient {
 
 #[test]
 fn cancel_is_heard_and_nothing_is_half_done() {
-    // The first question is that of opening the show.
+    // The first poll is that of opening the show.
     for patience in [1, 2, 4, 10, 100, 1000, 10_000] {
         let stopped = Arc::new(AtomicBool::new(false));
         let progress = Impatient {
@@ -452,7 +453,7 @@ fn a_reload_tells_what_two_readings_would_tell() {
     }
 }
 
-/// A clock that is a second later whenever it is asked.
+/// A clock that advances by a second at each reading.
 #[derive(Default)]
 struct Hasty(AtomicUsize);
 
@@ -479,7 +480,7 @@ fn the_limit_of_time_ends_a_call_and_the_next_goes_on_from_there() {
     for limit in [4, 10, 40, 160, 640, 2560] {
         let mut show = open(Some(limit));
         let error = match show.execute("refine until 0%") {
-            // Stopped between two pictures it tells what it did.
+            // Stopped between two images, it reports what was done.
             Ok(reply) if reply.stopped => {
                 let note = format!("the limit of time ({limit} s) is reached");
                 assert!(reply.notes.contains(&note.into()), "{:?}", reply.notes);
@@ -503,7 +504,7 @@ fn the_limit_of_time_ends_a_call_and_the_next_goes_on_from_there() {
             show.engine().estimate().refined() >= kept,
             "what was finished is lost"
         );
-        // Between calls there is no limit: a look takes no time of the call before.
+        // Between calls there is no limit: `at` does not count towards the previous call.
         show.execute("at 0:03").unwrap();
     }
     assert!(late > 0, "no limit was too short");
@@ -534,7 +535,7 @@ fn every_verb_has_help_and_an_example_that_is_understood() {
     assert!(error.contains("did you mean `picture`"), "{error}");
 }
 
-/// An edit changes the error without a picture: what was reached before it may not be any more.
+/// An edit changes the error without an image: a goal reached before may no longer be.
 #[test]
 fn an_error_is_reached_by_the_show_as_it_is_now() {
     let text = SHOW.replace("warm 15  cool 90", "warm 15");
@@ -557,8 +558,8 @@ fn an_error_is_reached_by_the_show_as_it_is_now() {
     assert!(show.engine().estimate().predicted_error().unwrap() <= after / 2.0);
 }
 
-/// No more is modelled than a scene needs: an estimate that leaves room three times over is
-/// believed as it is, a nearer one not.
+/// A scene gets no more refinement than it needs: an estimate with a threefold margin is trusted, a
+/// nearer one is not.
 #[test]
 fn a_tolerance_with_room_needs_no_refined_picture() {
     let after = |share: f64| {
@@ -575,8 +576,8 @@ fn a_tolerance_with_room_needs_no_refined_picture() {
     assert!(after(0.1) >= 2);
 }
 
-/// Whatever is refined next, planned or not, copies and near-copies among it: the forecast does not
-/// rise, and what adds nothing is refused with how much of it was outside.
+/// Whatever is refined next, planned or not, including copies and near-copies, the forecast does
+/// not rise, and useless settings are refused with their share outside the span.
 #[test]
 fn the_forecast_never_rises_and_copies_are_refused_with_the_reason() {
     let (mut show, _) = open();
@@ -626,7 +627,7 @@ fn the_forecast_never_rises_and_copies_are_refused_with_the_reason() {
     }
 }
 
-/// Fixed lights have names of their own, but are one bank that nobody moves.
+/// Fixed lights have names, but form one bank that never moves.
 #[test]
 fn what_is_fixed_is_looked_at_together() {
     let store = MemoryStore::default();

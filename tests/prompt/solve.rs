@@ -1,5 +1,5 @@
-//! Levels from a picture: found again from pictures of known levels, as files of every kind, and refused
-//! where there is nothing to find.
+//! Levels for a target image: recovered from images of known levels, in files of every kind, and
+//! refused when nothing can be found.
 
 use std::path::{Path, PathBuf};
 
@@ -12,7 +12,7 @@ use footlight_prompt::Repl;
 use footlight_show::diagnostic::Style;
 use footlight_show::units::Time;
 
-/// Banks with every law and an rgb one, banks that are alike, one that is not seen, a light that is fixed.
+/// Banks with every law and an rgb one, indistinguishable banks, an invisible one, a fixed light.
 const SHOW: &str = r#"show "Known"
 preview { exposure -4.6 }
 surface floor  reflectance 0.5 quad -4,-4,0 4,-4,0 4,4,0 -4,4,0
@@ -40,7 +40,7 @@ cue 1 at 0:00 { snap  left 50  right 30  twin 0  cyc 80 #4060ff  back 0  under 2
 cue 2 at 0:05 { time 2  right 90  under 60 }
 "#;
 
-/// Levels that a picture is made of, as `set` reads them.
+/// Levels of the target image, in the form for `set`.
 const KNOWN: &str = "left 73.21 right 12.3 cyc 62 #ff8040 back 44.4";
 
 fn open(text: &str) -> (Repl, MemoryStore) {
@@ -60,12 +60,12 @@ fn told(show: &mut Repl, line: &str) -> String {
     }
 }
 
-/// Levels of the parameters at the moment, with what is tried.
+/// Levels of the parameters at the moment, with trial levels.
 fn levels(show: &Repl) -> Vec<f64> {
     show.live().levels(show.engine().document())
 }
 
-/// How far the light of what is seen is from that of other levels. The twins count together.
+/// Largest difference of visible light from that of other levels. The twins count together.
 fn off(show: &Repl, wanted: &[f64]) -> f64 {
     let light = |levels: &[f64]| {
         let mut all = footlight_show::timeline::lights(show.engine().show(), levels);
@@ -78,7 +78,7 @@ fn off(show: &Repl, wanted: &[f64]) -> f64 {
     pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-/// A show with pictures of the known levels in its store, at which it stood before.
+/// A show with images of the known levels in its store, and its current levels.
 fn with_pictures() -> (Repl, MemoryStore, Vec<f64>) {
     let (mut show, store) = open(SHOW);
     for line in [
@@ -101,7 +101,8 @@ fn with_pictures() -> (Repl, MemoryStore, Vec<f64>) {
     (show, store, known)
 }
 
-/// Solved back within 1e-4 from light, within 1e-2 from 8 bits, also where a fifth of the picture is white.
+/// Recovered within 1e-4 from light and within 1e-2 from 8 bits, even when a fifth of the image is
+/// white.
 #[test]
 fn known_levels_are_found_again() {
     let (mut show, _, known) = with_pictures();
@@ -127,7 +128,7 @@ fn known_levels_are_found_again() {
         );
         show.execute("release").unwrap();
     }
-    // The twins shared what is less by their light: 30 of one of twice the light.
+    // The twins share the missing 30 in proportion to their light, one having twice the other's.
     let (mut show, ..) = with_pictures();
     show.execute("set twin 20").unwrap();
     let before = levels(&show);
@@ -140,7 +141,7 @@ fn known_levels_are_found_again() {
     );
 }
 
-/// Banks that are not named stand as they are, and what is solved becomes a cue.
+/// Other banks stay, and the solution becomes a cue.
 #[test]
 fn some_banks_at_a_cue_and_what_follows() {
     let (mut show, _, known) = with_pictures();
@@ -164,7 +165,7 @@ fn some_banks_at_a_cue_and_what_follows() {
     assert!(off(&show, &known) < 1e-4, "{}", off(&show, &known));
 }
 
-/// A moving head shines from where it points at the moment, which `solve` leaves as it is.
+/// `solve` uses a moving head in its current pose, and does not move it.
 #[test]
 fn a_head_is_found_where_it_points() {
     let spot = "light d  spot at 0,2,4   aim 0,1,0  beam 30 field 60 900 cd";
@@ -183,7 +184,7 @@ fn a_head_is_found_where_it_points() {
     show.execute("set d to 2, 2, 0").unwrap();
     let said = told(&mut show, "solve known.exr");
     assert!(off(&show, &known) < 1e-4, "{}\n{said}", off(&show, &known));
-    // Where it points elsewhere its light is another.
+    // In another pose its light differs.
     show.execute("release").unwrap();
     let said = told(&mut show, "solve known.exr");
     assert!(
@@ -218,7 +219,7 @@ fn level_and_colour_stay_where_the_other_follows() {
     }
 }
 
-/// Alpha says what counts: the right half of a sketch, white there, is transparent.
+/// Alpha is the weight: the white right half of the sketch is transparent.
 #[test]
 fn what_is_transparent_does_not_count() {
     let (mut show, store, known) = with_pictures();
@@ -266,7 +267,7 @@ fn other_sizes_are_scaled() {
     }
 }
 
-/// Files that hold no sketch of the view leave everything as it was.
+/// Files without a sketch of the view change nothing.
 #[test]
 fn what_is_no_sketch_is_refused() {
     let (mut show, store, _) = with_pictures();
@@ -285,7 +286,7 @@ fn what_is_no_sketch_is_refused() {
         .unwrap();
     not_finite[at..at + 4].copy_from_slice(&f32::NAN.to_le_bytes());
     let mut large = png::encode(4, 4, &[9; 48]).unwrap();
-    // The width and height of the header, and its checksum, of 30,000 pixels each.
+    // The width and height of the header, 30,000 pixels each, and its checksum.
     large[16..24].copy_from_slice(&[0, 0, 0x75, 0x30, 0, 0, 0x75, 0x30]);
     let sum = crc(&large[12..29]);
     large[29..33].copy_from_slice(&sum.to_be_bytes());
@@ -359,7 +360,7 @@ fn what_is_no_sketch_is_refused() {
         );
     }
     assert_eq!(levels(&show), before);
-    // Black as displayed is a picture of nothing: all that can go out does.
+    // A black display is an image of no light: everything that can goes out.
     store
         .write(
             Path::new("black.png"),
@@ -384,8 +385,8 @@ fn crc(bytes: &[u8]) -> u32 {
     !bytes.iter().fold(u32::MAX, byte)
 }
 
-/// A spot on bare ground, of 1,000 cd from 4 m above: 62.5 lux below it at full, in closed form. Other light
-/// counts; a point that lies to the left has a minus in front.
+/// A spot on bare ground, of 1,000 cd from 4 m above: 62.5 lux below it at full, in closed form.
+/// Other light counts; a point to the left begins with a minus.
 #[test]
 fn an_illuminance_is_the_closed_form() {
     let text = r#"show "Ground"
@@ -407,7 +408,7 @@ cue 1 at 0:00 { snap left 50 right 10 tint 0 }
     );
     let wanted = (40.0_f64 / 62.5).sqrt();
     assert!((levels(&show)[0] - wanted).abs() < 2e-3, "{said}");
-    // More than there is: as near as it comes, from where it stood.
+    // More than possible: as near as it comes, from the current levels.
     show.execute("release").unwrap();
     let said = told(&mut show, "solve lux 900 at -1,0,0 left --cue 1");
     assert!(
@@ -436,7 +437,7 @@ cue 1 at 0:00 { snap left 50 right 10 tint 0 }
     assert!(told(&mut show, "solve lux 50 at 2,0,0").contains("in haze"));
 }
 
-/// The manual's sketch is what its program paints, and the page shows what the program says of it.
+/// The manual's sketch is its program's output, and the page shows the program's messages.
 #[test]
 fn the_painted_sketch_goes_as_the_manual_says() {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));

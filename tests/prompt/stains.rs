@@ -1,5 +1,5 @@
-//! A dim side light on a smooth wall, there for a second, whose coarse pictures are stained: the
-//! average over the sequence does not know of it, the eye sees nothing else.
+//! A dim side light on a smooth wall, lit for a second, whose coarse images are stained: an average
+//! over the sequence misses it, but the eye sees nothing else.
 
 use std::sync::Arc;
 
@@ -28,7 +28,7 @@ cue 3 at 5:01 { time 0  side out  front 100 }
 cue 4 at 10:00 { time 5  front 80 }
 "#;
 
-/// What a step's pictures of each bank are off by, as a share of their light.
+/// Relative errors of a step's images of each bank.
 const OFF: [[f64; 2]; 5] = [
     [0.004, 0.16],
     [0.002, 0.08],
@@ -37,7 +37,7 @@ const OFF: [[f64; 2]; 5] = [
     [0.0, 0.0],
 ];
 
-/// Radiosity, with a wave over the picture's whole width that is dark at one end and bright at the
+/// Radiosity with a wave over the whole width of the image, dark at one end and bright at the
 /// other.
 struct Stained;
 
@@ -113,7 +113,7 @@ fn open() -> Repl {
     prompt("stains.lxq", SHOW.as_bytes(), host).unwrap()
 }
 
-/// What the side cue's picture is off by, relative and as displayed.
+/// Error of the side cue's image, relative and as displayed.
 fn side_cue(show: &mut Repl) -> [f64; 2] {
     let engine = show.engine_mut();
     let setting = vec![0.0, 0.6];

@@ -1,4 +1,4 @@
-//! The pool in memory and on disk: what is found again, what an edit keeps, and what faults do.
+//! The pool in memory and on disk: images found again, images kept by an edit, and faults.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -42,7 +42,7 @@ const MATERIALS: &str = "newmtl floor\nKd 0.4 0.35 0.3\nnewmtl wall\nKd 0.6 0.6 
 
 const POOL: &str = "pool";
 
-/// A show, and how many pictures were rendered for it.
+/// A show, and the number of images rendered for it.
 struct Session {
     show: Repl,
     rendered: Arc<AtomicUsize>,
@@ -53,7 +53,7 @@ impl Session {
         Session::timed(text, store, limit, 1e-3)
     }
 
-    /// The same on a machine where every look at the clock takes so many seconds.
+    /// A session on a machine where every reading of the clock takes this many seconds.
     fn timed(text: &str, store: impl Store + 'static, limit: Option<u64>, seconds: f64) -> Session {
         let rendered = Arc::new(AtomicUsize::new(0));
         let files = Memory::default().with("room.obj", ROOM);
@@ -80,7 +80,7 @@ impl Session {
         self.show.engine_mut().refine(goal).unwrap();
     }
 
-    /// Refines until there are so many pictures, stored ones included; what the user is told.
+    /// Refines to a number of images, including stored ones; returns the messages.
     fn refine_to(&mut self, count: usize) -> Vec<footlight::Printable> {
         self.show.engine_mut().coarse().unwrap();
         let line = match count - self.show.engine().estimate().refined() {
@@ -90,7 +90,7 @@ impl Session {
         self.show.execute(&line).unwrap().notes
     }
 
-    /// Pictures rendered since the last call.
+    /// Number of images rendered since the last call.
     fn rendered(&self) -> usize {
         self.rendered.swap(0, Ordering::Relaxed)
     }
@@ -124,8 +124,9 @@ fn difference(a: &[Image], b: &[Image]) -> f32 {
     off / peak
 }
 
-/// Cue pictures and page that are written of the first images stay where these are enough, and are written
-/// again where a measured error takes finer ones: as of images that are at hand, which are measured once more.
+/// Cue images and page written from the first images stay if these are sufficient, and are written
+/// again if a measured error requires finer ones, even when the images exist and are only measured
+/// again.
 #[test]
 fn the_pictures_of_a_run_are_those_of_its_last_images() {
     for (until, quality) in [("50%", 1), ("0.1%", 3)] {
@@ -162,7 +163,7 @@ fn the_pictures_of_a_run_are_those_of_its_last_images() {
     }
 }
 
-/// The error of a sequence with refined mixtures is measured as well, on its worst moment.
+/// The error of a sequence with refined mixtures is also measured, at its worst moment.
 #[test]
 fn the_error_after_mixtures_is_measured() {
     let files = Memory::default().with("room.obj", ROOM);
@@ -205,7 +206,7 @@ fn a_second_session_renders_nothing_and_leaves_the_same_bytes() {
     assert_eq!(read(Path::new("pool/.gitignore")), b"*\n");
     let mut compared = 0;
     for path in store.paths() {
-        // A chart against seconds differs from run to run, and so does its digest.
+        // A chart against seconds differs between runs, and so does its digest.
         let Ok(name) = path.strip_prefix("without") else {
             continue;
         };
@@ -223,8 +224,8 @@ fn a_second_session_renders_nothing_and_leaves_the_same_bytes() {
     assert!(compared > 5, "{compared}");
 }
 
-/// Coarse pictures of the refined quality are there from another step, and the next refined ones
-/// are sums of them.
+/// Coarse images of the refined quality exist from another step, and the next refined ones are sums
+/// of them.
 #[test]
 fn what_is_stored_has_no_price() {
     let store = MemoryStore::default();
@@ -257,7 +258,7 @@ fn grouping_banks_adds_up_what_is_there() {
         assert_eq!(session.rendered(), 8);
         let grouped = "bank warm = left right\nbank cool = right";
         if disk.is_some() {
-            // Another session, so that all comes from the store.
+            // Another session, so that everything comes from the store.
             let text = SHOW.replace("bank warm = left", "bank warm = left right");
             session = Session::open(&text, store, disk);
         } else {
@@ -290,7 +291,7 @@ fn refined_pictures_go_on_with_sources_that_can_express_them() {
     let mut session = Session::open(SHOW, MemoryStore::default(), None);
     session.refine(2);
     session.rendered();
-    // The banks as they were, one of them under another name and in another order: same light.
+    // The old banks, one of them under another name and in another order: equal light.
     let reply = session.show.execute("bank over = top right").unwrap();
     assert!(
         reply.text.contains("2 refined pictures kept"),
@@ -306,7 +307,7 @@ fn refined_pictures_go_on_with_sources_that_can_express_them() {
         let off = difference(&[refined.image.as_ref().clone()], &[preview]);
         assert!(off <= 1e-6, "{off}");
     }
-    // A joined bank cannot express them; undone, they are back.
+    // A joined bank cannot express them; after `undo`, they are back.
     session
         .show
         .execute("bank over = top left right\nbank warm = left right")
@@ -320,8 +321,8 @@ fn refined_pictures_go_on_with_sources_that_can_express_them() {
     assert_eq!(session.rendered(), 0);
 }
 
-/// The text changed in an editor between two runs: every refined picture still tells what is wrong
-/// with the coarse ones.
+/// The text changed in an editor between two runs: every refined image still corrects the coarse
+/// ones.
 #[test]
 fn another_session_goes_on_with_the_refined_pictures_whatever_the_cues_say() {
     let store = MemoryStore::default();
@@ -357,7 +358,7 @@ fn another_session_goes_on_with_the_refined_pictures_whatever_the_cues_say() {
         let off = difference(&[refined.image.as_ref().clone()], &[preview]);
         assert!(off <= 1e-6, "{off}");
     }
-    // Only what is new is rendered, and the next session has all three.
+    // Only new images are rendered, and the next session has all three.
     second.refine(1);
     assert_eq!(second.rendered(), 1);
     let mut third = Session::open(&text, store, PLENTY);
@@ -367,8 +368,8 @@ fn another_session_goes_on_with_the_refined_pictures_whatever_the_cues_say() {
     assert_eq!(third.rendered(), 0);
 }
 
-/// Two sessions that knew nothing of each other refined almost the same settings: their difference
-/// would be magnified, and the rounding of single precision with it.
+/// Two independent sessions refined almost equal settings: their difference would be magnified, and
+/// the rounding of single precision with it.
 #[test]
 fn near_copies_of_refined_pictures_are_left_out() {
     let one = MemoryStore::default();
@@ -448,7 +449,7 @@ fn an_edit_renders_only_what_depends_on_it() {
     assert_eq!(after(view), 6, "everything");
 }
 
-/// A store with a fault: what is done to pictures from the n-th on that is written.
+/// A store with a fault: what happens to images from the n-th write on.
 #[derive(Clone)]
 struct Faulty {
     inner: MemoryStore,
@@ -568,7 +569,7 @@ fn faults_cost_rendering_and_a_note_but_never_a_wrong_number() {
             );
             assert!(second.keys() == truth, "{what}");
 
-            // What was damaged has been replaced.
+            // The damaged images have been replaced.
             let mut third = Session::open(SHOW, inner, PLENTY);
             third.refine_to(2);
             assert_eq!(third.rendered(), 0, "{what}");
@@ -588,7 +589,7 @@ fn the_limit_drops_what_was_used_least_recently() {
         paths.iter().map(length).sum()
     };
     let total = bytes(&all);
-    // Another view, in a store that has room for one show and a bit.
+    // Another view, in a store with room for little more than one show.
     let other = SHOW.replace("fov 45", "fov 40");
     let limit = total + total / 5;
     let mut second = Session::open(&other, store.clone(), Some(limit));
@@ -599,7 +600,7 @@ fn the_limit_drops_what_was_used_least_recently() {
     assert_eq!(again.rendered(), 0, "what was used last is there");
     let left = all.iter().filter(|p| stored(&store).contains(p)).count();
     assert_eq!(left, 1, "of the first show the last picture used");
-    // A limit below a single picture stores nothing, and says nothing wrong.
+    // With a limit below a single image nothing is stored, and no error reported.
     let tiny = MemoryStore::default();
     Session::open(SHOW, tiny.clone(), Some(1000)).refine(1);
     assert!(stored(&tiny).is_empty());

@@ -15,7 +15,7 @@ use footlight_show::diagnostic::Style;
 use footlight_transport::Quality;
 use std::sync::Arc;
 
-/// The furnace, small, with a store of its own.
+/// The furnace, small, with a separate store.
 fn furnace(store: &MemoryStore) -> Repl {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/reference/furnace");
     let text = std::fs::read_to_string(folder.join("furnace.lxq")).unwrap();
@@ -36,7 +36,7 @@ fn keep(store: &MemoryStore, name: &str, image: &Image) {
     store.write(&Path::new("refs").join(name), &bytes).unwrap();
 }
 
-/// Each bank as the show itself renders it at a quality.
+/// Each bank rendered by the show at a quality.
 fn rendered(show: &mut Repl, quality: u8) -> Vec<Image> {
     let unit = |i: usize| (0..6).map(|j| f64::from(u8::from(i == j))).collect();
     let settings: Vec<Vec<f64>> = (0..6).map(unit).collect();
@@ -79,10 +79,10 @@ fn a_picture_is_its_own_reference_and_a_brighter_one_is_not() {
     assert!((number(0, "rmse") - 0.02).abs() < 1e-6);
     assert!((number(0, "mean_ratio") - 1.02).abs() < 1e-6);
     assert!(banks[0]["rmse_noise_free"].is_null());
-    // All walls are lamps: there is no pixel away from them.
+    // All walls are lamps: no pixel is away from them.
     assert!(banks[0]["rmse_no_emitters"].is_null());
     assert_eq!(number(1, "rmse"), 0.0);
-    // Between its halves: the estimate under the root is negative, which a signed zero tells.
+    // Between its halves: the estimate under the root is negative, shown by a signed zero.
     let fair = number(5, "rmse_noise_free");
     assert!(fair == 0.0 && fair.is_sign_negative(), "{fair}");
 
@@ -92,9 +92,8 @@ fn a_picture_is_its_own_reference_and_a_brighter_one_is_not() {
     assert_eq!(&drawn[1..4], b"PNG");
 }
 
-/// The pictures that are shipped with Cornell: error without noise and without pixels that touch a
-/// lamp, in the mean of the banks; the worst bank (the floor, at the first step) comes to 1.3 times
-/// that.
+/// The reference images shipped with Cornell: error without noise and without pixels next to a
+/// lamp, averaged over the banks; the worst bank (the floor, at the first step) has 1.3 times that.
 #[test]
 fn cornell_meets_the_pictures_beside_it() {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("examples/reference/cornell");
@@ -229,7 +228,7 @@ fn what_a_step_sets_rises_with_it_and_so_does_its_price() {
     );
 }
 
-/// The same with pictures of a size and other means.
+/// A random show with images of a size, and another host.
 fn random_of(size: [usize; 2], store: &MemoryStore, host: Host) -> Repl {
     let made = crate::random_show::random_show(7, size);
     let path = Path::new("set/random.lxq");
@@ -242,7 +241,7 @@ fn random_of(size: [usize; 2], store: &MemoryStore, host: Host) -> Repl {
     crate::open(path, host)
 }
 
-/// With a renderer that ignores quality.
+/// A show with a renderer that ignores quality.
 fn stubborn() -> Repl {
     let host = Host {
         renderer: Arc::new(Altered {

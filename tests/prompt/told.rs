@@ -1,4 +1,5 @@
-//! What the prompt says of its own accord: banks without light, the exposure and how to hold it.
+//! Unrequested notes of the prompt: banks without light, and the exposure with the line that fixes
+//! it.
 
 use footlight_engine::Host;
 use footlight_host::files::MemoryStore;
@@ -98,8 +99,8 @@ fn the_exposure_is_told_everywhere_and_what_holds_it_can_be_typed() {
     );
 }
 
-/// Effects that run on to the end make more keys than memory holds: all that needs no key images is
-/// made all the same.
+/// Effects that never end make more keys than memory holds: everything that needs no key images is
+/// still made.
 #[test]
 fn a_show_of_too_many_keys_is_run_without_its_page() {
     let text = r#"show "Endless"

@@ -1,5 +1,5 @@
 //! Golden transcripts: sessions at the prompt, compared as a whole. `FOOTLIGHT_BLESS=1 cargo test
-//! --test prompt transcripts` writes them again.
+//! --test prompt transcripts` rewrites them.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
 
-/// The files of a folder whose names have this ending, in order.
+/// The files of a folder with this extension, sorted.
 fn files_of(folder: &str, ending: &str) -> Vec<PathBuf> {
     let entries = fs::read_dir(root().join(folder)).unwrap();
     let mut paths: Vec<PathBuf> = entries.map(|e| e.unwrap().path()).collect();
@@ -24,7 +24,7 @@ fn files_of(folder: &str, ending: &str) -> Vec<PathBuf> {
 }
 
 /// Runs the commands of a transcript (lines after `lxq> `, continued after `...> `) on a show at
-/// `path`, and returns it with the answers as they are now.
+/// `path`, and returns it with the current answers.
 fn replay(transcript: &str, path: &Path, show: &[u8]) -> String {
     let store = MemoryStore::default();
     let name = Path::new(path.file_name().unwrap());
@@ -67,8 +67,7 @@ fn compare(path: &Path, written: &str, now: &str) {
     }
 }
 
-/// A transcript's show is the one that its first line names (`// on sketch/sketch.lxq`), or the
-/// first one.
+/// A transcript's show is named in its first line (`// on sketch/sketch.lxq`), or is the first one.
 #[test]
 fn sessions_go_as_written() {
     for path in files_of("tests/transcripts", "txt") {
@@ -82,8 +81,8 @@ fn sessions_go_as_written() {
     }
 }
 
-/// The transcripts of the README and the manual, each on the show above it in the page, or on the
-/// first one.
+/// The transcripts of README and manual, each on the show above it in the page, or on the first
+/// one.
 #[test]
 fn sessions_of_the_manual_go_as_written() {
     let mut pages = files_of("src/manual", "md");
@@ -95,7 +94,7 @@ fn sessions_of_the_manual_go_as_written() {
         let mut path = first.clone();
         let mut show = fs::read_to_string(&path).unwrap();
         let mut pieces: Vec<String> = written.split("```").map(str::to_owned).collect();
-        // Every second piece is a block of code, its language in front.
+        // Every second piece is a block of code that begins with its language.
         for block in pieces.iter_mut().skip(1).step_by(2) {
             if let Some(text) = block.strip_prefix("lxq\n") {
                 show = text.to_owned();

@@ -1,4 +1,4 @@
-//! Which way an error is reached, what is said of it, and that every verb says the same.
+//! The method chosen for an error, its description, and its consistency over all verbs.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -14,10 +14,10 @@ use footlight_prompt::Repl;
 use footlight_show::units::ErrorUnit;
 use footlight_transport::{Cost, Quality};
 
-/// What each step is off by, as the operator of these tests states it.
+/// Errors of each step, as stated by the operator of these tests.
 const STATED: [f64; 3] = [0.04, 0.02, 0.0005];
 
-/// The first show, small, with an operator that states its errors; what it renders is counted.
+/// The first show, small, with an operator that states its errors; counts its images.
 fn open(cost: Option<Cost>, store: &MemoryStore) -> (Repl, Arc<AtomicUsize>) {
     open_show("first.lxq", cost, store)
 }
@@ -57,8 +57,8 @@ fn say(show: &mut Repl, line: &str) -> String {
     }
 }
 
-/// Where preparing a step is what costs, every bank alone at the cheapest step that is good enough
-/// beats any mixture.
+/// When the cost is in preparing a step, every bank alone at the cheapest sufficient step beats any
+/// mixture.
 #[test]
 fn one_step_is_enough_where_pictures_share_their_work() {
     for (until, quality) in [(0.05, 1), (0.02, 2), (0.015, 3)] {
@@ -76,7 +76,7 @@ fn one_step_is_enough_where_pictures_share_their_work() {
     }
 }
 
-/// An error as displayed takes the step that is stated to show it, and every verb names it so.
+/// A displayed error uses the step stated to reach it, and every verb names it so.
 #[test]
 fn steps_of_the_display_are_an_error_too() {
     let (mut show, _) = open(None, &MemoryStore::default());
@@ -105,7 +105,7 @@ fn steps_of_the_display_are_an_error_too() {
     }
 }
 
-/// Where every picture costs the same, two mixtures on top of what is there beat five banks.
+/// When every image has equal cost, two mixtures on top of existing images beat five banks.
 #[test]
 #[ignore = "slow"]
 fn mixtures_win_where_a_picture_costs_what_a_picture_costs() {
@@ -129,7 +129,7 @@ fn mixtures_win_where_a_picture_costs_what_a_picture_costs() {
     assert_eq!(next.map(|w| w.seconds), Some(300.0), "{ways:?}");
     show.engine_mut().refine(Goal::until(until)).unwrap();
     assert!(rendered.load(Ordering::Relaxed) - before < 5);
-    // By name it is the other one.
+    // On request it is the other method.
     say(&mut show, "refine until 0.2% --way alone");
     assert_eq!(show.engine().estimate().coarse_steps().map(|q| q.0), [3; 2]);
 }
@@ -148,7 +148,7 @@ fn a_way_is_taken_by_name() {
     assert!(text.contains("takes auto, paper, alone"), "{text}");
 }
 
-/// Below what the finest step is itself off by nothing is left to do but to say so.
+/// Below the error of the finest step, the program only says so.
 #[test]
 fn more_than_the_finest_step_gives_is_not_promised() {
     let (mut show, rendered) = open(None, &MemoryStore::default());
@@ -162,7 +162,7 @@ fn more_than_the_finest_step_gives_is_not_promised() {
     assert_eq!(rendered.load(Ordering::Relaxed), 2, "nothing again");
 }
 
-/// The summary of a run begins with the error and what it took, and no line is wider than 100 columns.
+/// The summary of a run begins with the error and the time, and no line is wider than 100 columns.
 #[test]
 fn the_summary_of_a_run_is_six_lines() {
     let (mut show, _) = open(None, &MemoryStore::default());
@@ -184,8 +184,8 @@ fn the_summary_of_a_run_is_six_lines() {
     assert!(text.contains(" in a\n         browser;"), "{text}");
 }
 
-/// Where a step does not fit into the memory the finest one below it serves, and the option that allows
-/// more is named; that of all memory is 4096.
+/// When a step exceeds the memory, the finest one below it is used, and the option that allows more
+/// is named; the default is 4096.
 #[test]
 fn a_step_that_memory_does_not_hold_is_settled_without() {
     let open = |step| {
@@ -197,7 +197,7 @@ fn a_step_that_memory_does_not_hold_is_settled_without() {
         open_with("first.lxq", too_large, &MemoryStore::default())
     };
     let mut show = open(3);
-    // Nothing is rendered yet that would serve.
+    // No usable image is rendered yet.
     let text = say(&mut show, "refine until 0.1%");
     let words = "as exact as the memory allows: quality 3 needs `--memory 4105` or more";
     assert!(text.contains(words), "{text}");
@@ -213,7 +213,7 @@ fn a_step_that_memory_does_not_hold_is_settled_without() {
     );
     let text = say(&mut show, "refine until 2%");
     assert!(text.contains("the error asked for is reached"), "{text}");
-    // The stored images serve where a finer step was to follow, and where mixtures were.
+    // Stored images are used where a finer step or mixtures would follow.
     for line in ["refine until 0.1%", "refine 1"] {
         let mut show = open(2);
         show.engine_mut().coarse().unwrap();
@@ -221,12 +221,12 @@ fn a_step_that_memory_does_not_hold_is_settled_without() {
         assert!(text.contains("quality 2 needs `--memory 4105`"), "{text}");
         assert_eq!(steps(&show), [1; 2]);
     }
-    // Without any there is nothing to settle for.
+    // Without any image there is no fallback.
     let text = say(&mut open(1), "refine until 0.1%");
     assert!(text.contains("error: the stage"), "{text}");
 }
 
-/// What one way rendered serves another, later sessions and edits.
+/// Images of one method serve another, later sessions and edits.
 #[test]
 fn what_is_rendered_serves_on() {
     let store = MemoryStore::default();
@@ -240,7 +240,7 @@ fn what_is_rendered_serves_on() {
         2,
         "an edit renders nothing"
     );
-    // A finer error later takes one step more, and the pictures before it stay.
+    // A smaller error later takes one step more, and the earlier images stay.
     show.engine_mut().refine(Goal::until(0.01)).unwrap();
     assert_eq!(rendered.load(Ordering::Relaxed), 4);
 }
@@ -273,8 +273,8 @@ fn every_verb_says_the_same_of_one_pool() {
     );
 }
 
-/// What is measured of coarse pictures holds against the finest step at every moment; what no step
-/// reaches is said.
+/// The measured error of coarse images agrees with the finest step at every moment; an unreachable
+/// goal is reported.
 #[test]
 #[ignore = "slow"]
 fn what_is_measured_of_a_room_is_true() {
@@ -290,7 +290,7 @@ fn what_is_measured_of_a_room_is_true() {
         };
         prompt("hall.lxq", text.as_bytes(), host).unwrap()
     };
-    // The finest step is prepared apart, so that it is not cheap where the choice is made.
+    // The finest step is prepared separately, so that it is not cheap for the choice.
     let (mut show, mut apart) = (open(), open());
     let engine = show.engine_mut();
     let cues = engine.document().timeline().cues().to_vec();

@@ -1,4 +1,4 @@
-//! The reference scenes of `examples/reference`, and the one measure of error.
+//! The reference scenes of `examples/reference`, and the common measure of error.
 
 #![allow(
     dead_code,
@@ -35,13 +35,13 @@ pub struct Case {
 }
 
 impl Case {
-    /// What a renderer is given of it.
+    /// Its setup for a renderer.
     pub fn setup(&self) -> Setup {
         Setup::new(self.scene.clone(), self.rig.clone(), self.view.clone())
     }
 }
 
-/// The folder of the examples; the package of the studies lies in it.
+/// The folder of the examples, found from the package of the studies in it.
 pub fn examples() -> PathBuf {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut places = package.ancestors().map(|root| root.join("examples"));
@@ -52,7 +52,7 @@ fn folder(name: &str) -> PathBuf {
     examples().join("reference").join(name)
 }
 
-/// Reads a picture of a scene.
+/// Reads an image of a scene.
 pub fn picture(scene: &str, file: &str) -> Image {
     exr::decode(&std::fs::read(folder(scene).join(file)).unwrap(), 1 << 28).unwrap()
 }
@@ -141,7 +141,8 @@ pub fn stage() -> Case {
     case("stage", &banks, &mix, eye, (25.0, 320, 180))
 }
 
-/// The example show, each coordinate of its settings a source; there is no reference picture.
+/// The example show, with a source for each coordinate of its settings; there is no reference
+/// image.
 pub fn tavern() -> Case {
     let folder = examples().join("tavern");
     let text = std::fs::read_to_string(folder.join("tavern.lxq")).unwrap();
@@ -160,7 +161,7 @@ pub fn tavern() -> Case {
     }
 }
 
-/// Pictures of a case.
+/// Renders images of a case.
 pub fn render(case: &Case, quality: u8, settings: &[Vec<f64>], threads: usize) -> Vec<Image> {
     let work = Work {
         progress: &Silent,
@@ -173,8 +174,8 @@ pub fn render(case: &Case, quality: u8, settings: &[Vec<f64>], threads: usize) -
     g.render(settings, work).unwrap()
 }
 
-/// Pixels that the measure counts: on cornell those whose 3 x 3 neighbourhood shows no emitter,
-/// which are far brighter than anything lit.
+/// Pixels that the measure counts: on cornell those without an emitter in their 3 x 3
+/// neighbourhood, because emitters are far brighter than anything lit.
 pub fn counted(case: &Case, reference: &Image) -> Vec<bool> {
     if case.name != "cornell" {
         return vec![true; reference.width() * reference.height()];
@@ -184,7 +185,7 @@ pub fn counted(case: &Case, reference: &Image) -> Vec<bool> {
 }
 
 /// Relative root mean square error against the mean of two halves, and its estimate free of their
-/// noise (negative when below what the halves can tell).
+/// noise (negative when below the resolution of the halves).
 pub fn errors(x: &Image, halves: [&Image; 2], counted: &[bool]) -> (f64, f64) {
     let [a, b] = halves.map(Image::clone);
     let reference = Reference::of_halves(a, b).unwrap();

@@ -1,4 +1,4 @@
-//! What a study measures of its process, prints of its record, and leaves in a folder.
+//! Measurements of a study's process, and output of its record.
 
 #![allow(dead_code, clippy::print_stdout, reason = "used by several studies")]
 #![allow(
@@ -11,7 +11,7 @@ use footlight_report::Record;
 use footlight_report::chart::Drawing;
 use std::path::Path;
 
-/// Writes NAME.json, NAME.csv and, where there is a chart, NAME.svg and NAME.png.
+/// Writes NAME.json, NAME.csv and, if there is a chart, NAME.svg and NAME.png.
 pub fn write(folder: &Path, name: &str, record: &Record, chart: Option<&Drawing>) {
     let put = |ending: &str, bytes: &[u8]| {
         Disk.write(&folder.join(format!("{name}.{ending}")), bytes)
@@ -25,7 +25,7 @@ pub fn write(folder: &Path, name: &str, record: &Record, chart: Option<&Drawing>
     }
 }
 
-/// Megabytes that the process had resident at most; `None` where the system does not tell.
+/// Peak of resident memory in megabytes; `None` if the system does not tell.
 pub fn peak_memory() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find(|l| l.starts_with("VmHWM:"))?;
@@ -33,28 +33,28 @@ pub fn peak_memory() -> Option<f64> {
     Some(kilobytes / 1024.0)
 }
 
-/// Processor seconds of the process so far; `None` where the system does not tell.
+/// Processor seconds of the process so far; `None` if the system does not tell.
 pub fn processor_seconds() -> Option<f64> {
     ticks(11)
 }
 
-/// Processor seconds of the programs that it ran to their end, and of those that they ran.
+/// Processor seconds of finished child processes and their children.
 pub fn children_seconds() -> Option<f64> {
     ticks(13)
 }
 
-/// Two fields of `/proc/self/stat`, user and system, counted from behind the name.
+/// Two fields of `/proc/self/stat`, user and system, counted from after the name.
 fn ticks(first: usize) -> Option<f64> {
     let text = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // Behind the name, which may hold anything, in brackets; 100 ticks a second.
+    // Skip the name, which may contain anything, in brackets; 100 ticks per second.
     let (_, rest) = text.rsplit_once(')')?;
     let mut ticks = rest.split_whitespace().skip(first);
     let [user, system] = [ticks.next()?, ticks.next()?].map(|t| t.parse::<f64>().ok());
     Some((user? + system?) / 100.0)
 }
 
-/// Prints the slopes on logs of each quantity against the first, along the series of one way to
-/// grow: from end to end, and of the last step.
+/// Prints the log-log slopes of each quantity against the first, along one direction of growth:
+/// from end to end, and of the last step.
 pub fn exponents(record: &Record, way: &str) {
     let Some(series) = record.series.iter().find(|s| s.name == way) else {
         return;

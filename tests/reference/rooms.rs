@@ -34,7 +34,7 @@ pub fn first() -> Case {
 }
 
 /// A closed room of about `polygons` faces: boxes of pseudo-random heights on a grid of the floor,
-/// under `banks` square lamps, seen at a size.
+/// under `banks` square lamps, with this image size.
 pub fn room(polygons: usize, banks: usize, (width, height): (usize, usize)) -> Case {
     let boxes = polygons.saturating_sub(6 + banks) / 5;
     let side = (boxes as f64).sqrt().ceil().max(1.0);
@@ -100,8 +100,8 @@ pub fn room(polygons: usize, banks: usize, (width, height): (usize, usize)) -> C
     }
 }
 
-/// A closed room of about `polygons` faces with one more bank, the last: a lamp that looks up at
-/// the ceiling, out of sight, so that the picture shows of it only what has been reflected twice.
+/// A closed room of about `polygons` faces with one more bank, the last: a hidden lamp that lights
+/// the ceiling, so that the image shows only its light after two reflections.
 pub fn uplit(polygons: usize, size: (usize, usize)) -> Case {
     let mut case = room(polygons, 4, size);
     let half = 1.0;

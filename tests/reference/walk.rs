@@ -1,10 +1,10 @@
-//! The light of a picture found by walking: an independent truth where there is no closed form.
+//! Ground truth by random walks, where there is no closed form.
 //!
-//! Paths start at the eye and go on from surface to surface in directions drawn by the cosine, with
-//! exact ray casting; at each of their corners the direct light is the closed form's. No mesh, no
-//! hemicube, no interpolation: what it shares with the operator is the direct light at a point,
-//! which has closed forms of its own to meet. Half of the paths make one picture, the other half
-//! another, so that noise can be told from error.
+//! Paths start at the eye and continue from surface to surface in cosine-distributed directions,
+//! with exact ray casting; at each vertex the direct light has a closed form. No mesh, no hemicube,
+//! no interpolation: the only common part with the operator is the direct light at a point, which
+//! is tested against closed forms elsewhere. Half of the paths make one image, the other half
+//! another, so that noise can be separated from error.
 
 #![allow(
     dead_code,
@@ -31,19 +31,19 @@ use std::f64::consts::{PI, TAU};
 /// Two halves of one pixel's radiance for each source.
 pub type Halves = [Vec<[f64; 3]>; 2];
 
-/// Corners of a path at most; what is left by then is below a ten-thousandth for walls that
-/// reflect less than 0.8.
+/// Most vertices of a path; the remainder is below a ten-thousandth for walls of reflectance below
+/// 0.8.
 const MOST_CORNERS: usize = 40;
 
-/// A corner of a path: where direct light comes in.
+/// A vertex of a path, where direct light is added.
 struct Corner {
     at: Receiver,
-    /// What reaches the eye of each unit of irradiance there.
+    /// Contribution to the eye per unit of irradiance.
     share: [f64; 3],
     half: usize,
 }
 
-/// A generator that is good enough and small (SplitMix64).
+/// A small generator of sufficient quality (SplitMix64).
 struct Dice(u64);
 
 impl Dice {
@@ -82,8 +82,8 @@ impl Walker<'_> {
         for (half, out) in out.iter_mut().enumerate() {
             let mut dice = Dice((pixel[1] * 65536 + pixel[0]) as u64 * 2 + half as u64);
             dice.0 = dice.0.wrapping_mul(0x2545_f491_4f6c_dd1d);
-            // Evenly spread over the pixel and the first directions: the additive recurrence of
-            // the root of x^5 = x + 1, shifted by chance.
+            // Stratified over the pixel and the first directions: the additive recurrence of the
+            // root of x^5 = x + 1, randomly shifted.
             let shift = [0; 4].map(|_| dice.roll());
             let root = 1.167_303_978_261_418_7_f64;
             for path in 0..paths {
@@ -99,7 +99,7 @@ impl Walker<'_> {
         out
     }
 
-    /// One path: adds what it sees shine at once, and its corners.
+    /// Traces one path: adds visible emission, and its vertices.
     fn path(
         &self,
         [column, row]: [usize; 2],
@@ -210,7 +210,7 @@ impl Walker<'_> {
     }
 }
 
-/// A direction drawn by the cosine from the normal.
+/// A cosine-distributed direction around the normal.
 fn lean(normal: Vec3, a: f64, b: f64) -> Vec3 {
     let [u, v] = frame(normal);
     let (sine, cosine) = (a * TAU).sin_cos();

@@ -1,4 +1,4 @@
-//! The show that is made for haze: its set and gobos are what its program makes.
+//! The haze show: its set and gobos are its program's output.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! Shows go to a desk's file and come back.
+//! Shows survive export to a desk's file and import.
 
 use std::fs;
 use std::path::PathBuf;
@@ -19,7 +19,7 @@ fn parsed(name: &str, text: &str) -> Show {
     parsed.show.unwrap()
 }
 
-/// By cue and channel, levels in percent when the cue is complete and nothing overtakes it.
+/// By cue and channel, levels in percent when the cue is complete and not overtaken.
 fn levels(show: &Show) -> Vec<Vec<(u32, f64)>> {
     let mut held = vec![0.0; show.parameters().len()];
     let moves = footlight_show::timeline::cue_moves(show).unwrap();

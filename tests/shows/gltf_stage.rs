@@ -1,4 +1,4 @@
-//! A show on a glTF stage, from the file to the picture.
+//! A show on a glTF stage, from the file to the image.
 
 use std::path::Path;
 
@@ -64,8 +64,8 @@ fn cut_surfaces_are_whole_again() {
     assert_eq!(summary.merged, summary.faces);
 }
 
-/// Every light of the file lights the hall. (The window lights what is in front of its own wall: a
-/// third to a half of the picture.)
+/// Every light of the file lights the hall. (The window lights everything in front of its own wall:
+/// a third to a half of the image.)
 #[test]
 fn every_light_lights_the_hall() {
     let mut repl = open(&show()).unwrap();
@@ -78,7 +78,7 @@ fn every_light_lights_the_hall() {
     }
 }
 
-/// From upstage one sees the cloth's back: red in the window's light, black where the show takes
+/// From upstage the cloth's back is visible: red in the window's light, black if the show reads
 /// fronts only.
 #[test]
 fn the_back_of_the_cloth_is_seen() {

@@ -1,4 +1,4 @@
-//! The shipped shows with sets of their own: each set is what its program makes and can be drawn.
+//! The shipped shows with generated sets: each set is its program's output and can be drawn.
 
 #![allow(
     clippy::unwrap_used,

@@ -1,4 +1,4 @@
-//! What holds for every set that a program makes: faces that can be drawn, fronts to the house.
+//! Invariants of every generated set: valid faces, fronts to the house.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use footlight_picture::{decode, png};
 use footlight_show::geometry::View;
 use footlight_show::geometry::{Vec3, newell, vec3};
 
-/// A face by what it is of, and its corners.
+/// A face: a description, and its corners.
 pub type VertexBuffer = (String, Vec<Vec3>);
 
 /// A model's face as an outline.
@@ -15,8 +15,8 @@ pub fn outline(material: &str, object: &str, vertices: &[[f64; 3]]) -> VertexBuf
     (format!("{material} of {object}"), corners.collect())
 }
 
-/// The grey images of a set's surfaces, by the names of their files, are what its program paints, pixel
-/// by pixel, and small together.
+/// The grey images of a set's surfaces are their program's output, pixel by pixel, and small in
+/// total.
 pub fn has_its_images<'a>(
     folder: &Path,
     side: usize,
@@ -51,8 +51,8 @@ pub fn is_worth_drawing(outlines: &[VertexBuffer]) {
     }
 }
 
-/// The audience sees fronts only: no face whose black back is turned to the eye is in sight where
-/// it is the nearest, on a grid of rays through the picture, and every ray meets something.
+/// The audience sees only fronts: on a grid of rays through the image, the nearest face never shows
+/// its black back, and every ray hits something.
 pub fn shows_fronts(outlines: &[VertexBuffer], view: &View) {
     let forward = view.to - view.from;
     let right = forward.cross(vec3(0.0, 0.0, 1.0));
@@ -80,7 +80,7 @@ pub fn shows_fronts(outlines: &[VertexBuffer], view: &View) {
     }
 }
 
-/// How far along the ray a convex outline is met, and whether on its front.
+/// Distance along the ray to a convex outline, and true if its front is hit.
 fn hit(outline: &[Vec3], from: Vec3, ray: Vec3) -> Option<(f64, bool)> {
     let normal = newell(outline);
     let toward = ray.dot(normal);

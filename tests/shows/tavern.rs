@@ -1,4 +1,4 @@
-//! The example show: its set is what its program makes, and its text uses the whole language.
+//! The example show: its set is its program's output, and its text uses the whole language.
 
 use std::path::Path;
 
@@ -55,8 +55,8 @@ fn every_face_is_planar_convex_and_worth_drawing() {
     set::is_worth_drawing(&outlines);
 }
 
-/// The carpenter's solids look outwards: by the divergence theorem the signed volumes under the
-/// faces of a closed solid add up to its volume; a face wound the wrong way spoils the sum.
+/// The solids face outwards: by the divergence theorem the signed volumes under the faces of a
+/// closed solid add up to its volume; a face with the wrong winding spoils the sum.
 #[test]
 fn solids_look_outwards() {
     let mut set = model::Set::default();
@@ -127,7 +127,7 @@ fn the_rig_fits_the_stage() {
     let files = Folder::new(folder, 1 << 24);
     let stage = &show.stages[0];
     let scene = obj::import(&files, &stage.path, stage.z_up).unwrap();
-    // Round faces that taper are cut in two.
+    // Tapering round faces are cut in two.
     let faces = model::tavern().faces;
     let round = faces.iter().filter(|f| !f.normals.is_empty()).count();
     let cut = scene.polygons.len() - faces.len();

@@ -1,4 +1,4 @@
-//! The second show: its set and slides are what its program makes, and what it is for can be seen.
+//! The second show: its set and slides are their program's output, and its effects are visible.
 
 use std::path::{Path, PathBuf};
 
@@ -24,7 +24,7 @@ fn beside_the_show(name: &str) -> Vec<u8> {
     std::fs::read(folder().join(name)).unwrap()
 }
 
-/// The show with pictures of this size.
+/// The show with images of this size.
 fn show(size: &str) -> Engine {
     let text = String::from_utf8(beside_the_show("turandot.lxq")).unwrap();
     assert!(text.contains("size 640x360"));
@@ -56,7 +56,7 @@ fn the_files_are_what_the_program_makes() {
     let painted = model::PAINTERS.iter().map(|(n, p)| (*n, model::paint(*p)));
     set::has_its_images(&folder(), model::SIDE, painted);
     for (name, slide) in [("dusk.png", model::dusk()), ("night.png", model::night())] {
-        // Pixel by pixel: how they are packed is the encoder's affair.
+        // Compare pixels, because compression depends on the encoder.
         let made = png::encode(model::WIDTH, model::HEIGHT, &slide).unwrap();
         let read = |bytes: &[u8]| decode::light(bytes, 1 << 24).unwrap();
         assert!(
@@ -102,7 +102,7 @@ fn keys_and_rank_are_those_that_are_told() {
     let keys = show.document().keys();
     assert_eq!((keys.keys().len(), keys.segments().len()), (143, 71));
     let plan = Plan::new(keys, &Weighting::settings(keys.coordinates()), 0.0, None).unwrap();
-    // 22 coordinates of banks and one of the fixed light: groups move as one.
+    // 22 coordinates of banks and one of the fixed light: groups move together.
     assert_eq!((keys.coordinates(), plan.rank()), (23, 18));
     // A straight fade is linear, one through a square dimmer quadratic, one on a curve cubic.
     let degree = |seconds: f64| {
@@ -127,7 +127,7 @@ fn mean(image: &Image, rows: std::ops::Range<usize>) -> [f64; 3] {
     sum
 }
 
-/// What the two projections are for, and the green special, as light in the picture.
+/// The purpose of the two projections and the green special, as light in the image.
 #[test]
 #[ignore = "slow"]
 fn the_sky_turns_from_orange_to_blue_and_the_figure_is_green() {
@@ -142,7 +142,7 @@ fn the_sky_turns_from_orange_to_blue_and_the_figure_is_green() {
     assert!(blue > 4.0 * red, "at night {blue} blue, {red} red");
 
     let (before, after) = (at(&mut show, 82.9), at(&mut show, 90.0));
-    // Where the green light has made most of a difference is the figure, in the picture's middle.
+    // The green light changes the image most at the figure, in its middle.
     let gain = |i: usize| after.data()[3 * i + 1] - before.data()[3 * i + 1];
     let most = (0..96 * 54)
         .max_by(|a, b| gain(*a).total_cmp(&gain(*b)))
@@ -155,8 +155,7 @@ fn the_sky_turns_from_orange_to_blue_and_the_figure_is_green() {
     assert!(green > 2.0 * red && green > blue, "{red} {green} {blue}");
 }
 
-/// A thrown slide, a panel, lights of both signs: the sum of the pictures is the picture of the
-/// sum.
+/// A projected slide, a panel, lights of both signs: the sum of the images is the image of the sum.
 #[test]
 #[ignore = "slow"]
 fn pictures_of_this_show_add_up() {

@@ -1,5 +1,4 @@
-//! Where things stand on each other: light that creeps under walls, floors that go on beneath
-//! boxes.
+//! Objects in contact: light leaks under walls, and floors hidden under boxes.
 
 use crate::meter::{Room, cuboid, level, mean, upright};
 use footlight_host::work::Work;
@@ -35,8 +34,8 @@ fn beyond() -> View {
     }
 }
 
-/// The floor and the roof run through under the partition, so that cells of their grids lie on
-/// both sides of it. Averaged over such a cell, light is where none can be.
+/// Floor and roof continue under the partition, so that cells of their grids lie on both sides of
+/// it. Averaging over such a cell puts light where none can be.
 #[test]
 #[ignore = "slow"]
 fn no_light_creeps_under_a_partition() {
@@ -49,7 +48,7 @@ fn no_light_creeps_under_a_partition() {
             .iter()
             .position(|f| f.normal.z > 0.9 && f.area > 15.0);
         let grid = layout.grid(floor.unwrap()).unwrap();
-        // The share of the floor beyond the partition that lies in cells which reach under it.
+        // The share of the floor beyond the partition in cells that reach under it.
         let side = |y: f64| vec3(2.0, y, 0.0);
         let on_both = (0..270).map(|i| 2.305 + thick + 0.01 * f64::from(i));
         let reached = on_both
@@ -75,7 +74,7 @@ fn no_light_creeps_under_a_partition() {
     }
 }
 
-/// A wall without thickness is two faces back to back in one plane, and each is seen from its side.
+/// A wall of zero thickness is two faces back to back in one plane, each visible from its side.
 #[test]
 fn of_two_faces_back_to_back_each_is_seen_from_its_side() {
     let view = View {
@@ -120,7 +119,7 @@ fn storeroom(around: bool) -> Room {
     room
 }
 
-/// Hidden floor taken as any other darkens the elements that it is a part of.
+/// Treating hidden floor like visible floor darkens its elements.
 #[test]
 fn floor_beneath_a_crate_does_not_darken_what_is_beside_it() {
     let room = storeroom(false);
@@ -136,8 +135,8 @@ fn floor_beneath_a_crate_does_not_darken_what_is_beside_it() {
         .iter()
         .position(|f| f.normal.z > 0.9 && f.area > 11.0);
     let floor = floor.unwrap();
-    // Of the cells that hold open floor near the crate, the share that is beneath it: by that
-    // much the naive mean of a cell is too dark.
+    // Among cells with open floor near the crate, the share beneath it: by that much the naive mean
+    // of a cell is too dark.
     let grid = layout.grid(floor).unwrap();
     let beneath = |p: Vec3| p.x > 1.13 && p.x < 2.21 && p.y > 0.94 && p.y < 1.87;
     let random = |i: u64| vec3(4.0 * hash_to_unit(i), 3.0 * hash_to_unit(i + 7919), 0.0);
@@ -179,9 +178,9 @@ fn floor_beneath_a_crate_does_not_darken_what_is_beside_it() {
     }
 }
 
-/// A board that is hidden behind three raised panels but for a narrow frame, in a room lit from its
-/// ceiling alone. More edges stand on it than its cells are cut along, and all their samples are
-/// behind the panels: without an element the frame is black.
+/// A board hidden behind three raised panels except for a narrow frame, in a room lit only from its
+/// ceiling. It has more edges than its cells are cut along, and all its samples are behind the
+/// panels: without an element the frame is black.
 #[test]
 fn what_shows_of_a_nearly_hidden_board_is_not_black() {
     let mut room = Room::default();

@@ -1,4 +1,4 @@
-//! Singular values and orthogonal bases where the usual methods fail.
+//! Singular values and orthogonal bases where common methods fail.
 
 use crate::methods::decomposition::{nalgebra, ours};
 use crate::methods::hard::{Hard, Verdict, judge, list};
@@ -12,13 +12,13 @@ fn every_hard_matrix_is_decomposed_to_rounding() {
     for hard in &all {
         let verdict = judge(hard, &ours(&hard.matrix).unwrap());
         assert!(verdict.good(), "{} {}: {verdict:?}", hard.family, hard.name);
-        // Graded columns: small values to relative accuracy too.
+        // Graded columns: small values have relative accuracy too.
         assert!(verdict.relative <= 4.0, "{}: {verdict:?}", hard.name);
     }
 }
 
-/// Why a decomposition is verified: nalgebra's passes for one, its vectors orthonormal and its
-/// values sorted, while they are not those of the matrix.
+/// The reason for verification: nalgebra's result looks like a decomposition, with orthonormal
+/// vectors and sorted values, but not that of the matrix.
 #[test]
 fn nalgebra_is_silently_wrong_on_shows_matrices() {
     let mut wrong = 0;
@@ -41,7 +41,7 @@ fn nalgebra_is_silently_wrong_on_shows_matrices() {
         wrong += usize::from(residual > 1e6 && squares > 1e6);
         assert!(judge(hard, &ours(&hard.matrix).unwrap()).good());
     }
-    // 231 with nalgebra 0.35; if this falls to 0 the library has been mended.
+    // 231 with nalgebra 0.35; if this falls to 0 the library has been fixed.
     assert!(wrong > 100, "{wrong}");
 }
 
@@ -51,7 +51,7 @@ fn the_rank_of_whole_numbers_is_their_rank() {
         .iter()
         .filter(|h| h.family.starts_with("rank 1 to 3"))
     {
-        // Singular values of whole numbers of this size are zero or far from it.
+        // Singular values of integer matrices of this size are zero or far from it.
         let rank = hard
             .sigma
             .iter()
@@ -63,7 +63,7 @@ fn the_rank_of_whole_numbers_is_their_rank() {
 }
 
 /// Classical Gram-Schmidt loses orthogonality with the square of the condition number, modified
-/// with its first power; what is shipped and Householder's lose none.
+/// with its first power; the shipped method and Householder's lose none.
 #[test]
 fn loss_of_orthogonality_against_the_condition() {
     for (family, matrices) in families() {
@@ -86,16 +86,16 @@ fn loss_of_orthogonality_against_the_condition() {
                 worst[1] = worst[1].max(losses[1] / (condition * u));
             }
         }
-        // The naive ways do fail as said.
+        // The naive methods do fail.
         assert!(worst[0] > 1e-3 && worst[1] > 1e-3, "{family:?}: {worst:?}");
     }
 }
 
 #[test]
 fn a_near_copy_is_kept_and_a_copy_is_refused() {
-    // Apart by 1e-12: the differences are directions all the same.
+    // Differences of 1e-12 still are directions.
     assert_eq!(shipped(&near_copies(1e-12)).ncols(), 8);
-    // Apart by nothing that doubles can tell.
+    // Equal to double precision.
     assert_eq!(shipped(&near_copies(0.0)).ncols(), 1);
     assert!(shipped(&near_copies(1e-16)).ncols() < 8);
 }

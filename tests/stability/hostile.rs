@@ -1,4 +1,4 @@
-//! Stages made to break the operator: each gives pictures of finite numbers or a clear error.
+//! Stages made to break the operator: each gives images of finite numbers or a clear error.
 
 use footlight_host::work::{Silent, Work};
 use footlight_show::geometry::View;
@@ -10,7 +10,7 @@ use footlight_transport::radiosity::Radiosity;
 use footlight_transport::{Quality, Setup, Transport, TransportError};
 use std::sync::Arc;
 
-/// A stage, its lights (one source each) and the eye.
+/// A stage, its lights (one source each) and the camera.
 struct Stage {
     scene: Scene,
     lights: Vec<Light>,
@@ -35,7 +35,7 @@ fn spot(position: Vec3, aim: Vec3) -> Light {
     })
 }
 
-/// A floor with a crate on it under a lamp and a spot: what the hostile ones spoil.
+/// A floor with a crate on it under a lamp and a spot: the base of the hostile stages.
 fn plain() -> Stage {
     let (a, b) = (-3.0, 3.0);
     let mut polygons = vec![quad([[a, a, 0.0], [b, a, 0.0], [b, b, 0.0], [a, b, 0.0]])];
@@ -96,7 +96,8 @@ impl Stage {
         }
     }
 
-    /// All lights on, at a quality; whether every number is finite and how large the largest is.
+    /// Renders all lights at a quality; returns true if every number is finite, and the largest
+    /// one.
     fn render(&self, quality: u8, memory: usize) -> Result<(bool, f32), TransportError> {
         let work = Work {
             progress: &Silent,
@@ -149,7 +150,7 @@ fn polygons_that_are_none_change_nothing() {
 #[test]
 fn odd_polygons_do_no_harm() {
     let mut stage = plain();
-    // A bow tie, a pentagram, one that is not flat, one that runs through all others, a huge one.
+    // A bow tie, a pentagram, a non-planar one, one that intersects all others, a huge one.
     let star = (0..5).map(|i| 2.0 * f64::from(2 * i) * std::f64::consts::PI / 5.0);
     let odd = [
         vec![
@@ -238,7 +239,7 @@ fn numbers_that_are_none_are_refused() {
 #[test]
 fn an_eye_or_a_light_where_none_can_be() {
     let mut stage = plain();
-    // Within the crate: backs are black.
+    // Inside the crate: backs are black.
     stage.view.from = vec3(0.5, 0.5, 0.5);
     stage.view.to = vec3(3.0, 3.0, 0.7);
     stage.assert_finite("an eye in a crate", false);
@@ -272,7 +273,7 @@ fn one_polygon_and_none() {
     stage.assert_finite("no polygon", false);
 }
 
-/// Eight thousand pixels square, more than the budget holds: refused before they are made.
+/// Eight thousand pixels square exceed the budget and are refused before allocation.
 #[test]
 fn a_picture_beyond_the_budget_is_not_begun() {
     let mut stage = plain();
@@ -286,7 +287,7 @@ fn a_picture_beyond_the_budget_is_not_begun() {
     }
 }
 
-/// Two hundred lamps, and what each step may use of memory.
+/// Two hundred lamps, and the memory of each step.
 #[test]
 #[ignore = "slow"]
 fn two_hundred_banks_and_little_memory() {

@@ -20,7 +20,7 @@ use footlight_transport::surfaces::surface::Surfaces;
 use footlight_transport::{Quality, Transport, TransportError};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// About so many elements of what is open half a metre over the floor.
+/// A mesh of about this many elements, seen from half a metre over the floor.
 pub fn mesh(surfaces: &Surfaces, elements: usize) -> Mesh {
     furnace::mesh(surfaces, elements, vec3(0.0, 0.0, 0.5)).unwrap()
 }
@@ -55,7 +55,7 @@ fn bounces_between_bright_walls_take_sweeps_by_the_hundred_and_a_few_steps_here(
     }
 }
 
-/// Two bounces look like many where walls are dark; where they are bright most light is missing.
+/// In dark rooms two bounces are nearly complete; in bright ones most light is missing.
 #[test]
 fn a_few_bounces_lose_light_and_ours_go_on_until_it_is_all_there() {
     let surfaces = room().unwrap();
@@ -87,8 +87,8 @@ fn a_few_bounces_lose_light_and_ours_go_on_until_it_is_all_there() {
     }
 }
 
-/// Reciprocity forced upon form factors, by the mean of A_i F_ij and A_j F_ji, spoils their sums;
-/// what is then lost or made at each bounce adds up where walls are bright.
+/// Forcing reciprocity on form factors, by the mean of A_i F_ij and A_j F_ji, spoils their sums;
+/// the error of each bounce accumulates in bright rooms.
 #[test]
 fn symmetrising_spoils_the_sums_of_rows_that_are_kept_here() {
     let surfaces = room().unwrap();
@@ -126,8 +126,8 @@ fn symmetrising_spoils_the_sums_of_rows_that_are_kept_here() {
     assert!(ours < 1e-3, "{ours}");
 }
 
-/// What a row of points sees of the lid, which all see alike: along the long middle of a wide room
-/// aligned cubes err alike, turned ones apart, so that their sum is right.
+/// Form factors of a row of points to the lid, which all see equally: along the middle of a wide
+/// room aligned cubes err equally, rotated ones independently, so that their sum is right.
 #[test]
 fn aliasing_of_aligned_cubes_adds_up_and_that_of_turned_ones_cancels() {
     let surfaces = room().unwrap();
@@ -176,7 +176,7 @@ fn aliasing_of_aligned_cubes_adds_up_and_that_of_turned_ones_cancels() {
     assert!(turned < 0.006, "{turned}");
 }
 
-/// With little memory the rows of the second gather are made again instead of kept: the same bits.
+/// With little memory the rows of the second gather are recomputed instead of kept: equal bits.
 #[test]
 fn little_memory_changes_the_way_and_not_the_picture() {
     let mut case = stage();
@@ -190,8 +190,8 @@ fn little_memory_changes_the_way_and_not_the_picture() {
     assert_eq!(plenty[0].data(), lean[0].data());
 }
 
-/// The mixed picture with the least memory that will do, megabytes: the rows of the elements fit
-/// into half of what is left, those of the gather points, which are more, not into a quarter of it.
+/// The mixed image with the least sufficient memory, megabytes: the rows of the elements fit into
+/// half of the rest, those of the gather points, which are more, not into a quarter of it.
 fn leanest(case: &Case) -> (usize, Vec<Image>) {
     for megabytes in 1.. {
         let work = Work {
@@ -209,7 +209,7 @@ fn leanest(case: &Case) -> (usize, Vec<Image>) {
     unreachable!("memory grows")
 }
 
-/// Cancels when it has been asked so many times.
+/// Cancels after a number of polls.
 struct Countdown {
     asked: AtomicUsize,
     patience: usize,
@@ -221,7 +221,7 @@ impl Progress for Countdown {
     }
 }
 
-/// Wherever it is cancelled, with rows kept or made again, no picture comes of it.
+/// Wherever it is cancelled, with rows kept or recomputed, there is no image.
 #[test]
 #[ignore = "slow"]
 fn a_cancel_is_heard_all_the_way() {

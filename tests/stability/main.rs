@@ -1,8 +1,8 @@
-//! Where the usual methods fail, and what is done here instead: each test shows both.
+//! Failures of common methods, and Footlight's alternatives: each test shows both.
 //!
-//! The naive methods are in `methods`, which `examples/stability` draws; the paper's ways to choose
-//! and show refined pictures are in `examples/studies`. `data` holds what only other programs can
-//! find: `svd_peers` (the one in `tests/peers/svd`).
+//! The naive methods are in `methods`, which `examples/stability` draws; the paper's methods of
+//! choosing and showing refined images are in `examples/studies`. `data` holds results of other
+//! programs: `svd_peers` (from `tests/peers/svd`).
 
 #![allow(
     clippy::unwrap_used,

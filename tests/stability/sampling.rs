@@ -1,5 +1,5 @@
-//! Points and pixels that see the wrong thing: small lamps, slivers, joints, planes that coincide,
-//! lamps close to a wall.
+//! Points and pixels with wrong samples: small lamps, slivers, joints, coincident planes, lamps
+//! close to a wall.
 
 use crate::indirect::{mesh, scene};
 use crate::meter::{GREY, INWARD, Meter, Room, contour, cuboid, mean};
@@ -25,7 +25,7 @@ fn lid(width: f64, depth: f64, z: f64) -> Vec<Vec3> {
         .to_vec()
 }
 
-/// Points of the floor that look random.
+/// Pseudo-random points of the floor.
 fn points(count: u64) -> Vec<Vec3> {
     let at = |i: u64| 3.0 * (2.0 * hash_to_unit(i) - 1.0);
     (0..count).map(|i| vec3(at(i), at(i + 7919), 0.0)).collect()
@@ -36,7 +36,7 @@ fn exact(above: &[Vec3], p: Vec3) -> f64 {
     contour(&above.iter().map(|v| *v - p).collect::<Vec<_>>())
 }
 
-/// Relative root mean square errors of what 200 points of the floor see of a lamp.
+/// Relative root mean square errors of form factors from 200 points of the floor to a lamp.
 fn errors_of_a_lamp([width, depth, height]: [f64; 3], resolution: usize) -> [f64; 2] {
     let lamp = Lamp {
         width,
@@ -65,7 +65,7 @@ fn a_sliver_is_noise_to_pixels_and_exact_if_it_shines() {
     assert!(ours < 1e-5, "{ours}");
 }
 
-/// A point in a joint sees the wall beside it edge on, and loses it: half of what is there.
+/// A point in a joint sees the wall next to it edge on, and loses its light: half of the total.
 #[test]
 fn a_point_in_a_joint_loses_light_and_is_kept_off_it() {
     let room = cuboid(vec3(-1.0, -1.0, 0.0), vec3(1.0, 1.0, 2.0), true);
@@ -109,13 +109,13 @@ fn a_point_in_a_joint_loses_light_and_is_kept_off_it() {
     }
 }
 
-/// Two surfaces in one plane: by depth alone rounding decides between them pixel by pixel; here
-/// the smaller one lies on top, in whatever order they come.
+/// Two surfaces in one plane: by depth alone rounding decides between them pixel by pixel; here the
+/// smaller one is on top, in any order.
 #[test]
 fn of_two_surfaces_in_one_plane_rounding_shows_either_and_we_the_smaller() {
     let (large, small) = (lid(4.0, 4.0, 2.0), lid(1.0, 1.0, 2.0));
     let turned = |q: &[Vec3]| -> Vec<Vec3> {
-        // A plane that no coordinate is constant on.
+        // A plane on which no coordinate is constant.
         q.iter()
             .map(|v| vec3(v.x, v.y, 2.0 + 0.3 * v.x - 0.17 * v.y))
             .collect()
@@ -175,9 +175,9 @@ fn of_two_surfaces_in_one_plane_rounding_shows_either_and_we_the_smaller() {
     }
 }
 
-/// A lamp at a hand's breadth from a wall: four samples for an element miss much of its flux or
-/// find too much. All that is reflected in a room of equal walls is flux rho / (1 - rho), however
-/// it falls.
+/// A lamp a hand's breadth from a wall: four samples per element miss much of its flux or find too
+/// much. The total reflected in a room of equal walls is flux rho / (1 - rho), however it is
+/// distributed.
 #[test]
 fn four_samples_beside_a_lamp_miss_its_flux_and_more_find_it() {
     let (rho, flux) = (0.5, 1000.0);
@@ -217,8 +217,7 @@ fn four_samples_beside_a_lamp_miss_its_flux_and_more_find_it() {
 }
 
 /// Radiance of each of 9 x 9 pixels that show a floor from 4 m in the light of the room, at a
-/// quality; and the same by brute force from the irradiance at points, in as many points a pixel
-/// (1: its middle).
+/// quality; and by brute force from the irradiance at this many points per pixel (1: its middle).
 fn pixels(
     room: &mut Room,
     view: &View,
@@ -248,7 +247,7 @@ fn floor_of_8_metres() -> Vec<Vec3> {
     floor.map(|(x, y)| vec3(x, y, 0.0)).to_vec()
 }
 
-/// Root mean square of what is wrong, against that of the truth.
+/// Root mean square error, relative to that of the truth.
 fn relative(of: &[f64], truth: &[f64]) -> f64 {
     let squares = of.iter().zip(truth).map(|(a, t)| (a - t) * (a - t));
     (squares.sum::<f64>() / truth.iter().map(|t| t * t).sum::<f64>()).sqrt()
@@ -265,8 +264,8 @@ fn from_above(x: f64) -> View {
     }
 }
 
-/// Step 3 interpolates nothing, so that what is left of the error is that of the means themselves;
-/// the steps before it add what they are allowed.
+/// Step 3 interpolates nothing, so that the remaining error is that of the means themselves;
+/// earlier steps add their tolerance.
 #[test]
 fn one_point_a_pixel_beside_a_spot_is_wrong_and_its_solid_angle_is_not() {
     for (height, quality, most) in [
@@ -297,7 +296,7 @@ fn one_point_a_pixel_beside_a_spot_is_wrong_and_its_solid_angle_is_not() {
     }
 }
 
-/// A panel that stands on the floor, seen edge on: beside it the floor's light falls from half its
+/// A panel that stands on the floor, seen edge on: next to it the floor's light falls from half its
 /// radiosity to little within a pixel of 16 cm.
 #[test]
 fn one_point_a_pixel_beside_a_panel_is_wrong_and_many_are_not() {

@@ -1,4 +1,4 @@
-//! What `examples/stability` draws, against what is known of the methods.
+//! The figures drawn by `examples/stability`, against known properties of the methods.
 
 use crate::meter::contour;
 use crate::methods::furnace::Solved;
@@ -40,7 +40,7 @@ fn the_study_says_what_is_known_and_the_same_each_time() {
     let solved: Vec<Solved> = found.furnace.iter().map(|r| r.solved).collect();
     assert!(solved.iter().all(|s| s.ours < 1e-3));
     assert!(solved.last().unwrap().jacobi > 0.5);
-    // 1 - rho^5 is there after four bounces.
+    // 1 - rho^5 is reached after four bounces.
     for s in &solved {
         let lost = f64::from(s.reflectance).powi(5);
         assert!((s.few - lost).abs() < 1e-3, "{s:?}");
@@ -50,7 +50,7 @@ fn the_study_says_what_is_known_and_the_same_each_time() {
     assert!(distances.iter().all(|d| d.closed < 1e-5));
     let (near, far) = (distances.first().unwrap(), distances.last().unwrap());
     assert!(near.point > 0.5 && far.point < 5e-4);
-    // Far lamps are lost between pixels.
+    // Distant lamps are lost between pixels.
     assert!(far.cubes[1] > 10.0 * distances[2].cubes[1], "{distances:?}");
 
     let means = found.resolutions.iter().map(|r| r.mean);
@@ -68,11 +68,11 @@ fn no_show_needs_more_knots_than_halving() {
     let all: Vec<_> = counted().into_iter().flat_map(|(_, c)| c).collect();
     assert_eq!(all.len(), 500);
     assert!(all.iter().all(|c| c.fewest <= c.bisection));
-    // Where a curve touches zero halving goes on until rounding hides it.
+    // Where a curve touches zero, bisection continues until rounding hides it.
     assert!(all.iter().any(|c| c.bisection >= 24 && c.fewest <= 3));
 }
 
-/// The study's exact form factor, which sums four rectangles, against the integral along the edges.
+/// The study's exact form factor, a sum of four rectangles, against the integral along the edges.
 #[test]
 fn two_closed_forms_of_a_lamp_say_the_same() {
     for [width, depth, height] in [[0.4, 0.4, 5.0], [1e-3, 1.0, 1.0], [2.0, 0.5, 0.05]] {

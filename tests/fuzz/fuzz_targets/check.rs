@@ -1,5 +1,5 @@
-//! Any text is answered: with a show or with errors, every place a piece of the text, in every
-//! style, and the curves are judged.
+//! Any text gives a show or errors, with every span inside the text, in every style, and its curves
+//! are checked.
 #![no_main]
 
 use footlight_show::check::check;

@@ -1,4 +1,4 @@
-//! Any file of a desk or a plan is answered: with a text that is a show, or with an error.
+//! Any file of a desk or a plan gives the text of a show or an error.
 #![no_main]
 
 use footlight_desk::{mvr, osc, usitt};

@@ -1,4 +1,4 @@
-//! What is formatted is the same show, and is formatted already; what does not parse is refused.
+//! Formatting keeps the show and is idempotent; a text that does not parse is refused.
 #![no_main]
 
 use footlight_show::diagnostic::Sources;

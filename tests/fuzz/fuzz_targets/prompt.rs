@@ -1,4 +1,4 @@
-//! Any lines at the prompt are answered; what is refused leaves the text as it was.
+//! Any lines at the prompt get an answer; a refused line leaves the text unchanged.
 #![no_main]
 
 use std::path::Path;
@@ -8,7 +8,7 @@ use footlight_host::files::{MemoryStore, Store};
 use footlight_prompt::{Console, Repl};
 use libfuzzer_sys::fuzz_target;
 
-/// A show without a stage, so that what renders is refused at once.
+/// A show without a stage, so that rendering is refused at once.
 const SHOW: &str = "show \"Prompt\"
 light l1 spot at 0, -2, 4  aim 0, 0, 1  beam 24  field 40  1200 cd
 light l2 like l1

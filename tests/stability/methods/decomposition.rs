@@ -1,4 +1,4 @@
-//! Counts of what fails where singular value decompositions are given the hard list of matrices.
+//! Counts failures of singular value decompositions on the hard list of matrices.
 
 #![allow(
     clippy::indexing_slicing,
@@ -8,18 +8,18 @@
 use super::hard::{Found, Hard, Verdict, judge, list};
 use footlight_show::linalg::{Matrix, svd};
 
-/// A decomposition on trial; `None` where it has no answer.
+/// A decomposition under test; `None` if it has no answer.
 pub type Solver = fn(&Matrix) -> Option<Found>;
 
-/// What a solver makes of a family of the hard list.
+/// Results of a solver on a family of the hard list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Failures {
     /// The family.
     pub family: &'static str,
-    /// How many matrices it has.
+    /// Number of matrices.
     pub matrices: usize,
-    /// How many have no answer, a residual, a sum of squares, vectors that are not orthogonal,
-    /// values and small values beyond what rounding may explain.
+    /// Number without an answer, and with a residual, a sum of squares, non-orthogonal vectors,
+    /// values and small values beyond rounding.
     pub counts: [usize; 6],
     /// The worst finite residual, relative.
     pub residual: f64,
@@ -27,7 +27,7 @@ pub struct Failures {
     pub value: f64,
 }
 
-/// This project's.
+/// This project's decomposition.
 pub fn ours(a: &Matrix) -> Option<Found> {
     let found = svd(a).ok()?;
     Some(Found {
@@ -37,7 +37,8 @@ pub fn ours(a: &Matrix) -> Option<Found> {
     })
 }
 
-/// With its own tolerance and more sweeps than it ever needs. An empty matrix it takes for a fault.
+/// nalgebra's, with its own tolerance and more sweeps than it ever needs. It panics on an empty
+/// matrix.
 pub fn nalgebra(a: &Matrix) -> Option<Found> {
     if a.is_empty() {
         return None;
@@ -57,8 +58,8 @@ pub fn failures(solve: Solver) -> Vec<Failures> {
     families.map(|same| count(same, solve)).collect()
 }
 
-/// Residuals of every matrix, ‖A − UΣVᵀ‖ / ‖A‖ as a multiple of what rounding may explain, the
-/// largest first; infinite where there is no answer.
+/// Residuals of every matrix, ‖A − UΣVᵀ‖ / ‖A‖ as a multiple of the rounding tolerance, the largest
+/// first; infinite without an answer.
 pub fn residuals(matrices: &[Hard], solve: Solver) -> Vec<f64> {
     let of = |hard: &Hard| {
         let found = solve(&hard.matrix);
@@ -92,7 +93,7 @@ fn count(matrices: &[Hard], solve: Solver) -> Failures {
         } = judge(hard, &found);
         let all = [residual, squares, orthogonality, values, relative];
         for (count, off) in out.counts[1..].iter_mut().zip(all) {
-            // Not-a-number fails too.
+            // NaN fails too.
             *count += usize::from(!matches!(off.partial_cmp(&1.0), Some(o) if o.is_le()));
         }
         let (m, n) = hard.matrix.shape();

@@ -1,5 +1,5 @@
 //! Light between equal walls, where every solver's error is known: in a closed room of reflectance
-//! ρ that gives off 1 everywhere, radiosity is 1 / (1 − ρ) everywhere.
+//! ρ with unit emission, radiosity is 1 / (1 − ρ) everywhere.
 
 use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::{Vec3, vec3};
@@ -13,34 +13,34 @@ use footlight_transport::hemicube::raster::VertexBuffer;
 use footlight_transport::surfaces::hierarchy::{Hierarchy, SceneGeometry};
 use footlight_transport::surfaces::surface::Surfaces;
 
-/// Reflectances, up to where light is met a thousand times.
+/// Reflectances, up to a thousand bounces of light.
 pub const REFLECTANCES: [f32; 9] = [0.3, 0.5, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.999];
-/// Bounces where a few are thought to be enough.
+/// A supposedly sufficient number of bounces.
 pub const FEW: usize = 4;
-/// Sweeps are given up after so many.
+/// Most sweeps.
 pub const MOST: usize = 20_000;
 
-/// A furnace cut into elements that see each other.
+/// A furnace divided into elements that see each other.
 #[derive(Debug)]
 pub struct Furnace {
     rows: Rows,
     elements: usize,
 }
 
-/// Largest errors of the radiosity of any element, relative to 1 / (1 − ρ), and what they cost.
+/// Largest relative errors of an element's radiosity, and the cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Solved {
     /// ρ
     pub reflectance: f32,
-    /// The shipped solver's.
+    /// The shipped solver's error.
     pub ours: f64,
-    /// Jacobi's, which is the sum of bounces, with as many products as ours takes.
+    /// Error of Jacobi's method, the sum of bounces, with as many products as ours.
     pub jacobi: f64,
-    /// Gauss and Seidel's with as many sweeps.
+    /// Error of Gauss-Seidel with as many sweeps.
     pub seidel: f64,
-    /// Of [`FEW`] bounces.
+    /// Error of [`FEW`] bounces.
     pub few: f64,
-    /// Products that the shipped solver takes.
+    /// Products of the shipped solver.
     pub products: usize,
 }
 
@@ -63,7 +63,7 @@ pub fn scene(polygons: &[Vec<Vec3>]) -> Scene {
 /// A closed box of 2 x 2 x 1 metres seen from inside.
 ///
 /// # Errors
-/// None in practice: the box is one.
+/// Never in practice: the box is valid.
 pub fn room() -> Result<Surfaces, TransportError> {
     let axes = [
         vec3(2.0, 0.0, 0.0),
@@ -84,10 +84,10 @@ pub fn room() -> Result<Surfaces, TransportError> {
     Surfaces::new(&scene(&quads))
 }
 
-/// About so many elements; `seed` is a point in the open, as the eye is.
+/// A mesh of about `elements` elements; `seed` is a point in the open, like the eye.
 ///
 /// # Errors
-/// None: nothing cancels it.
+/// Never: nothing cancels it.
 pub fn mesh(surfaces: &Surfaces, elements: usize, seed: Vec3) -> Result<Mesh, Cancelled> {
     let hierarchy = Hierarchy::new(surfaces);
     let setting = SceneGeometry {
@@ -124,7 +124,7 @@ pub fn rows(surfaces: &Surfaces, mesh: &Mesh, resolution: usize) -> Rows {
 }
 
 impl Furnace {
-    /// The box, cut into elements.
+    /// The box, divided into elements.
     ///
     /// # Errors
     /// As [`room`].
@@ -137,10 +137,10 @@ impl Furnace {
         })
     }
 
-    /// Every solver at one reflectance.
+    /// Runs every solver at one reflectance.
     ///
     /// # Errors
-    /// Cancel.
+    /// On cancel.
     pub fn solve(&self, reflectance: f32) -> Result<Solved, Cancelled> {
         let walls = vec![[reflectance; 3]; self.elements];
         let bounces = Bounces::new(&self.rows, &walls);
@@ -158,8 +158,8 @@ impl Furnace {
         })
     }
 
-    /// Radiosities after some sweeps from what is given off, each element from those of the sweep
-    /// before or `in_place` from the newest.
+    /// Radiosities after some sweeps from the emission, each element from those of the sweep before
+    /// or `in_place` from the newest.
     fn swept(&self, reflectance: f32, sweeps: usize, in_place: bool) -> Vec<f32> {
         let mut b = vec![1.0; self.elements];
         for _ in 0..sweeps {
@@ -183,7 +183,7 @@ impl Furnace {
         }
     }
 
-    /// Sweeps until all elements are right to 1e-3, at most [`MOST`].
+    /// Sweeps until all elements are within 1e-3, at most [`MOST`].
     pub fn sweeps(&self, reflectance: f32, in_place: bool) -> usize {
         let mut b = vec![1.0; self.elements];
         let mut done = 0;

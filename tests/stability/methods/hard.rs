@@ -1,6 +1,5 @@
-//! The hard list: matrices on which some singular value decomposition in use is wrong, slow or
-//! never ends, with the singular values they have (planted, in closed form, or computed in
-//! double-double arithmetic).
+//! Hard matrices, on which some singular value decomposition in use is wrong, slow or never ends,
+//! with their singular values (planted, in closed form, or computed in double-double arithmetic).
 
 #![allow(
     clippy::indexing_slicing,
@@ -14,15 +13,16 @@ use footlight_show::linalg::{Matrix, Orthonormal};
 /// A matrix and its singular values.
 #[derive(Clone, Debug)]
 pub struct Hard {
-    /// What kind of matrix.
+    /// Its family.
     pub family: &'static str,
-    /// Which of them.
+    /// Its name in the family.
     pub name: String,
     /// The matrix.
     pub matrix: Matrix,
     /// Its singular values, descending.
     pub sigma: Vec<f64>,
-    /// Every value is determined to relative accuracy by the matrix's entries (graded columns).
+    /// True when every value is determined to relative accuracy by the matrix's entries (graded
+    /// columns).
     pub relative: bool,
 }
 
@@ -83,7 +83,7 @@ fn all_ones() -> impl Iterator<Item = Hard> {
     })
 }
 
-/// Products and matrices of small whole numbers: exact, so that a rank is a rank.
+/// Products and matrices of small integers: exact, so that ranks are exact.
 fn random(many: usize) -> Vec<Hard> {
     let mut dice = Dice::new(1);
     let mut whole = |m: usize, n: usize, low: f64, high: f64| {
@@ -112,7 +112,7 @@ pub fn hilbert(n: usize) -> Matrix {
     Matrix::from_fn(n, n, |i, j| 1.0 / (i + j + 1) as f64)
 }
 
-/// Kahan's: triangular, nearly of a lower rank without a small number on the diagonal.
+/// Kahan's: triangular, nearly rank-deficient without a small number on the diagonal.
 pub fn kahan(n: usize, c: f64) -> Matrix {
     let s = (1.0 - c * c).sqrt();
     Matrix::from_fn(n, n, |i, j| {
@@ -141,7 +141,7 @@ fn lauchli_of(exponent: i32) -> Hard {
     Hard::new("Läuchli", format!("{e:e}"), lauchli(e), sigma)
 }
 
-/// Sylvester's of 2^k: whole numbers, all singular values the same.
+/// Sylvester's of 2^k: integers, all singular values equal.
 fn hadamard(k: u32) -> Matrix {
     let n = 1 << k;
     Matrix::from_fn(n, n, |i, j| {
@@ -172,7 +172,7 @@ fn repeated() -> Vec<Hard> {
         Matrix::identity(17, 17),
         vec![1.0; 17],
     ));
-    // Columns of Hadamard's scaled: three values, each several times.
+    // Scaled columns of Hadamard's: three values, each repeated.
     let mut groups = hadamard(4);
     let scales = [3.0, 1.0, 3.0, 2f64.powi(-30), 1.0, 3.0, 2f64.powi(-30), 1.0];
     for (j, mut column) in groups.column_iter_mut().enumerate() {
@@ -184,7 +184,7 @@ fn repeated() -> Vec<Hard> {
     out
 }
 
-/// Orthonormal columns, by this project's own orthogonalising.
+/// Orthonormal columns, by this project's own method.
 fn orthonormal(rows: usize, columns: usize) -> Matrix {
     let mut dice = Dice::new(3);
     let mut set = Orthonormal::new();
@@ -216,12 +216,12 @@ fn graded() -> Vec<Hard> {
     out
 }
 
-/// Whole-number matrices times powers of two: exact, at the ends of the doubles' range.
+/// Integer matrices times powers of two: exact, at the ends of the doubles' range.
 fn ends_of_the_range() -> Vec<Hard> {
     let base = Matrix::from_fn(6, 4, |i, j| ((i * i + 3 * j + i * j) % 7) as f64);
     let sigma = singular_values(6, 4, |i, j| base[(i, j)]);
     let of = |exponent: i32| {
-        // In two steps: the power alone may be out of range.
+        // In two steps, because the power alone may be out of range.
         let half = exponent / 2;
         let (a, b) = (2f64.powi(half), 2f64.powi(exponent - half));
         let scaled = base.map(|x| x * a * b);
@@ -259,7 +259,7 @@ fn trivial() -> Vec<Hard> {
     out
 }
 
-/// A decomposition to be judged.
+/// A decomposition under test.
 #[derive(Clone, Debug)]
 pub struct Found {
     /// Left vectors, as columns.
@@ -270,8 +270,7 @@ pub struct Found {
     pub v: Matrix,
 }
 
-/// How far a decomposition is from one: each as a multiple of what rounding may explain,
-/// 16·eps·sqrt(mn).
+/// Errors of a decomposition, as multiples of the rounding tolerance 16·eps·sqrt(mn).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Verdict {
     /// ‖A − UΣVᵀ‖ / ‖A‖ (Frobenius).
@@ -282,12 +281,12 @@ pub struct Verdict {
     pub orthogonality: f64,
     /// Largest error of a singular value, over the largest value.
     pub values: f64,
-    /// The same, each over its own, where the matrix determines that.
+    /// Largest error of a singular value over the value itself, if the matrix determines it.
     pub relative: f64,
 }
 
 impl Verdict {
-    /// Whether each is within what rounding may explain.
+    /// True when each is within rounding.
     pub fn good(&self) -> bool {
         let all = [self.residual, self.squares, self.orthogonality, self.values];
         all.iter().all(|x| *x <= 1.0)
@@ -306,7 +305,7 @@ pub fn judge(hard: &Hard, found: &Found) -> Verdict {
             ..Verdict::default()
         };
     }
-    // Everything over the largest power of two, so that no square leaves the range.
+    // Scale by the largest power of two, so that no square leaves the range.
     let half = -(largest.log2().floor() as i32) / 2;
     let rest = -(largest.log2().floor() as i32) - half;
     let scale = |x: f64| x * 2f64.powi(half) * 2f64.powi(rest);
@@ -321,7 +320,7 @@ pub fn judge(hard: &Hard, found: &Found) -> Verdict {
     let truth: Vec<f64> = hard.sigma.iter().map(|s| scale(*s)).collect();
     let off = |(s, t): (&f64, &f64)| (s - t).abs();
     let worst = |of: &dyn Fn((&f64, &f64)) -> f64| {
-        // Not-a-number is as wrong as can be.
+        // NaN is as wrong as possible.
         let wrong = |x: f64| if x.is_nan() { f64::INFINITY } else { x };
         sigma
             .iter()

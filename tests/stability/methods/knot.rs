@@ -1,14 +1,14 @@
-//! Knots that keep all key settings positive: the fewest, and those of halving, on random shows.
+//! Knots that keep all key settings positive: the fewest, and those of bisection, on random shows.
 
 use crate::dice::Dice;
 use footlight_show::linalg::Bernstein;
 use footlight_show::timeline::fewest_knots;
 
-/// Banks that move at once.
+/// Numbers of banks that move at once.
 pub const BANKS: [usize; 6] = [1, 2, 4, 8, 16, 24];
-/// Random shows in all.
+/// Number of random shows.
 pub const SHOWS: usize = 500;
-/// Halvings of a stretch before it is given up there.
+/// Most bisections of a stretch.
 const DEPTH: usize = 40;
 /// Control points above this are rounding.
 const ROUNDING: f64 = -1e-15;
@@ -17,8 +17,8 @@ const SPAN: f64 = 4.0;
 /// Spans of a path.
 const SPANS: usize = 3;
 
-/// Levels and slopes (a second) of two knots 4 seconds apart between which the curve touches zero:
-/// 100 (t - a)² with a fifth and two fifths for a, and the same from behind.
+/// Levels and slopes (per second) of two knots 4 seconds apart between which the curve touches
+/// zero: 100 (t - a)² with a fifth and two fifths for a, and both reversed.
 const TOUCHING: [[(f64, f64); 2]; 4] = [
     [(4.0, -10.0), (64.0, 40.0)],
     [(16.0, -20.0), (36.0, 30.0)],
@@ -29,31 +29,31 @@ const TOUCHING: [[(f64, f64); 2]; 4] = [
 /// The curve of a bank, span by span.
 type Path = [Bernstein; SPANS];
 
-/// Knots of one show.
+/// Number of knots of one show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Count {
-    /// As shipped.
+    /// By the shipped method.
     pub fewest: usize,
-    /// By halving wherever a control point is negative.
+    /// By bisection wherever a control point is negative.
     pub bisection: usize,
 }
 
 /// Means over shows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Knots {
-    /// How many shows.
+    /// Number of shows.
     pub shows: usize,
     /// Banks that move at once.
     pub banks: usize,
-    /// Knots a show, as shipped.
+    /// Knots per show by the shipped method.
     pub fewest: f64,
-    /// By halving.
+    /// Knots per show by bisection.
     pub bisection: f64,
-    /// Halving's most on any show.
+    /// Most knots of bisection in any show.
     pub most: usize,
 }
 
-/// All shows' counts, by the number of banks.
+/// Counts of all shows, by the number of banks.
 pub fn counted() -> Vec<(usize, Vec<Count>)> {
     let mut dice = Dice::new(11);
     let mut out = Vec::new();
@@ -65,7 +65,7 @@ pub fn counted() -> Vec<(usize, Vec<Count>)> {
     out
 }
 
-/// What a number of banks comes to.
+/// Summary for a number of banks.
 pub fn summary(banks: usize, counts: &[Count]) -> Knots {
     let mean = |of: fn(&Count) -> usize| {
         counts.iter().map(of).sum::<usize>() as f64 / counts.len().max(1) as f64
@@ -79,8 +79,8 @@ pub fn summary(banks: usize, counts: &[Count]) -> Knots {
     }
 }
 
-/// A show in which every bank runs along a Hermite spline of its own; one that would leave 0 to 100
-/// is drawn again.
+/// A show in which every bank follows its own Hermite spline; a spline that would leave 0 to 100 is
+/// drawn again.
 fn show(dice: &mut Dice, banks: usize) -> Vec<Path> {
     let mut out = Vec::new();
     while out.len() < banks {
@@ -131,8 +131,8 @@ fn count(show: &[Path]) -> Count {
     out
 }
 
-/// Knots by halving wherever a control point is negative, down to a depth; where a curve touches
-/// zero only rounding ends it before.
+/// Knots by bisection wherever a control point is negative, to a depth; where a curve touches zero
+/// only rounding ends it earlier.
 fn halve(curves: &[Bernstein], depth: usize) -> usize {
     let bad = |p: &Bernstein| p.coefficients().iter().any(|c| *c < ROUNDING);
     if depth == 0 || !curves.iter().any(bad) {

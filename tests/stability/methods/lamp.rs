@@ -1,5 +1,5 @@
-//! What points of a floor see of a lamp over them: in the pixels of a hemicube, taken for a point,
-//! and by the closed form that direct light is shipped with.
+//! Form factors from points of a floor to a lamp above: by hemicube, by a point approximation, and
+//! by the shipped closed form of direct light.
 
 use std::f64::consts::{PI, TAU};
 
@@ -14,34 +14,34 @@ use footlight_transport::hemicube::raster::VertexBuffer;
 use footlight_transport::surfaces::hierarchy::{Hierarchy, SceneGeometry};
 use footlight_transport::surfaces::surface::Surfaces;
 
-/// A lamp's rectangle, parallel to the floor and looking down.
+/// A rectangular lamp, parallel to the floor and facing down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lamp {
     /// Along x, metres.
     pub width: f64,
     /// Along y, metres.
     pub depth: f64,
-    /// Over the floor, metres.
+    /// Height over the floor, metres.
     pub height: f64,
 }
 
 /// Relative root mean square errors of form factors over the points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
-    /// In the pixels of a hemicube.
+    /// By the pixels of a hemicube.
     pub hemicube: f64,
-    /// The lamp taken for a point: cos² A / (π d²).
+    /// With the lamp as a point: cos² A / (π d²).
     pub point: f64,
-    /// The closed form's.
+    /// By the closed form.
     pub ours: f64,
 }
 
-/// Mean errors of hemicubes over many points, relative, which is what a sum over elements keeps.
+/// Relative mean errors of hemicubes over many points, which remain in a sum over elements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aliasing {
-    /// All cubes turned alike.
+    /// All cubes equally oriented.
     pub aligned: f64,
-    /// Each turned by chance, as shipped.
+    /// Each randomly rotated, as shipped.
     pub turned: f64,
 }
 
@@ -53,15 +53,15 @@ impl Lamp {
             .to_vec()
     }
 
-    /// The exact form factor from a point of the floor: the rectangle is the signed sum of four
-    /// that have a corner over the point.
+    /// The exact form factor from a point of the floor: the signed sum of four rectangles with a
+    /// corner over the point.
     pub fn exact(&self, p: Vec3) -> f64 {
         let (a, b) = (0.5 * self.width, 0.5 * self.depth);
         let over = |x: f64, y: f64| corner((x - p.x) / self.height, (y - p.y) / self.height);
         over(a, b) - over(-a, b) - over(a, -b) + over(-a, -b)
     }
 
-    /// With a floor that reaches beyond all points.
+    /// The lamp with a floor that reaches beyond all points.
     fn room(&self, reach: f64) -> Result<Room, TransportError> {
         let h = 2.0 * reach + self.width + self.depth;
         let floor = [(-h, -h), (h, -h), (h, h), (-h, h)].map(|(x, y)| vec3(x, y, 0.0));
@@ -74,10 +74,10 @@ impl Lamp {
         })
     }
 
-    /// Errors at `count` points within `reach` of below the lamp's middle.
+    /// Errors at `count` points within `reach` of the point below the lamp's middle.
     ///
     /// # Errors
-    /// None in practice.
+    /// Never in practice.
     pub fn seen(&self, resolution: usize, reach: f64, count: u64) -> Result<Seen, TransportError> {
         let room = self.room(reach)?;
         let points = points(reach, count);
@@ -102,10 +102,10 @@ impl Lamp {
         })
     }
 
-    /// What adds up and what cancels where many points see the lamp nearly alike.
+    /// Systematic and cancelling errors over many points with nearly equal form factors.
     ///
     /// # Errors
-    /// None in practice.
+    /// Never in practice.
     pub fn aliasing(&self, resolution: usize, count: u64) -> Result<Aliasing, TransportError> {
         let reach = 0.01 * self.height;
         let room = self.room(reach)?;
@@ -132,7 +132,7 @@ fn corner(a: f64, b: f64) -> f64 {
     (a / p * (b / p).atan() + b / q * (a / q).atan()) / TAU
 }
 
-/// Points of the floor that look random.
+/// Pseudo-random points of the floor.
 fn points(reach: f64, count: u64) -> Vec<Vec3> {
     let at = |i: u64| reach * (2.0 * hash_to_unit(i) - 1.0);
     (0..count).map(|i| vec3(at(i), at(i + 7919), 0.0)).collect()
@@ -141,7 +141,7 @@ fn points(reach: f64, count: u64) -> Vec<Vec3> {
 /// The floor and the lamp.
 struct Room {
     surfaces: Surfaces,
-    /// Which facet is the floor; the other one is the lamp.
+    /// Facet of the floor; the other one is the lamp.
     floor: usize,
     between: Vec3,
 }

@@ -1,8 +1,8 @@
-//! Where the usual methods fail, and what is shipped instead: one against the other on hard inputs.
+//! Failures of common methods against the shipped ones, on hard inputs.
 //!
-//! The tests of `stability` assert on these figures and `examples/stability` draws them. All are
-//! computed by the shipped code and by the naive methods next to it; every run gives the same, in
-//! some seconds.
+//! The tests of `stability` assert on these figures and `examples/stability` draws them. They are
+//! computed by the shipped code and by the naive methods next to it; every run gives equal results,
+//! in a few seconds.
 
 pub mod decomposition;
 pub mod furnace;
@@ -26,27 +26,27 @@ const ELEMENTS: usize = 200;
 const DISTANCES: [f64; 9] = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0];
 /// Pixels along a hemicube's edge.
 const RESOLUTIONS: [usize; 6] = [8, 16, 32, 64, 128, 256];
-/// The hemicubes that distances are tried with, in pixels along the edge.
+/// Resolutions of the hemicubes at varying distances, pixels along the edge.
 pub const CUBES: [usize; 2] = [16, 64];
-/// Points of the floor.
+/// Number of points of the floor.
 const POINTS: u64 = 100;
-/// A lamp half a metre wide.
+/// Side of the lamp, metres.
 const SIDE: f64 = 0.5;
-/// Where resolutions are tried: as wide a room as a lid, at half its width.
+/// The lamp for varying resolutions: a lid as wide as the room, at half its width.
 const LID: Lamp = Lamp {
     width: 2.0,
     depth: 2.0,
     height: 1.0,
 };
 
-/// What every study found.
+/// Results of every study.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stability {
-    /// Columns made orthonormal, matrix by matrix, each in every way.
+    /// Orthogonality of columns, matrix by matrix, with each method.
     pub orthogonality: Vec<Orthogonality>,
     /// Residuals of this project's decomposition over the hard list.
     pub ours: Residuals,
-    /// Residuals of nalgebra's.
+    /// Residuals of nalgebra's decomposition.
     pub nalgebra: Residuals,
     /// Light between equal walls, by reflectance.
     pub furnace: Vec<Reflected>,
@@ -58,7 +58,7 @@ pub struct Stability {
     pub knots: Vec<Knots>,
 }
 
-/// How orthogonal the columns of a matrix became.
+/// Orthogonality of a matrix's columns.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Orthogonality {
     /// The method.
@@ -71,40 +71,40 @@ pub struct Orthogonality {
     pub loss: f64,
 }
 
-/// How wrong singular value decompositions are.
+/// Residuals of singular value decompositions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Residuals(
-    /// ‖A − UΣVᵀ‖ / ‖A‖ as multiples of what rounding may explain, the largest first; infinite
-    /// where there is no answer.
+    /// ‖A − UΣVᵀ‖ / ‖A‖ as multiples of the rounding tolerance, the largest first; infinite without
+    /// an answer.
     pub Vec<f64>,
 );
 
 impl Residuals {
-    /// How many are more than rounding.
+    /// Number of residuals beyond rounding.
     pub fn wrong(&self) -> usize {
         self.0.iter().filter(|r| **r > 1.0).count()
     }
 }
 
-/// Solvers of light between walls, at one reflectance.
+/// Solvers for light between walls, at one reflectance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reflected {
     /// Their errors.
     pub solved: Solved,
-    /// Sweeps that Jacobi's method takes to 0.1 %.
+    /// Sweeps of Jacobi's method to 0.1 %.
     pub jacobi: usize,
-    /// Sweeps that Gauss and Seidel's takes.
+    /// Sweeps of Gauss-Seidel to 0.1 %.
     pub seidel: usize,
 }
 
 /// Form factors of a lamp at one distance: relative errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distance {
-    /// Over the floor, metres.
+    /// Height over the floor, metres.
     pub height: f64,
-    /// The closed form's, as shipped.
+    /// By the shipped closed form.
     pub closed: f64,
-    /// The lamp taken for a point.
+    /// With the lamp as a point.
     pub point: f64,
     /// By hemicubes of the resolutions [`CUBES`].
     pub cubes: [f64; CUBES.len()],
@@ -113,18 +113,18 @@ pub struct Distance {
 /// Form factors of a lamp by hemicubes of one resolution: relative errors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Resolution {
-    /// Along the edge.
+    /// Pixels along the edge.
     pub pixels: usize,
-    /// At single points.
+    /// Errors at single points.
     pub seen: Seen,
-    /// Of the mean over many.
+    /// Error of the mean over many.
     pub mean: Aliasing,
 }
 
-/// Every study, one after the other.
+/// Runs every study.
 ///
 /// # Errors
-/// None in practice.
+/// Never in practice.
 pub fn study() -> Result<Stability, TransportError> {
     let [ours, nalgebra] = decompositions();
     let knots = knot::counted();
@@ -155,7 +155,7 @@ fn orthogonality() -> Vec<Orthogonality> {
     out
 }
 
-/// Of this project's solver and of nalgebra's.
+/// Residuals of this project's solver and of nalgebra's.
 fn decompositions() -> [Residuals; 2] {
     let mut all = hard::list(RANDOM);
     // nalgebra panics on empty matrices.

@@ -1,5 +1,5 @@
-//! Four ways to orthogonalise columns, and families of matrices whose condition runs from 1 to
-//! where doubles end.
+//! Four methods to orthogonalise columns, and families of matrices with condition numbers from 1 to
+//! the limit of doubles.
 
 #![allow(
     clippy::indexing_slicing,
@@ -11,21 +11,21 @@ use super::wide::singular_values;
 use crate::dice::Dice;
 use footlight_show::linalg::{Matrix, Orthonormal};
 
-/// A way to make the columns of a matrix orthonormal.
+/// A method to make the columns of a matrix orthonormal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Way {
-    /// Gram and Schmidt's as printed.
+    /// Classical Gram-Schmidt.
     Classical,
-    /// Their modified method.
+    /// Modified Gram-Schmidt.
     Modified,
-    /// This project's: the modified method twice.
+    /// This project's: modified Gram-Schmidt twice.
     Shipped,
-    /// Householder's reflections.
+    /// Householder reflections.
     Householder,
 }
 
 impl Way {
-    /// Every way.
+    /// Every method.
     pub const ALL: [Way; 4] = [
         Way::Classical,
         Way::Modified,
@@ -44,18 +44,18 @@ impl Way {
     }
 }
 
-/// A family of matrices whose condition runs from good to bad.
+/// A family of matrices with condition numbers from good to bad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Family {
     /// A row of ones over a small multiple of the identity.
     Lauchli,
     /// 1 / (i + j + 1).
     Hilbert,
-    /// A look, and looks that differ little from it: what a show has.
+    /// A look, and looks that differ little from it, as in shows.
     NearCopies,
 }
 
-/// As printed: every coefficient from the column as it came.
+/// Classical: every coefficient from the original column.
 pub fn classical(a: &Matrix) -> Matrix {
     let mut q = a.clone();
     for j in 0..a.ncols() {
@@ -68,7 +68,7 @@ pub fn classical(a: &Matrix) -> Matrix {
     q
 }
 
-/// Every coefficient from what is left.
+/// Modified: every coefficient from the remainder.
 pub fn modified(a: &Matrix) -> Matrix {
     let mut q = a.clone();
     for j in 0..a.ncols() {
@@ -81,7 +81,7 @@ pub fn modified(a: &Matrix) -> Matrix {
     q
 }
 
-/// This project's; a column in the span is left out.
+/// This project's method; a column in the span is left out.
 pub fn shipped(a: &Matrix) -> Matrix {
     let mut set = Orthonormal::new();
     for column in a.column_iter() {

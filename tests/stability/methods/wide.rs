@@ -1,10 +1,9 @@
-//! Singular values in double-double arithmetic (106 bits), to hold doubles against.
+//! Singular values in double-double arithmetic (106 bits), as reference for doubles.
 //!
-//! Sums and products without error as in Knuth (1969) and Dekker (1971), products by a fused
+//! Error-free sums and products as in Knuth (1969) and Dekker (1971), products by a fused
 //! multiplication; the operations are the accurate ones of Hida, Li and Bailey (2001). One-sided
 //! Jacobi needs only sums, products, quotients and roots, and keeps small singular values to
-//! relative accuracy where the columns are graded; elsewhere they are right to 1e-31 of the
-//! largest.
+//! relative accuracy for graded columns; otherwise they are accurate to 1e-31 of the largest.
 
 #![allow(
     clippy::indexing_slicing,
@@ -103,7 +102,7 @@ impl Div for Wide {
 }
 
 impl Wide {
-    /// The square root, by one step of Newton's from the double's.
+    /// The square root, by one Newton step from the double's.
     pub fn sqrt(self) -> Wide {
         if self.high <= 0.0 {
             return ZERO;
@@ -122,12 +121,12 @@ fn dot(a: &[Wide], b: &[Wide]) -> Wide {
     a.iter().zip(b).fold(ZERO, |total, (x, y)| total + *x * *y)
 }
 
-/// Columns below this share of the largest are rounding, and nothing is rotated that is as
-/// orthogonal as this.
+/// Columns below this share of the largest are rounding, and so are deviations from orthogonality
+/// below it.
 const ROUNDING: f64 = 1e-31;
 
 /// All singular values of a matrix of doubles, descending, as many as the smaller of its sides.
-/// Entries must lie where squares neither overflow nor vanish, about 1e-140 to 1e150.
+/// Entries must have squares that neither overflow nor vanish, about 1e-140 to 1e150.
 pub(super) fn singular_values(
     rows: usize,
     columns: usize,

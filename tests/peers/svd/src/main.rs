@@ -1,6 +1,6 @@
-//! The hard matrices given to three singular value decompositions: this project's, nalgebra's and
-//! faer's. `cargo run --release --manifest-path tests/peers/svd/Cargo.toml -- [FOLDER]` prints what
-//! fails and writes `svd_peers` (.json, .csv) into the folder.
+//! The hard matrices in three singular value decompositions: this project's, nalgebra's and faer's.
+//! `cargo run --release --manifest-path tests/peers/svd/Cargo.toml -- [FOLDER]` prints the failures
+//! and writes `svd_peers` (.json, .csv) to the folder.
 
 #![allow(
     clippy::unwrap_used,
@@ -37,7 +37,7 @@ fn main() {
     }
 }
 
-/// Without scaling, as it comes.
+/// Without scaling.
 fn faer(a: &Matrix) -> Option<Found> {
     if a.is_empty() {
         return None;
@@ -53,7 +53,7 @@ fn faer(a: &Matrix) -> Option<Found> {
     })
 }
 
-/// What solvers make of the hard matrices: a series for each, a point for each family.
+/// Results of the solvers on the hard matrices: a series for each solver, a point for each family.
 fn table(solvers: &[(&str, Vec<Failures>)]) -> Record {
     let mut quantities = vec![Quantity::new("matrices", "")];
     let counted = [
