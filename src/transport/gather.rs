@@ -1,13 +1,13 @@
 //! G for scenes of many polygons: final gathering by ray tracing over a radiosity cache.
 //!
-//! Its cost follows what the camera sees, not how many polygons there are: nothing is meshed. Each
-//! pixel sends rays, cosine-weighted, whose ends are cells of a cache ([`cells`]); the cells
-//! exchange light by Jacobi steps; direct light is the closed form times the visible share of
-//! sampled shadow rays ([`emitter`]), with more samples where the first ones differ, until the
-//! predicted noise is what the step allows. The first bounce of a narrow beam comes from the lamp's side
-//! ([`lamp_patches`]). Cells, rays and filters depend on the geometry alone and
-//! samples of a light on that light alone, so that a picture is exactly linear, and the same in any
-//! company and on any number of threads.
+//! The cost depends on the visible surfaces, not on the number of polygons: nothing is meshed. Each
+//! pixel sends cosine-weighted rays that end in cells of a cache ([`cells`]); the cells exchange
+//! light by Jacobi steps. Direct light is the closed form times the visible share of sampled shadow
+//! rays ([`emitter`]), with more samples where the first ones differ, until the predicted noise
+//! meets the step's target. The first bounce of a narrow beam is sampled from the lamp
+//! ([`lamp_patches`]). Cells, rays and filters depend on the geometry alone, and the samples of a
+//! light on that light alone. Images are therefore exactly linear and do not depend on other
+//! settings or the number of threads.
 
 #![allow(
     clippy::indexing_slicing,
@@ -66,13 +66,13 @@ use footlight_stage::Light;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Lights that are solved at once, at most, and about how many bytes they take together: what rays show
-/// is found once for all of them.
+/// Most lights solved together, and the approximate bytes that they may take: one ray traversal
+/// serves all of them.
 const BLOCK: usize = 8;
 const BLOCK_BYTES: usize = 192 << 20;
-/// Parts of pixels that one task works on.
+/// Parts of pixels in one task.
 const PARTS: usize = 256;
-/// Seed of the sequences of points.
+/// Seed of the point sequences.
 const SEED_CELL_LIGHT: u32 = 0x777;
 
 /// G for one setup and step.
@@ -83,26 +83,26 @@ pub struct FinalGather {
     camera: Camera,
     surfaces: Surfaces,
     bvh: Bvh,
-    /// How far rays keep from surfaces, metres.
+    /// Distance that rays keep from surfaces, metres.
     offset: f64,
     lights: Vec<PreparedLight>,
     projectors: Vec<Option<Projector>>,
-    /// True for each light of which only the reflected light is wanted.
+    /// True for each light of which only the reflected light is computed.
     is_bounced: Vec<bool>,
     parts: Parts,
     cells: Cells,
     bounds: KernelBounds,
     bounces: Bounces,
     held: usize,
-    /// For each light its picture at unit strength, three channels interleaved.
+    /// For each light its image at unit strength, three channels interleaved.
     pictures: Vec<Option<Vec<f32>>>,
 }
 
 impl FinalGather {
-    /// Finds what the camera sees and where its light comes from.
+    /// Finds the visible surfaces and the cells that light them.
     ///
     /// # Errors
-    /// [`TransportError`] for a setup that cannot be used, a budget too small, or on cancel.
+    /// [`TransportError`] for an unusable setup or too small a budget, and on cancel.
     pub fn new(
         setup: &Setup,
         quality: Quality,
@@ -125,7 +125,7 @@ impl FinalGather {
         let surfaces = Surfaces::new(scene)?;
         let lights = luminaires(&surfaces, rig)?;
         let pixels = view.width * view.height;
-        // At least: pixels that show several surfaces have more rays.
+        // A lower bound: pixels that show several surfaces have more rays.
         let each = 4 * (step.first + step.rays) as usize;
         budget.check("the rays of the picture", pixels.saturating_mul(each))?;
         let bvh = Bvh::new(&surfaces, work)?;
@@ -192,7 +192,7 @@ impl FinalGather {
         Emitter::new(&self.surfaces, &self.lights[light], projector)
     }
 
-    /// The patches of a light's first bounces, if it needs any.
+    /// Patches of the bounces of a light, if it needs any.
     fn patches(&self, light: usize) -> Vec<LampPatches> {
         let PreparedLight::Spot(beam) = &self.lights[light] else {
             return Vec::new();
@@ -201,8 +201,8 @@ impl FinalGather {
         LampPatches::of_bounces(self.scene(), beam, projector, self.bounds)
     }
 
-    /// Reflected light of each of the lights in every pixel, as radiance, without the light that pixels
-    /// take from patches.
+    /// Reflected radiance of each of the lights in every pixel, without the light that pixels take
+    /// from patches.
     fn indirect(
         &self,
         lights: &[usize],
@@ -245,7 +245,8 @@ impl FinalGather {
         Ok((0..lights.len()).map(picture).collect())
     }
 
-    /// Adds one of `lights` lights to a picture: what comes to each part times what it reflects.
+    /// Adds one of `lights` lights to an image: the light that arrives at each part times its
+    /// reflectance.
     fn add_light(&self, arrives: &[f32], (light, lights): (usize, usize), picture: &mut [f32]) {
         for (pixel, out) in picture.chunks_exact_mut(3).enumerate() {
             for at in self.parts.pixels.range(pixel) {
@@ -287,7 +288,7 @@ impl FinalGather {
             };
             let (mut light, mut variance) = light.with_variance(&lit, work)?;
             let lights = emitters.len();
-            // Light is evened out without the texture.
+            // Light is filtered without the texture.
             let parts = self
                 .parts
                 .all()
@@ -342,7 +343,7 @@ impl FinalGather {
         Ok(())
     }
 
-    /// Irradiance that comes to each cell from each of the lights directly.
+    /// Direct irradiance of each cell by each of the lights.
     fn direct_at_cells(&self, lights: &[usize], work: Work<'_>) -> Result<Vec<f32>, Cancelled> {
         let emitters: Vec<Emitter<'_>> = lights.iter().map(|&l| self.emitter(l)).collect();
         let mut out = vec![0.0_f32; self.cells.count() * lights.len()];
@@ -367,7 +368,7 @@ impl FinalGather {
                         normal,
                         facet: normal,
                     };
-                    // About a pixel there.
+                    // Approximate footprint of a pixel there.
                     let footprint = || {
                         let distance = (place - self.camera.origin).length();
                         let side = distance * self.camera.step_x * 4.0;
@@ -407,7 +408,7 @@ impl UnitLights for FinalGather {
         let each = 12 * pixels;
         check_memory("the lights", new.len() * each, work.memory)?;
         let parts = self.parts.all().len();
-        // Light in cells is gone when parts are sampled.
+        // The light in cells is freed before parts are sampled.
         let bytes = |bounces: usize| {
             let cells = self.cells.light_bytes() + bounces * self.cells.bounce_bytes();
             12 * pixels + 24 * parts + cells.max(DirectLight::UNIT_BYTES * parts)
@@ -415,7 +416,7 @@ impl UnitLights for FinalGather {
         let most = BLOCK_BYTES.min(work.memory / 4);
         let together = (most / bytes(MOST_BOUNCES).max(1)).clamp(1, BLOCK);
         let mut done = 0;
-        // Direct light of bounced ones is made elsewhere.
+        // Direct light of bounced lights is computed elsewhere.
         let (whole, bounced): (Vec<usize>, Vec<usize>) =
             new.iter().partition(|&&l| !self.is_bounced[l]);
         for block in whole.chunks(together).chain(bounced.chunks(together)) {

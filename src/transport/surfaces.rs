@@ -1,7 +1,8 @@
-//! The scene and its view as both renderers use them: facets, their convex pieces and solids, the
+//! The scene and its view, as both renderers use them: facets, their convex pieces and solids, the
 //! hierarchy over the pieces, the camera, and the fragments of facets in the picture.
 //!
-//! This module depends on neither a mesh nor rays; of lights it knows only which materials emit.
+//! This module depends on neither meshes nor rays; its only knowledge of lights is the set of
+//! emitting materials.
 
 pub mod camera;
 pub mod clipper;
@@ -16,17 +17,17 @@ pub(crate) mod raster;
 pub mod solid;
 pub mod surface;
 
-/// Bytes of a polygon as facet and pieces, in the hierarchy and on both grids, about.
+/// Approximate bytes of a polygon as facet and pieces, in the hierarchy and in both grids.
 pub const FACET_BYTES: usize = 1800;
 
-/// The least and the greatest of some numbers: infinity and minus infinity without any.
+/// Minimum and maximum of some numbers; infinity and minus infinity if there are none.
 pub fn extent(values: impl IntoIterator<Item = f64>) -> (f64, f64) {
     let none = (f64::INFINITY, f64::NEG_INFINITY);
     let values = values.into_iter();
     values.fold(none, |(low, high), x| (low.min(x), high.max(x)))
 }
 
-/// For tests: a rectangle at height `z`, counter-clockwise seen from above.
+/// For tests: a rectangle at height `z`, anticlockwise seen from above.
 #[cfg(test)]
 pub fn rectangle(x: (f64, f64), y: (f64, f64), z: f64) -> [footlight_show::geometry::Vec3; 4] {
     let corner = |x, y| footlight_show::geometry::vec3(x, y, z);

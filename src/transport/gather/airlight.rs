@@ -1,13 +1,13 @@
 //! Airlight: light of the lamps that haze scatters once, towards the eye.
 //!
-//! The radiance along a ray of sight is the integral of `albedo extinction p(angle) I V exp(-extinction (t + r)) / r²`
-//! over `t`, with `r` the distance from the lamp, `I` its intensity, `V` what nothing stops, and `p` the
-//! phase function of Henyey and Greenstein (1941). With the angle `u` at which the lamp sees the ray,
-//! `dt / r² = du / h`, `h` the ray's distance from the lamp, so that the integrand has no pole (Kulla and
-//! Fajardo, *Importance Sampling Techniques for Path Tracing in Participating Media*, 2012). The ray is
-//! cut by the lamp's cone first. Between nodes, edges of shadows are found by bisection. Everything is
-//! linear in the lamps and without noise. Light that is scattered twice is left out. Both renderers use
-//! this module.
+//! The radiance along a ray of sight is the integral of `albedo extinction p(angle) I V
+//! exp(-extinction (t + r)) / r²` over `t`, with `r` the distance from the lamp, `I` its intensity,
+//! `V` the visibility, and `p` the phase function of Henyey and Greenstein (1941). With the angle
+//! `u` at which the lamp sees the ray, `dt / r² = du / h`, where `h` is the ray's distance from the
+//! lamp, so that the integrand has no pole (Kulla and Fajardo, *Importance Sampling Techniques for
+//! Path Tracing in Participating Media*, 2012). The ray is first cut by the lamp's cone. Shadow
+//! edges between nodes are found by bisection. The result is linear in the lamps and free of noise.
+//! Multiple scattering is omitted. Both renderers use this module.
 
 use crate::direct::beam::Beam;
 use crate::direct::projector::Projector;
@@ -22,46 +22,46 @@ use footlight_show::model::Haze;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
-/// Nodes along a ray, at most.
+/// Most nodes along a ray.
 const MOST_NODES: usize = 64;
-/// Side of the squares of pixels within which light in the haze may be interpolated.
+/// Side of the tiles within which airlight may be interpolated, pixels.
 const TILE: usize = 4;
-/// By how much it may differ from the plane through the corners, as a share of the highest one.
+/// Allowed difference from the plane through the corners, relative to the highest corner.
 const EVEN: f32 = 0.005;
-/// By how much three ends of sight next to each other may leave a line, as a share of their distance.
+/// Allowed deviation of three adjacent ends of sight from a line, relative to their distance.
 const EVEN_ENDS: f64 = 0.02;
-/// Metres within which a ray that meets nothing may cross a light's cone.
+/// Metres within which a ray that hits nothing may cross a light's cone.
 const FAR: f64 = 1e6;
-/// Points that stand for a panel, each with its share of the nodes.
+/// Points that represent a panel, each with its share of the nodes.
 const PANEL_POINTS: u32 = 4;
-/// Ways in which a pixel of a glossy surface shows the air that it reflects.
+/// Directions in which a pixel of a glossy surface reflects airlight.
 const MIRRORED: u32 = 4;
-/// Shares of a pixel that are no more than this are rounding.
+/// Shares of a pixel up to this are rounding errors.
 const LEAST_SHARE: f32 = 1e-3;
-/// Rays that look for what a pixel shows of backs and the void.
+/// Rays that sample backs and the void in a pixel.
 const DARK_RAYS: u32 = 16;
-/// Spans that a lamp sees under a smaller angle than this, radians, have half of the nodes.
+/// Spans that subtend a smaller angle from the lamp, radians, have half of the nodes.
 const NARROW: f64 = 0.7;
-/// Halvings that find the edge of a shadow between two nodes.
+/// Bisection steps for a shadow edge between two nodes.
 const HALVINGS: u32 = 3;
-/// Optical depth behind which nothing is seen.
+/// Optical depth beyond which nothing is visible.
 const DEEPEST: f64 = 12.0;
-/// Lamps are no smaller than this, metres: a ray that goes through one sees no pole.
+/// Least radius of a lamp, metres, so that rays through one meet no pole.
 const LAMP_RADIUS: f64 = 0.01;
-/// Rays of sight across the width of a beam, at least.
+/// Least number of rays of sight across the width of a beam.
 const RAYS_ACROSS: f64 = 8.0;
-/// Rays of sight along the side of a pixel, at most.
+/// Most rays of sight along the side of a pixel.
 const MOST_RAYS: usize = 12;
 /// Seed of the points of panels.
 const SEED: u32 = 0xa1;
 
-/// A ray of sight from the eye to what it meets.
+/// A ray of sight from the eye to the first surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Sight {
     pub eye: Vec3,
     /// Unit direction.
     pub way: Vec3,
-    /// Metres; infinite where the ray meets nothing.
+    /// Metres; infinite for a ray that hits nothing.
     pub length: f64,
     /// Width of the ray at a distance of 1 m.
     pub spread: f64,
@@ -86,7 +86,7 @@ pub struct Airlight<'a> {
     pub nodes: usize,
 }
 
-/// A point of a light as haze sees it.
+/// A point of a light.
 struct Lamp<'a> {
     position: Vec3,
     kind: LampKind<'a>,
@@ -94,14 +94,14 @@ struct Lamp<'a> {
 
 enum LampKind<'a> {
     Beam(&'a Beam, Option<&'a Projector>),
-    /// Unit normal and square metres of a part of a panel.
+    /// Unit normal and area, m², of a part of a panel.
     Panel(Vec3, f64),
 }
 
 impl Airlight<'_> {
-    /// Radiance that haze scatters to the eye in every pixel, row by row, of each light at unit
-    /// strength. `ends` gives the parts of a pixel, their shares of it and where sight ends; glossy ones
-    /// show what their air has too.
+    /// Radiance that haze scatters to the eye in every pixel, row by row, for each light at unit
+    /// strength. `ends` gives the parts of a pixel, their shares, and the ends of sight; glossy
+    /// surfaces also reflect airlight.
     ///
     /// # Errors
     /// On cancel.
@@ -147,8 +147,8 @@ impl Airlight<'_> {
         Ok(out)
     }
 
-    /// A light in the pixels of a tile: where sight ends on one surface and the light changes evenly,
-    /// from the corners.
+    /// A light in the pixels of a tile; interpolated from the corners where sight ends on one
+    /// surface and the light changes evenly.
     fn tile(
         &self,
         emitter: &Emitter<'_>,
@@ -210,8 +210,8 @@ impl Airlight<'_> {
         }
     }
 
-    /// Rays along the side of a pixel: more than one where the pixel is not small against the width of
-    /// a beam, as it is near the lamp.
+    /// Rays along the side of a pixel: more than one where the pixel is not small relative to the
+    /// width of the beam, as near the lamp.
     pub fn rays_along_side(&self, emitter: &Emitter<'_>, sight: &Sight) -> usize {
         let Emitter::Point(beam, _) = emitter else {
             return 1;
@@ -262,7 +262,7 @@ impl Airlight<'_> {
                 }));
             }
         }
-        // Backs and the void are no parts.
+        // Backs and the void are not parts.
         let dark = |k: u32| {
             let [u, v] = point(k, SEED);
             let way = camera.ray(x as f64 + u, y as f64 + v);
@@ -278,8 +278,8 @@ impl Airlight<'_> {
         out
     }
 
-    /// Radiance that haze scatters to the eye along a ray, of a light at unit strength. `random`, 0 to 1,
-    /// places the nodes; 0.5 is best where no mean over several is taken.
+    /// Radiance that haze scatters to the eye along a ray, for a light at unit strength. `random`,
+    /// 0 to 1, places the nodes; use 0.5 unless several results are averaged.
     pub fn radiance(&self, emitter: &Emitter<'_>, sight: &Sight, random: f64) -> f64 {
         match emitter {
             Emitter::Point(beam, projector) => {
@@ -292,7 +292,7 @@ impl Airlight<'_> {
                 };
                 let of_point = |k: u32| {
                     let lamp = Lamp::of_panel(area, point(k, SEED))?;
-                    // The nodes of the points are between each other.
+                    // The nodes of the points interleave.
                     let shift = (f64::from(k) + random) / f64::from(PANEL_POINTS);
                     Some(few.of_lamp(&lamp, sight, shift))
                 };
@@ -302,7 +302,7 @@ impl Airlight<'_> {
         }
     }
 
-    /// An estimate of [`Airlight::radiance`] without bias, from one node.
+    /// Unbiased estimate of [`Airlight::radiance`] from one node.
     pub fn sample(
         &self,
         emitter: &Emitter<'_>,
@@ -351,7 +351,7 @@ impl Airlight<'_> {
             let x = sight.eye + sight.way * place(u);
             self.scene.transmittance(x, lamp.position - x)
         };
-        // Each node's light without shadows, and the visible share.
+        // Unoccluded light and visibility at each node.
         let nodes = (0..count).map(|i| {
             let u = node(i);
             let t = place(u);
@@ -360,7 +360,7 @@ impl Airlight<'_> {
             let extent = if count > 1 {
                 near(u + 0.5 * step) - near(u - 0.5 * step)
             } else {
-                // A node by chance is one point of an image.
+                // A random node is one point of an image.
                 0.0
             };
             let footprint = [sight.way * extent, across * (sight.spread * t)];
@@ -402,7 +402,7 @@ impl Airlight<'_> {
     }
 }
 
-/// `side` times `side` rays through a pixel that end where one ray of sight does.
+/// `side` times `side` rays through a pixel that end on the surface where a ray of sight ends.
 fn split(
     sight: &Sight,
     camera: &Camera,
@@ -418,7 +418,7 @@ fn split(
     })
 }
 
-/// True where all pixels of a tile show one surface or the void alone, about on one plane.
+/// True when all pixels of a tile show only the void, or one surface that is approximately planar.
 fn is_even(tile: &[TilePixel]) -> bool {
     let lengths = tile.iter().map(|pixel| match pixel.sights.as_slice() {
         [(_, sight)] => Some(sight.length),
@@ -441,7 +441,7 @@ fn is_even(tile: &[TilePixel]) -> bool {
 }
 
 impl Emitter<'_> {
-    /// True where a ray of sight does not cross the light's cone.
+    /// True when a ray of sight does not cross the light's cone.
     fn is_unseen(&self, sight: &Sight) -> bool {
         match self {
             Emitter::Point(beam, projector) => {
@@ -462,7 +462,7 @@ impl<'a> Lamp<'a> {
         }
     }
 
-    /// The point of a panel that random numbers select.
+    /// The point of a panel selected by random numbers.
     fn of_panel(area: &'a AreaLight, random: [f64; 2]) -> Option<Lamp<'a>> {
         let (position, normal, area) = area.point(random)?;
         Some(Lamp {
@@ -471,7 +471,7 @@ impl<'a> Lamp<'a> {
         })
     }
 
-    /// Intensity towards `d` at the point `x`, of a projection the mean over a footprint.
+    /// Intensity in direction `d` at the point `x`; for a projection the mean over a footprint.
     fn intensity(&self, d: Vec3, x: Vec3, footprint: [Vec3; 2]) -> f64 {
         match &self.kind {
             LampKind::Beam(beam, projector) => {
@@ -485,7 +485,7 @@ impl<'a> Lamp<'a> {
         }
     }
 
-    /// The spans of a ray that lie in the light's cone, metres from the eye.
+    /// Spans of a ray within the light's cone, metres from the eye.
     fn spans(&self, sight: &Sight, length: f64) -> ArrayVec<[f64; 2], 3> {
         let (axis, reach) = match &self.kind {
             LampKind::Beam(beam, _) => (beam.axis, beam.reach()),
@@ -498,7 +498,7 @@ impl<'a> Lamp<'a> {
             let d = from + sight.way * t;
             d.dot(axis) >= cosine * d.length()
         };
-        // Where the ray meets the double cone: `(d axis)² = cosine² d²`.
+        // Intersections with the double cone: `(d axis)² = cosine² d²`.
         let square = cosine * cosine;
         let [a2, b2, c2] = [
             a * a - square,
@@ -521,8 +521,7 @@ impl<'a> Lamp<'a> {
     }
 }
 
-/// The phase function of Henyey and Greenstein, 1/sr, for the cosine between the ways of light before
-/// and after.
+/// Phase function of Henyey and Greenstein, 1/sr; `cosine` is that of the scattering angle.
 fn phase(forward: f64, cosine: f64) -> f64 {
     let square = forward * forward;
     let far = 1.0 + square - 2.0 * forward * cosine;

@@ -1,37 +1,36 @@
-//! Light that goes from cell to cell.
+//! Exchange of light between cells.
 
 use crate::gather::cells::Cells;
 use footlight_host::work::{Cancelled, Work};
 use rayon::prelude::*;
 use std::array;
 
-/// What is left in any cell, at most, of light that started everywhere alike, after the last bounce
-/// that is followed: of later ones only the sum is known, as light falls off evenly by then. A small
-/// white niche in a black hall has many bounces.
+/// Greatest share of initially uniform light left in any cell after the last computed bounce. Later
+/// bounces are added as a geometric series, since light falls off evenly by then. A small white
+/// niche in a black hall needs many bounces.
 const LEFT: f32 = 0.05;
-/// Bounces that are followed, at most, and the greatest share of light that a bounce is taken to leave.
+/// Most bounces, and the greatest share of light that a bounce may preserve.
 const MOST_BOUNCES: usize = 400;
 const MOST_KEPT: f64 = 0.9999;
-/// Cells that one task works on.
+/// Cells in one task.
 const RUN: usize = 256;
 
-/// The bounces between cells.
+/// Bounces between cells.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounces {
-    /// How many are followed.
+    /// Number of computed bounces.
     count: usize,
-    /// All later ones together, as a multiple of the last one, for each channel: light falls off
-    /// evenly by then.
+    /// Sum of all later bounces as a multiple of the last one, for each channel.
     rest: [f32; 3],
 }
 
 impl Cells {
-    /// How many cells the camera's rays end in: the first ones.
+    /// Number of cells in which camera rays end; they are the first ones.
     pub fn seen(&self) -> usize {
         self.count() - self.later()
     }
 
-    /// Follows light that starts everywhere alike until little is left.
+    /// Follows initially uniform light until little is left.
     ///
     /// # Errors
     /// On cancel.
@@ -54,7 +53,7 @@ impl Cells {
             let before = std::mem::replace(&mut left, sum(&now));
             out.count += 1;
             out.rest = array::from_fn(|k| {
-                // Nothing at all may be left.
+                // The remainder may be zero.
                 let kept = (left[k] / before[k].max(f64::MIN_POSITIVE)).min(MOST_KEPT);
                 (kept / (1.0 - kept)) as f32
             });
@@ -62,9 +61,9 @@ impl Cells {
         Ok(out)
     }
 
-    /// Radiosity of each cell that the camera's rays end in under several lights at once, from the
-    /// irradiance with which it starts at every cell (`direct`, three channels for each cell and light):
-    /// Jacobi steps among the other cells. Returns three channels for each cell and light.
+    /// Radiosity, under several lights, of each cell in which camera rays end. `direct` is the
+    /// initial irradiance of every cell, three channels for each cell and light. The other cells
+    /// exchange light by Jacobi steps. Returns three channels for each cell and light.
     ///
     /// # Errors
     /// On cancel.
@@ -90,8 +89,8 @@ impl Cells {
         Ok(out)
     }
 
-    /// What the cells from `start` on send back of direct light and of the radiosity `now` of those that
-    /// their rays end in.
+    /// Light that the cells from `start` on reflect: of direct light, and of the radiosity `now` of
+    /// the cells that their rays hit.
     fn reflect(
         &self,
         start: usize,

@@ -1,9 +1,10 @@
 //! First hits and blocked segments among many triangles.
 //!
-//! A bounding-volume hierarchy of four children a node, split by the surface area heuristic over 16
-//! bins (Wald 2007), with up to four triangles a leaf. Boxes and triangles are in single precision,
-//! about the middle of the scene, four side by side in a vector. Of surfaces at the same distance the
-//! one that faces the ray is hit, then the smaller facet. This module does not depend on light.
+//! A bounding volume hierarchy with four children per node, split by the surface area heuristic
+//! over 16 bins (Wald 2007), with up to four triangles per leaf. Boxes and triangles are in single
+//! precision, relative to the centre of the scene, four in a SIMD vector. Among surfaces at the
+//! same distance the one that faces the ray is hit, then the one with the smaller facet. This
+//! module does not depend on light.
 
 mod build;
 
@@ -16,11 +17,11 @@ use wide::f32x4;
 
 /// Triangles in a leaf, and children of a node.
 const WIDTH: usize = 4;
-/// Marks a child that is a leaf; the rest is its index.
+/// Flag of a child that is a leaf; the other bits are its index.
 const LEAF: u32 = 1 << 31;
 /// No child, or no triangle.
 const NONE: u32 = u32::MAX;
-/// Nodes that wait on a way down, at most: three for each node, which spans two levels or more.
+/// Most nodes on the traversal stack: three for each node, which spans at least two levels.
 const STACK: usize = 3 * (LEVELS + 32);
 
 type Point = [f32; 3];
@@ -28,12 +29,12 @@ type Point = [f32; 3];
 /// Boxes of four children.
 #[derive(Clone, Debug)]
 struct Node {
-    /// Low and high of each axis: the side that a ray meets first is found by its index.
+    /// Low and high of each axis, so that an index selects the side that a ray meets first.
     sides: [[f32x4; 3]; 2],
     children: [u32; WIDTH],
 }
 
-/// Four triangles by a corner and two edges.
+/// Four triangles, each as a corner and two edges.
 #[derive(Clone, Debug)]
 struct Leaf {
     corner: [f32x4; 3],
@@ -41,14 +42,14 @@ struct Leaf {
     facets: [u32; WIDTH],
 }
 
-/// The first surface that a ray meets.
+/// First intersection of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hit {
     /// Index of the facet.
     pub facet: u32,
-    /// In lengths of the ray's direction.
+    /// In multiples of the ray's direction.
     pub distance: f32,
-    /// Does its front face the ray?
+    /// True when the surface's front faces the ray.
     pub front: bool,
 }
 
@@ -58,14 +59,14 @@ pub struct Bvh {
     nodes: Vec<Node>,
     leaves: Vec<Leaf>,
     root: u32,
-    /// Of the scene; boxes and triangles are relative to it.
+    /// Centre of the scene; boxes and triangles are relative to it.
     pub middle: Vec3,
-    /// Distances that differ by less are the same, metres.
+    /// Distances that differ by less are equal, metres.
     touching: f32,
 }
 
 impl Bvh {
-    /// Over all pieces of the surfaces, cut into triangles.
+    /// Builds the hierarchy over all pieces of the surfaces, cut into triangles.
     ///
     /// # Errors
     /// On cancel.
@@ -121,7 +122,7 @@ impl Bvh {
         };
         let mut children = halves.to_vec();
         while children.len() < WIDTH {
-            // The largest child that has children gives way to them.
+            // Children of the largest inner child replace it.
             let mut largest: Option<(usize, f32)> = None;
             for (i, (extent, child)) in children.iter().enumerate() {
                 let larger = largest.is_none_or(|(_, most)| extent.area() > most);
@@ -134,7 +135,7 @@ impl Bvh {
             children.extend(largest.halves().into_iter().flatten());
         }
         let at = self.nodes.len();
-        // An empty box is met by nothing.
+        // No ray meets an empty box.
         let [mut low, mut high] = [[[f32::INFINITY; WIDTH]; 3], [[f32::NEG_INFINITY; WIDTH]; 3]];
         for (lane, (extent, _)) in children.iter().enumerate() {
             for axis in 0..3 {
@@ -153,12 +154,12 @@ impl Bvh {
         at as u32
     }
 
-    /// The first surface on the ray from `origin` in the direction of `way`, of any length.
+    /// First intersection of the ray from `origin` in direction `way`, of any length.
     pub fn first_hit(&self, origin: Vec3, way: Vec3) -> Option<Hit> {
         self.walk::<false>(origin, way, f32::INFINITY, |_| false)
     }
 
-    /// The same, past what `passes`.
+    /// Like [`Bvh::first_hit`], ignoring hits that `passes` accepts.
     pub fn first_hit_past(
         &self,
         origin: Vec3,
@@ -168,12 +169,12 @@ impl Bvh {
         self.walk::<false>(origin, way, f32::INFINITY, passes)
     }
 
-    /// Does anything stand on the segment from `origin` by `way`, before its end?
+    /// True when a surface blocks the segment from `origin` to `origin + way`.
     pub fn is_blocked(&self, origin: Vec3, way: Vec3) -> bool {
         self.walk::<true>(origin, way, 1.0, |_| false).is_some()
     }
 
-    /// The same, without what `passes`.
+    /// Like [`Bvh::is_blocked`], ignoring hits that `passes` accepts.
     pub fn is_blocked_past(
         &self,
         origin: Vec3,
@@ -194,7 +195,8 @@ impl Bvh {
         let from = origin - self.middle;
         let origin = [from.x as f32, from.y as f32, from.z as f32];
         let way = [way.x as f32, way.y as f32, way.z as f32];
-        // A ray within a box's plane: a number that is large but finite keeps 0 times it a number.
+        // For a ray within a box's plane: a large finite number keeps the product with 0 from being
+        // NaN.
         let inverse = way.map(|d| {
             let over = 1.0 / d;
             if over.is_finite() { over } else { 1e30 }
@@ -217,7 +219,7 @@ impl Bvh {
             if at & LEAF == 0 {
                 let node = &self.nodes[at as usize];
                 let (mut met, enter) = node.enter(&ray, nearest + tie);
-                // The nearest child is visited first, the others wait.
+                // The nearest child is visited first; the others are pushed.
                 let mut next: Option<(u32, f32)> = None;
                 while met != 0 {
                     let lane = met.trailing_zeros() as usize;
@@ -286,17 +288,17 @@ impl Bvh {
     }
 }
 
-/// A ray, each number four times.
+/// A ray with each number repeated four times.
 struct Ray {
     origin: [f32x4; 3],
     way: [f32x4; 3],
     inverse: [f32x4; 3],
-    /// Of each axis the side of a box that it meets first: 0 the low one.
+    /// For each axis the side of a box that the ray meets first: 0 for low.
     first_side: [usize; 3],
 }
 
 impl Node {
-    /// Which boxes a ray meets within `reach`, as bits, and where it enters them.
+    /// Boxes that a ray meets within `reach`, as bits, and the entry distances.
     #[inline(always)]
     fn enter(&self, ray: &Ray, reach: f32) -> (u32, [f32; WIDTH]) {
         let (mut enter, mut leave) = (f32x4::ZERO, f32x4::splat(reach));
@@ -311,8 +313,8 @@ impl Node {
 }
 
 impl Leaf {
-    /// Which triangles a ray meets within `reach`, as bits, where, and the determinants, positive
-    /// where a front faces the ray (Möller and Trumbore 1997).
+    /// Triangles that a ray meets within `reach`, as bits, with distances and determinants,
+    /// positive where a front faces the ray (Möller and Trumbore 1997).
     #[inline(always)]
     fn meet(&self, ray: &Ray, reach: f32) -> (u32, [f32; WIDTH], [f32; WIDTH]) {
         let [e, f] = &self.edges;
@@ -351,7 +353,7 @@ fn length(a: Point) -> f32 {
     dot(a, a).sqrt()
 }
 
-/// A leaf of up to four triangles; its other places are triangles of no size, which nothing meets.
+/// A leaf of up to four triangles, padded with degenerate triangles that no ray meets.
 fn leaf(primitives: &[Primitive]) -> Leaf {
     let mut numbers = [[[0.0; WIDTH]; 3]; 3];
     let mut facets = [NONE; WIDTH];

@@ -1,12 +1,12 @@
-//! The radiosity cache: cells in a hash table, found by rays and evaluated where rays fell.
+//! The radiosity cache: cells in a hash table, created by ray hits and evaluated at some of them.
 //!
-//! A ray's hit falls into the cell of its place, normal and material; the cell's size grows with
-//! the ray's length, as what is far away is averaged over more (spatial hashing: Binder, Fricke and
-//! Keller 2019). A cell is evaluated at some of the very hits that asked for it, so never at a
-//! point inside a solid, and not at all where nothing is seen. From those points further rays ask
-//! for further cells, never for those of the camera's rays; each weighs as many of the camera's rays
-//! as it stands for, so that points go where light of the picture comes by. All of it depends on
-//! geometry alone.
+//! A hit falls into the cell of its place, normal and material. The cell's size grows with the
+//! ray's length, since distant surfaces are averaged over larger areas (spatial hashing: Binder,
+//! Fricke and Keller 2019). A cell is evaluated at some of the hits that requested it, so never
+//! inside a solid, and invisible surfaces have no cells. From those points further rays request
+//! further cells, which are kept apart from those of the camera's rays. Each ray is weighted by the
+//! number of camera rays that it represents, so that points are placed where they contribute to the
+//! image. Cells depend on geometry alone.
 
 use crate::TransportError;
 use crate::gather::lamp_patches::{KernelBounds, Met};
@@ -22,9 +22,9 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 use std::ops::Range;
 
-/// Weight of a camera's ray; rays of cells weigh less.
+/// Weight of a camera ray; rays of cells weigh less.
 pub const CAMERA_RAY: u32 = 16;
-/// Points of a cell that only rays of cells end in, as a share.
+/// Relative number of points of a cell in which only rays of cells end.
 const LATER_POINTS: f64 = 0.5;
 /// Side of a cell that rays over the hemisphere end in, as a share of their length.
 pub const HEMISPHERE: f64 = 0.5;
@@ -32,37 +32,38 @@ pub const HEMISPHERE: f64 = 0.5;
 const FINER: f64 = 0.25;
 /// Bounces after which new cells are no longer evaluated.
 const GENERATIONS: usize = 6;
-/// Points that one task works on.
+/// Points in one task.
 const RUN: usize = 256;
-/// Points whose rays are held at once.
+/// Points whose rays are held together.
 const BATCH: usize = 1 << 14;
 
-/// How cells are made at a step.
+/// Parameters of the cells at a step.
 #[derive(Clone, Copy, Debug)]
 pub struct CellSettings {
-    /// Least and greatest side of a cell, metres; cells between are powers of two times the least.
+    /// Least and greatest side of a cell, metres; cell sides are the least times powers of two.
     pub sides: [f64; 2],
-    /// A cell is evaluated at this times the power 2/3 of the camera's rays that its light reaches.
+    /// The number of evaluated points of a cell is this times the power 2/3 of the number of camera
+    /// rays that its light reaches.
     pub points: f64,
     /// Rays of each point.
     pub rays: usize,
-    /// Bounds of the kernel of lamps' patches.
+    /// Bounds of the kernel of lamp patches.
     pub bounds: KernelBounds,
 }
 
-/// Where a ray ends.
+/// End of a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct Landing {
     key: Option<Key>,
     point: CellPoint,
-    /// Metres; infinite where nothing is hit.
+    /// Metres; infinite when nothing is hit.
     distance: f32,
     /// As [`KernelBounds::passed`].
     passed: u32,
 }
 
 impl Landing {
-    /// Of a ray that starts nowhere.
+    /// End of a ray that was not traced.
     pub const NOWHERE: Landing = Landing {
         key: None,
         point: CellPoint {
@@ -73,7 +74,7 @@ impl Landing {
         passed: 0,
     };
 
-    /// Counts all light of lamps' patches.
+    /// The landing of a ray that counts all light of lamps' patches.
     pub fn past_all_bounds(self) -> Landing {
         Landing {
             passed: KernelBounds::MOST,
@@ -81,19 +82,19 @@ impl Landing {
         }
     }
 
-    /// One over the ray's length, at least a millimetre.
+    /// Inverse length of the ray, which counts as at least a millimetre; 1/m.
     pub fn nearness(&self) -> f64 {
         1.0 / f64::from(self.distance).max(1e-3)
     }
 }
 
-/// A hash of a cell's place, direction, size and material that stands for them: among ten million
-/// cells two share one with a probability of 3e-6, and are then one cell.
+/// Hash of a cell's place, direction, size and material, used as its identity. Among ten million
+/// cells, two collide with a probability of 3e-6 and are then merged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 struct Key(u64);
 
 impl Key {
-    /// `kind` is the direction of the normal and the size.
+    /// `kind` encodes the direction of the normal and the size.
     fn new(place: [i32; 3], material: u32, kind: u32) -> Key {
         let [x, y, z] = place.map(|v| u64::from(v as u32));
         let words = [x | y << 32, z | u64::from(material) << 32, u64::from(kind)];
@@ -101,7 +102,7 @@ impl Key {
     }
 }
 
-/// Of keys, which are hashes already.
+/// Hasher of keys, which are already hashes.
 #[derive(Clone, Copy, Debug, Default)]
 struct KeyHasher(u64);
 
@@ -117,8 +118,8 @@ impl Hasher for KeyHasher {
     }
 }
 
-/// Which of 54 directions a normal points to: nine on each side of a cube, the middle one about the
-/// axis.
+/// Index of the direction of a normal, out of 54: nine for each side of a cube, the middle one
+/// about the axis.
 fn direction(normal: Vec3) -> u32 {
     let sizes = [normal.x.abs(), normal.y.abs(), normal.z.abs()];
     let axis = if sizes[0] >= sizes[1] && sizes[0] >= sizes[2] {
@@ -134,7 +135,7 @@ fn direction(normal: Vec3) -> u32 {
 }
 
 impl CellSettings {
-    /// Rays of a point, fewer behind the first bounce.
+    /// Rays of a point, fewer after the first bounce.
     fn rays_of(&self, generation: usize) -> usize {
         match generation {
             0 => self.rays,
@@ -142,9 +143,9 @@ impl CellSettings {
         }
     }
 
-    /// Which points cells of a generation keep. The power is between a half, at which cells that
-    /// many rays end in would be the noise of the picture's mean, and one, at which those that few
-    /// do would be the noise of pixels.
+    /// Sampling of the points that cells of a generation keep. The exponent lies between 1/2, at
+    /// which cells hit by many rays would dominate the noise of the image's mean, and 1, at which
+    /// cells hit by few would dominate the noise of pixels.
     fn sample(&self, generation: usize) -> SystematicSample {
         let share = match generation {
             0 => self.points,
@@ -154,9 +155,9 @@ impl CellSettings {
         SystematicSample::new(|asked| share * (asked / camera_ray).cbrt().powi(2))
     }
 
-    /// Where a ray from `from` ends. `cosine` is the ray's density times pi. The first two of `random`
-    /// move the end by up to half a cell, so that borders between cells are not seen; the third decides
-    /// how many bounds the ray passes, the last whether haze stops the light.
+    /// End of a ray from `from`; `cosine` is the ray's density times pi. The first two of `random`
+    /// shift the end by up to half a cell, which hides the borders of cells. The third selects the
+    /// number of bounds that the ray passes, the last whether haze absorbs it.
     pub fn land(
         &self,
         scene: RayScene<'_>,
@@ -166,7 +167,7 @@ impl CellSettings {
         random: [f64; 4],
     ) -> Landing {
         let (place, distance) = scene.shoot(from, way);
-        // Haze keeps light back from some rays.
+        // Haze stops some rays.
         if place.facet == DARK || random[3] >= scene.clearness(distance) {
             return Landing {
                 distance: distance as f32,
@@ -185,7 +186,7 @@ impl CellSettings {
         let axes = frame(facet.normal);
         let [u, v] = axes;
         let moved = place.point + u * ((random[0] - 0.5) * side) + v * ((random[1] - 0.5) * side);
-        // Off the planes on which walls like to stand.
+        // Shifted off the planes in which walls usually stand.
         let index = |v: f64| (v / side + 0.371).floor() as i32;
         let key = Key::new(
             [index(moved.x), index(moved.y), index(moved.z)],
@@ -205,7 +206,7 @@ impl CellSettings {
     }
 }
 
-/// Where a cell is evaluated, by its place on its facet in single precision: there are millions.
+/// A point at which a cell is evaluated, relative to its facet in single precision to save memory.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CellPoint {
     facet: u32,
@@ -214,7 +215,7 @@ pub struct CellPoint {
 }
 
 impl CellPoint {
-    /// The point, on its facet's plane.
+    /// The point on its facet's plane.
     pub fn place(&self, scene: RayScene<'_>) -> SurfacePoint {
         let facet = &scene.surfaces.facets[self.facet as usize];
         let ([u, v], [along, across]) = (self.near.map(f64::from), frame(facet.normal));
@@ -225,20 +226,20 @@ impl CellPoint {
     }
 }
 
-/// The cells of a scene as a camera sees it.
+/// Cells of a scene for one camera.
 #[derive(Debug, Default)]
 pub struct Cells {
     /// Sorted by cell.
     points: Vec<CellPoint>,
-    /// Of each cell where its points begin, and the end of the last one's.
+    /// Start of each cell's points, and the end of the last cell's.
     starts: Vec<u32>,
-    /// The cells that the rays of points meet, in their order, packed ([`Met`]), or [`DARK`]. Those beyond
-    /// [`Cells::count`] are of the last generation and have no points.
+    /// Cells hit by the rays of the points, in order, packed ([`Met`]), or [`DARK`]. Cells from
+    /// [`Cells::count`] on belong to the last generation and have no points.
     rays: Vec<u32>,
-    /// Number of cells that the camera's rays end in, the first ones, and of their points.
+    /// Number of the cells in which camera rays end, which come first, and of their points.
     seen: usize,
     first: usize,
-    /// Rays of a point of the first and of later generations.
+    /// Rays of a point of the first generation and of later ones.
     counts: [usize; 2],
     /// Reflectance of each cell.
     pub reflectances: Vec<[f32; 3]>,
@@ -249,30 +250,30 @@ pub struct CellFinder<'a> {
     scene: RayScene<'a>,
     settings: CellSettings,
     table: HashMap<Key, u32, BuildHasherDefault<KeyHasher>>,
-    /// Bounces since the camera's rays.
+    /// Bounces since the camera rays.
     generation: usize,
-    /// Cells of earlier generations.
+    /// Number of cells of earlier generations.
     known: usize,
-    /// Which points this generation's cells keep.
+    /// Selects the points that cells of this generation keep.
     sample: SystematicSample,
-    /// Of each cell of this generation the weight of the rays that asked for it.
+    /// For each cell of this generation the weight of the rays that requested it.
     asked: Vec<u32>,
     /// Points of earlier generations, sorted by cell.
     points: Vec<CellPoint>,
-    /// Points of this generation as they came.
+    /// Points of this generation in order of arrival.
     waiting: Vec<WaitingPoint>,
 }
 
-/// A point of a cell that may turn out to have enough of them.
+/// A candidate point of a cell.
 struct WaitingPoint {
     cell: u32,
-    /// As [`SystematicSample::rank`].
+    /// See [`SystematicSample::rank`].
     rank: u8,
     point: CellPoint,
 }
 
 impl<'a> CellFinder<'a> {
-    /// No cells yet.
+    /// A finder without cells.
     pub fn new(scene: RayScene<'a>, settings: CellSettings) -> CellFinder<'a> {
         CellFinder {
             scene,
@@ -287,7 +288,7 @@ impl<'a> CellFinder<'a> {
         }
     }
 
-    /// Bytes held, about.
+    /// Approximate bytes held.
     pub fn bytes(&self) -> usize {
         self.table.capacity() * (size_of::<(Key, u32)>() + 1)
             + self.points.len() * size_of::<CellPoint>()
@@ -295,13 +296,13 @@ impl<'a> CellFinder<'a> {
             + 4 * self.asked.len()
     }
 
-    /// Cells so far.
+    /// Number of cells so far.
     fn count(&self) -> usize {
         self.known + self.asked.len()
     }
 
-    /// The cells of the ends of weighted rays, packed ([`Met`]), or [`DARK`]. A cell that is new in this generation gets
-    /// its points from the rays that ask for it.
+    /// Cells of the ends of weighted rays, packed ([`Met`]), or [`DARK`]. The rays that request a
+    /// new cell of this generation supply its candidate points.
     pub fn ask(&mut self, landings: impl Iterator<Item = (Landing, u32)>) -> Vec<u32> {
         let mut cells = Vec::new();
         for (landing, weight) in landings {
@@ -330,10 +331,10 @@ impl<'a> CellFinder<'a> {
         cells
     }
 
-    /// All cells whose light reaches those that were asked for.
+    /// Finds all cells whose light reaches the requested ones.
     ///
     /// # Errors
-    /// On cancel, and where the cells do not fit into the budget.
+    /// On cancel, and when the cells exceed the budget.
     pub fn find(mut self, budget: &MemoryBudget, work: Work<'_>) -> Result<Cells, TransportError> {
         let mut cells = Cells {
             counts: [0, 1].map(|generation| self.settings.rays_of(generation)),
@@ -351,8 +352,8 @@ impl<'a> CellFinder<'a> {
             self.sample = self.settings.sample(self.generation);
             if self.generation == 1 {
                 (cells.seen, cells.first) = (self.known, new.len());
-                // What the camera's rays see of a place lies more in the open than what rays of cells
-                // see of it, and is brighter: these have cells of their own.
+                // Hits of camera rays lie in more open places than hits of rays of cells, and are
+                // brighter: the latter have separate cells.
                 self.table = HashMap::default();
             }
             let weights = asked.iter().zip(cells.starts[earlier..].windows(2));
@@ -378,9 +379,9 @@ impl<'a> CellFinder<'a> {
         Ok(cells)
     }
 
-    /// Sorts the points that this generation's cells keep by cell, in the order in which they came,
-    /// adds to where those of each cell begin, and begins the next generation. Returns the indices
-    /// of the sorted points, and the weight of the rays that asked for each of their cells.
+    /// Sorts the points that this generation's cells keep by cell, in order of arrival, appends the
+    /// cells' starts, and begins the next generation. Returns the indices of the sorted points, and
+    /// the request weight of each of their cells.
     fn sort_points(&mut self, starts: &mut Vec<u32>) -> (Range<usize>, Vec<u32>) {
         let asked = std::mem::take(&mut self.asked);
         let mut waiting = std::mem::take(&mut self.waiting);
@@ -400,7 +401,7 @@ impl<'a> CellFinder<'a> {
         (first..self.points.len(), asked)
     }
 
-    /// The ends of the rays of points, of which the first has this number in its generation.
+    /// Ends of the rays of points; the first point has this index in its generation.
     fn rays(
         &self,
         first: usize,
@@ -461,7 +462,7 @@ impl Cells {
         self.reflectances = (0..self.count()).into_par_iter().map(of).collect();
     }
 
-    /// How many.
+    /// Number of cells that have points.
     pub fn count(&self) -> usize {
         self.starts.len().saturating_sub(1)
     }
@@ -471,8 +472,8 @@ impl Cells {
         &self.points[self.starts[cell] as usize..self.starts[cell + 1] as usize]
     }
 
-    /// The cells that a cell's rays meet, by their number among those that only rays of cells end in;
-    /// `None` where no light comes from.
+    /// Cells hit by a cell's rays, by their index among those in which only rays of cells end;
+    /// `None` for a ray without light.
     pub fn met(&self, cell: usize) -> impl Iterator<Item = Option<Met>> + '_ {
         let [start, end] = [cell, cell + 1].map(|at| self.first_ray(self.starts[at] as usize));
         let met = self.rays[start..end].iter();
@@ -485,30 +486,30 @@ impl Cells {
         met.filter(|met| met.is_none_or(|met| met.cell < self.later()))
     }
 
-    /// Where the rays of a point begin.
+    /// Index of a point's first ray.
     fn first_ray(&self, point: usize) -> usize {
         let ([first, later], of_first) = (self.counts, point.min(self.first));
         of_first * first + (point - of_first) * later
     }
 
-    /// Bytes held, about.
+    /// Approximate bytes held.
     pub fn bytes(&self) -> usize {
         self.points.len() * size_of::<CellPoint>()
             + 4 * (self.rays.len() + self.starts.len())
             + 12 * self.reflectances.len()
     }
 
-    /// Bytes that a bounce of patches takes meanwhile for each light.
+    /// Temporary bytes of a patch bounce for each light.
     pub fn bounce_bytes(&self) -> usize {
         12 * self.count()
     }
 
-    /// Bytes that light takes meanwhile for each light.
+    /// Temporary bytes of the exchange for each light.
     pub fn light_bytes(&self) -> usize {
         16 * self.count() + 12 * (self.later() + self.later().max(self.seen))
     }
 
-    /// How many cells only rays of cells end in.
+    /// Number of cells in which only rays of cells end.
     pub fn later(&self) -> usize {
         self.count() - self.seen
     }

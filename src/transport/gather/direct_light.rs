@@ -13,47 +13,47 @@ use std::f32::consts::PI;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Spreads are distinguished over so many octaves below a light's mean level and as many above it, in
-/// so many parts each.
+/// Octaves of spread distinguished below a light's mean level and above it, and bins per octave.
 const OCTAVES: u32 = 24;
 const PER_OCTAVE: usize = 16;
 const BINS: usize = 2 * OCTAVES as usize * PER_OCTAVE;
 /// The variance of stratified samples falls with this power of their number.
 const STRATIFIED: f32 = 1.25;
-/// A pixel's spread is at least this share of a neighbour's: its first samples may all miss an edge.
+/// Least spread of a pixel relative to a neighbour's: its first samples may all miss an edge.
 const NEIGHBOUR: f32 = 0.5;
-/// Share of the noise of a pixel's samples that is left when it is evened out.
+/// Share of the noise of a pixel's samples that remains after filtering.
 const EVENED: f32 = 0.25;
-/// Seed of the sequence of points.
+/// Seed of the point sequence.
 const SEED: u32 = 1000;
 
-/// The things that samples are summed over.
+/// Unit over which samples are summed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
-    /// Whole pixels: new samples find edges more exactly.
+    /// Whole pixels: more samples resolve edges better.
     Pixel,
-    /// Parts of pixels, whose light is evened out afterwards.
+    /// Parts of pixels, whose light is filtered afterwards.
     Part,
 }
 
-/// Direct light of several lights: what a sample shows is found once for all of them.
+/// Direct light of several lights, which share the lookup of what a sample shows.
 pub struct DirectLight<'a> {
     pub rays: PictureRays<'a>,
     pub parts: &'a Parts,
     pub emitters: &'a [Emitter<'a>],
     pub unit: Unit,
-    /// Lights that were done before, and of how many, for progress.
+    /// Number of lights finished before and in all, for progress.
     pub report: (usize, usize),
 }
 
-/// Sums over the samples of each unit and light, and their numbers.
+/// Sample sums of each unit and light, and the numbers of samples.
 type Sampled = (Vec<SampleSums>, Vec<u16>);
 
 impl DirectLight<'_> {
-    /// Bytes that a unit takes for each light meanwhile.
+    /// Temporary bytes of a unit for each light.
     pub const UNIT_BYTES: usize = size_of::<SampleSums>() + size_of::<u16>();
 
-    /// Adds each light, and the panel itself where it is seen, to a picture of its reflected light.
+    /// Adds each light, and the panel itself where it is visible, to an image of its reflected
+    /// light.
     ///
     /// # Errors
     /// On cancel.
@@ -74,7 +74,7 @@ impl DirectLight<'_> {
         Ok(())
     }
 
-    /// The light of each unit: three channels of each light, and the variance of the highest one.
+    /// Light of each unit: three channels of each light, and the variance of the highest one.
     ///
     /// # Errors
     /// On cancel.
@@ -106,7 +106,7 @@ impl DirectLight<'_> {
         Ok((sums, samples))
     }
 
-    /// How many units there are.
+    /// Number of units.
     fn count(&self) -> usize {
         match self.unit {
             Unit::Pixel => self.parts.pixels.count(),
@@ -130,7 +130,7 @@ impl DirectLight<'_> {
         }
     }
 
-    /// Root mean square of a light's picture, from the first samples.
+    /// Root mean square of a light's image, from the first samples.
     fn level(&self, sums: &[SampleSums], indirect: &[f32]) -> f64 {
         let first = self.rays.step.first as f32;
         let square = |(pixel, indirect): (usize, &[f32])| {
@@ -143,8 +143,8 @@ impl DirectLight<'_> {
         (pixels.map(square).sum::<f64>() / (indirect.len() / 3).max(1) as f64).sqrt()
     }
 
-    /// Adds samples to the sums of all units and lights, from the one of number `start` up to as many
-    /// as each takes.
+    /// Adds samples to the sums of all units and lights, from index `start` up to the number
+    /// allotted to each.
     fn sample(
         &self,
         sums: &mut [SampleSums],
@@ -285,14 +285,14 @@ impl DirectLight<'_> {
     }
 }
 
-/// Sums over the samples of one light in a unit.
+/// Sample sums of one light in a unit.
 #[derive(Clone, Copy, Debug, Default)]
 struct SampleSums {
-    /// Of each channel, weighted by the reflectance of what the sample shows.
+    /// For each channel, weighted by the reflectance of the visible surface.
     channels: [SampleSum; 3],
-    /// Samples that show the light itself, in each channel.
+    /// Samples that show the light itself, for each channel.
     shining: [f32; 3],
-    /// Radiance of the samples and its square, for their spread.
+    /// Sum of radiance and of its square, for the spread.
     level: f32,
     square: f32,
 }
@@ -310,8 +310,8 @@ impl SampleSums {
 }
 
 impl DirectLight<'_> {
-    /// How many samples of a light each unit takes, so that the noise of the whole picture is what the
-    /// step allows: more where the first samples differ.
+    /// Samples of a light for each unit, so that the noise of the whole image meets the step's
+    /// target: more where the first samples differ.
     fn allot(&self, sums: &[SampleSums], indirect: &[f32]) -> Vec<u16> {
         let GatherStep {
             first,
@@ -327,7 +327,7 @@ impl DirectLight<'_> {
         }
         let spreads = self.spreads(sums);
         let pixels = self.parts.pixels.count() as f64;
-        // Spreads are taken together by parts of an octave.
+        // Spreads are binned by parts of an octave.
         let bin = |s: f32| {
             let octave = f64::from(OCTAVES) + (f64::from(s) / level).log2();
             ((octave.max(0.0) * PER_OCTAVE as f64) as usize).min(BINS - 1)
@@ -336,8 +336,8 @@ impl DirectLight<'_> {
         for s in &spreads {
             squares[bin(*s)] += (f64::from(*s) / level).powi(2);
         }
-        // Samples are fewest for a given noise where they go with the spread: here in powers of two,
-        // over which the sequence of points is even.
+        // Optimal sample numbers are proportional to the spread; they are powers of two, over which
+        // the point sequence is even.
         let samples = |bin: usize, shift: usize| {
             let octave = ((bin + shift) / PER_OCTAVE) as u32;
             (first << octave.saturating_sub(OCTAVES).min(16)).min(most)
@@ -360,19 +360,19 @@ impl DirectLight<'_> {
 }
 
 impl DirectLight<'_> {
-    /// True of a pixel that shows something in a glossy surface: few of its samples may meet what is bright.
+    /// True for a pixel that shows a reflection in a glossy surface: few of its samples may hit
+    /// bright objects.
     fn is_mirrored(&self, unit: usize) -> bool {
         let own = || self.parts.pixels.get(unit).iter();
         self.unit == Unit::Pixel && own().any(|part| part.look == Look::Mirrored)
     }
 
-    /// About the standard deviation of a sample of each unit, as a share of its pixel: that of its first
-    /// samples, raised by those around it.
+    /// Approximate standard deviation of a sample of each unit, as a share of its pixel, from its
+    /// first samples, raised by that of adjacent units.
     fn spreads(&self, sums: &[SampleSums]) -> Vec<f32> {
         let first = self.rays.step.first as f32;
         let spread = |unit: usize| sums[unit].spread(first);
-        // Light that is evened out is smooth: its own spread would favour units whose first samples are
-        // low.
+        // Filtered light is smooth: its own spread would favour units whose first samples are low.
         let (neighbours, left) = match self.unit {
             Unit::Pixel => (NEIGHBOUR, 1.0),
             Unit::Part => (1.0, EVENED),

@@ -1,7 +1,7 @@
-//! Direct light at one point: what would arrive, and one shadow ray.
+//! Direct light at one point: unoccluded light, and one shadow ray.
 //!
-//! Each light is at unit radiance or intensity; colours and levels come later. This module does not
-//! depend on pictures.
+//! Each light has unit radiance or intensity; colours and levels are applied later. This module
+//! does not depend on images.
 
 use crate::direct::PreparedLight;
 use crate::direct::beam::Beam;
@@ -17,34 +17,32 @@ use arrayvec::ArrayVec;
 use footlight_show::geometry::Vec3;
 use std::f64::consts::PI;
 
-/// Triangles up to which a panel's light without shadows is found in closed form. A panel of more
-/// is sampled twice, by its area and by the receiver's cosine, and the two are weighted by the
-/// balance heuristic (Veach and Guibas 1995): no sample is worth more than a whole sky, however near
-/// the panel.
+/// Most triangles of a panel whose unoccluded light is computed in closed form. A larger panel is
+/// sampled by its area and by the receiver's cosine, combined by the balance heuristic (Veach and
+/// Guibas 1995), so that no sample exceeds that of a full sky, however near the panel.
 const CLOSED_FORM: usize = 16;
 
-/// A light as it is sampled.
+/// A light to be sampled.
 pub enum Emitter<'a> {
-    /// A panel.
     Area(AreaLight),
-    /// A point source and its image, if it projects one.
+    /// A point source and its projected image, if any.
     Point(&'a Beam, Option<&'a Projector>),
-    /// The places that a point source lights: its first bounce.
+    /// Places lit by a point source: its first bounce.
     Patches(&'a LampPatches),
 }
 
-/// Parts of a panel that are chosen by themselves, at most.
+/// Most separately sampled parts of a panel.
 const PARTS: usize = 16;
 
-/// A panel's triangles, or those of a part of it.
+/// Triangles of a panel or of a part of it.
 pub struct AreaLight {
     material: usize,
-    /// The facets that they are of, ascending.
+    /// Their facets, ascending.
     facets: Vec<usize>,
     triangles: Vec<Triangle>,
-    /// Square metres of each triangle and those before it.
+    /// Cumulative areas of the triangles, m².
     areas: Vec<f64>,
-    /// The middle of all, by area, and how far they reach from there, metres.
+    /// Centre by area, and the greatest distance from it, metres.
     ball: Option<(Vec3, f64)>,
 }
 
@@ -53,20 +51,20 @@ struct Triangle {
     normal: Vec3,
 }
 
-/// A point of a surface that light comes to.
+/// A lit point of a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct Receiver {
-    /// Where.
+    /// Metres.
     pub point: Vec3,
-    /// Unit normal to shade by.
+    /// Unit shading normal.
     pub normal: Vec3,
-    /// Unit normal of the facet: no light comes from below its plane.
+    /// Unit normal of the facet: no light arrives from below its plane.
     pub facet: Vec3,
 }
 
 impl Receiver {
-    /// A point of a facet; of one that is shaded by a normal that varies, which leans over it, raised by
-    /// `offset`, metres.
+    /// A point of a facet; on a facet with varying shading normals it is raised by `offset`,
+    /// metres.
     pub fn new(facet: &Facet, point: Vec3, offset: f64) -> Receiver {
         let lift = if facet.is_smooth() { offset } else { 0.0 };
         Receiver {
@@ -80,12 +78,12 @@ impl Receiver {
 /// Direct light at a point from one sample of a light.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Sample {
-    /// Irradiance without shadows, in closed form; of a panel of many triangles, of which only the
-    /// light past shadows is known, that.
+    /// Unoccluded irradiance in closed form; for a panel of many triangles, of which only the
+    /// sampled light is known, the visible irradiance.
     pub unoccluded: f64,
-    /// Irradiance without shadows by the sample: its mean over samples is that of `unoccluded`.
+    /// Unoccluded irradiance of the sample, whose mean is that of `unoccluded`.
     pub sampled: f64,
-    /// The same past what stands in the way.
+    /// Visible irradiance of the sample.
     pub visible: f64,
     /// The point of a panel that was sampled.
     pub end: Option<PanelPoint>,
@@ -113,8 +111,8 @@ pub struct LobeRay {
     pub ends: ArrayVec<(SurfacePoint, f64), MOST_LAYERS>,
 }
 
-/// Sums over samples of one light at several points, in single precision, as there is one for every
-/// pixel.
+/// Sample sums of one light at several points, in single precision to save memory, as every pixel
+/// has one.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct SampleSum {
     unoccluded: f32,
@@ -123,14 +121,14 @@ pub struct SampleSum {
 }
 
 impl SampleSum {
-    /// Adds one of them, weighted.
+    /// Adds a weighted sample.
     pub fn add(&mut self, sample: Sample, weight: f32) {
         self.unoccluded += weight * sample.unoccluded as f32;
         self.sampled += weight * sample.sampled as f32;
         self.visible += weight * sample.visible as f32;
     }
 
-    /// The sum of irradiance: the closed form times the visible share of what was sampled.
+    /// Sum of irradiance: the closed form times the visible share of the samples.
     pub fn irradiance(&self) -> f32 {
         if self.sampled > 0.0 {
             self.unoccluded * (self.visible / self.sampled)
@@ -141,7 +139,7 @@ impl SampleSum {
 }
 
 impl<'a> Emitter<'a> {
-    /// Of a light of the rig.
+    /// Emitter of a light of the rig.
     pub fn new(
         surfaces: &Surfaces,
         light: &'a PreparedLight,
@@ -153,7 +151,7 @@ impl<'a> Emitter<'a> {
         }
     }
 
-    /// The same in parts that lie together, where the light is a panel of many facets.
+    /// Like [`Emitter::new`], split into compact parts if the light is a panel of many facets.
     pub fn in_parts(
         surfaces: &Surfaces,
         light: &'a PreparedLight,
@@ -171,8 +169,8 @@ impl<'a> Emitter<'a> {
             .collect()
     }
 
-    /// Reflectance of a glossy place for this light, given that for light from all sides: to an eye that
-    /// sees it, with the highlight of a point, or to all sides.
+    /// Reflectance of a glossy place for this light, from that for uniform light: to an eye that
+    /// sees the place, including the highlight of a point source, or to all sides.
     pub fn reflectance(
         &self,
         lobe: Option<&Lobe>,
@@ -188,13 +186,13 @@ impl<'a> Emitter<'a> {
             let bounced = lobe.bounced(at.normal.dot(light));
             return reflectance.map(|r| r * bounced);
         };
-        // Rays meet what is no point.
+        // Rays find all emitters except points.
         let is_point = matches!(self, Emitter::Point(..));
         lobe.seen_as(reflectance, at.normal, [eye, light], is_point)
     }
 
-    /// Radiance that the wide lobe of a place reflects of a panel: by the point of the panel that was
-    /// sampled and by a ray of the lobe, weighted by the balance heuristic.
+    /// Radiance of a panel reflected by the wide lobe of a place, from the sampled point of the panel
+    /// and a ray of the lobe, combined by the balance heuristic.
     pub fn in_gloss(
         &self,
         scene: RayScene<'_>,
@@ -222,7 +220,7 @@ impl<'a> Emitter<'a> {
         sum
     }
 
-    /// Where it stands as seen from a point; `None` where its light comes from many sides.
+    /// Position of the emitter seen from a point; `None` when its light comes from many directions.
     fn middle(&self, from: Vec3) -> Option<Vec3> {
         match self {
             Emitter::Point(beam, _) => Some(beam.position),
@@ -234,12 +232,12 @@ impl<'a> Emitter<'a> {
         }
     }
 
-    /// Is this the material of the panel that shines?
+    /// True when this is the material of the emitting panel.
     pub fn is_of(&self, material: usize) -> bool {
         matches!(self, Emitter::Area(area) if area.material == material)
     }
 
-    /// Factor of each channel for the sample of these random numbers.
+    /// Colour factor of the sample selected by random numbers.
     pub fn colour(&self, random: [f64; 2]) -> [f32; 3] {
         match self {
             Emitter::Patches(lamp) => lamp.colour(random[0]),
@@ -247,7 +245,7 @@ impl<'a> Emitter<'a> {
         }
     }
 
-    /// About the irradiance at a point without shadows; above zero wherever light may arrive.
+    /// Approximate unoccluded irradiance at a point; above zero wherever light may arrive.
     pub fn expected(&self, at: Receiver) -> f64 {
         match self {
             Emitter::Point(beam, _) => beam.irradiance(at.point, at.normal),
@@ -262,8 +260,8 @@ impl<'a> Emitter<'a> {
         }
     }
 
-    /// Irradiance at a point from one sample that is never worth more than a whole sky, however near a
-    /// panel.
+    /// Irradiance at a point from one sample that never exceeds that of a full sky, however near
+    /// the panel.
     pub fn bounded_sample(
         &self,
         scene: RayScene<'_>,
@@ -280,8 +278,8 @@ impl<'a> Emitter<'a> {
         sample.visible
     }
 
-    /// One sample of the light at a point of a surface; `footprint` returns what a projected image is
-    /// averaged over.
+    /// One sample of the light at a point of a surface; `footprint` returns the parallelogram over
+    /// which a projected image is averaged.
     pub fn sample(
         &self,
         scene: RayScene<'_>,
@@ -331,7 +329,7 @@ impl AreaLight {
         let mut facets: Vec<usize> = pieces.iter().map(|&p| surfaces.pieces[p].facet).collect();
         facets.sort_unstable();
         let mut out = AreaLight {
-            // A panel without pieces has no material that anything shows.
+            // A panel without pieces has no visible material.
             material: pieces.first().map_or(usize::MAX, material),
             facets,
             triangles: Vec::new(),
@@ -383,7 +381,7 @@ impl AreaLight {
         if out.unoccluded <= 0.0 {
             return out;
         }
-        // The part that holds this share of the area; what is left of `u` places the point.
+        // The part that contains this share of the area; the remainder of `u` places the point.
         let mut left = u * area;
         for (triangle, part, own) in &parts {
             if left > *own {
@@ -410,7 +408,7 @@ impl AreaLight {
         out
     }
 
-    /// One sample of the area and one of the cosine.
+    /// Combines a sample of the area and one of the cosine.
     fn by_both(
         &self,
         scene: RayScene<'_>,
@@ -440,7 +438,7 @@ impl AreaLight {
             sampled.passed = visible;
             sum += visible * cosine / (by_area(way, away) + cosine / PI);
         }
-        // The same pair turned by half the square is another even pair.
+        // The same pair shifted by half the square is another uniform pair.
         let turned = [(u + 0.5).fract(), (v + 0.5).fract()];
         let way = cosine_direction(normal, turned);
         let from = point + normal * scene.offset;
@@ -461,7 +459,7 @@ impl AreaLight {
         }
     }
 
-    /// A point of the panel, uniform over its area, with the unit normal and the area, m².
+    /// A point of the panel, uniform over its area, with unit normal and the panel's area, m².
     pub fn point(&self, random: [f64; 2]) -> Option<(Vec3, Vec3, f64)> {
         let area = *self.areas.last()?;
         let (triangle, point) = self.place(area, random);
@@ -470,7 +468,7 @@ impl AreaLight {
 
     /// A point of the panel, uniform over its area.
     fn place(&self, area: f64, [u, v]: [f64; 2]) -> (&Triangle, Vec3) {
-        // The triangle that holds this share of the area; what is left of `u` places the point.
+        // The triangle that contains this share of the area; the remainder of `u` places the point.
         let wanted = u * area;
         let at = self.areas.partition_point(|sum| *sum <= wanted);
         let at = at.min(self.triangles.len() - 1);
@@ -482,7 +480,8 @@ impl AreaLight {
 }
 
 impl Triangle {
-    /// What of it stands above the horizons of a point, seen from there; nothing where it faces away.
+    /// Part of the triangle above the horizons of a point, relative to it; empty when the triangle
+    /// faces away.
     fn part_above(&self, at: Receiver) -> Part {
         let mut part = Part::default();
         let ways = self.corners.map(|c| c - at.point);
@@ -498,7 +497,7 @@ impl Triangle {
     }
 }
 
-/// A triangle, cut by two planes at most; its corners from a point that both planes go through.
+/// A triangle cut by at most two planes through the point to which its corners are relative.
 #[derive(Clone, Copy, Debug, Default)]
 struct Part {
     corners: [Vec3; 5],
@@ -510,7 +509,7 @@ impl Part {
         &self.corners[..self.count]
     }
 
-    /// Leaves what stands above the plane of this normal.
+    /// Keeps the part above the plane of this normal.
     fn clip(&mut self, normal: Vec3) {
         if self.corners().iter().all(|c| c.dot(normal) > 0.0) {
             return;
@@ -535,7 +534,7 @@ impl Part {
         }
     }
 
-    /// The triangles of a fan.
+    /// Triangles of a fan.
     fn fan(&self) -> impl Iterator<Item = [Vec3; 3]> + '_ {
         let first = self.corners[0];
         let pairs = self.corners().get(1..).unwrap_or_default().windows(2);
@@ -546,7 +545,7 @@ impl Part {
         self.fan().map(area_of).sum()
     }
 
-    /// A point of it, uniform over the area for `left` uniform between none and all of it.
+    /// A point uniform over the area, for `left` uniform from 0 to the area.
     fn at(&self, mut left: f64, v: f64) -> Vec3 {
         let mut last = self.corners[0];
         for corners in self.fan() {
@@ -565,7 +564,7 @@ fn area_of([a, b, c]: [Vec3; 3]) -> f64 {
     0.5 * (b - a).cross(c - a).length()
 }
 
-/// A point of a triangle, uniform over the area for uniform `u` and `v`.
+/// A point of a triangle, uniform over its area, for uniform `u` and `v`.
 fn point_of([a, b, c]: [Vec3; 3], u: f64, v: f64) -> Vec3 {
     let root = u.clamp(0.0, 1.0).sqrt();
     a + (b - a) * (root * (1.0 - v)) + (c - a) * (root * v)
@@ -578,7 +577,7 @@ mod tests {
     use footlight_host::work::Work;
     use footlight_show::geometry::vec3;
 
-    /// A unit square a metre above a floor, hidden by nothing: by closed form and by samples.
+    /// An unoccluded unit square a metre above a floor: closed form and samples.
     #[test]
     fn samples_meet_the_closed_form() {
         let above = vec![
@@ -596,7 +595,7 @@ mod tests {
             offset: 1e-6,
         };
         let up = vec3(0.0, 0.0, 1.0);
-        // Below a corner: half the sum of two rectangles' arctangents.
+        // Below a corner: half the sum of two arctangents of rectangles.
         let exact = 1.0 / 2.0_f64.sqrt() * (1.0 / 2.0_f64.sqrt()).atan();
         let at = Receiver {
             point: Vec3::ZERO,
@@ -614,8 +613,8 @@ mod tests {
         assert!((sum / 4096.0 / exact - 1.0).abs() < 1e-3);
     }
 
-    /// The same for a facet that stands upright under the middle of the square, shaded by a normal
-    /// that leans back: half of the square is below its plane, and every sample is of the other half.
+    /// A vertical facet under the centre of the square with a shading normal that leans back: half
+    /// of the square is below the facet's plane, and every sample lies in the other half.
     #[test]
     fn light_below_the_facet_is_neither_counted_nor_sampled() {
         let square = |from: f64| {

@@ -8,11 +8,11 @@ use crate::gather::sampling::{hash, point};
 use footlight_host::work::{Cancelled, Work};
 use rayon::prelude::*;
 
-/// Patches of each lamp that a point of a cell takes light from: of a cell that pixels see, of another.
+/// Patches of each lamp sampled by a point of a cell: a visible cell, another cell.
 const CELL_PATCHES: [u32; 2] = [2, 1];
-/// Cells that one task works on.
+/// Cells in one task.
 const RUN: usize = 256;
-/// Seed of the sequence of points.
+/// Seed of the point sequence.
 const SEED: u32 = 0x55;
 
 /// Light of several lights after each bounce that patches carry.
@@ -21,13 +21,13 @@ pub struct FirstBounces<'a> {
     cells: &'a Cells,
     /// For each light the patches of its bounces, if it needs any.
     lamps: &'a [Vec<LampPatches>],
-    /// Irradiance at each cell from each of the lights, three channels: what comes directly, and then
-    /// after each bounce. A light with fewer bounces keeps that of its last one.
+    /// Irradiance at each cell from each light, three channels: direct, and then after each bounce.
+    /// A light with fewer bounces keeps the values of its last one.
     arrives: Vec<Vec<f32>>,
 }
 
 impl<'a> FirstBounces<'a> {
-    /// From the irradiance that comes to each cell from each of the lights directly.
+    /// Computes the bounces from the direct irradiance of each cell by each light.
     ///
     /// # Errors
     /// On cancel.
@@ -54,13 +54,13 @@ impl<'a> FirstBounces<'a> {
         Ok(bounces)
     }
 
-    /// Irradiance with which light between cells starts, three channels for each cell and light.
+    /// Initial irradiance of the exchange between cells, three channels for each cell and light.
     pub fn last(&self) -> &[f32] {
         self.arrives.last().map_or(&[], Vec::as_slice)
     }
 
-    /// Adds what a cell reflects of the bounces that patches carry, for each ray that counts it; `passed`
-    /// are the numbers of bounds that the rays pass. Three channels a light.
+    /// Adds the light of patch-carried bounces that a cell reflects, for each ray that counts it.
+    /// `passed` holds the numbers of bounds that the rays pass. Three channels for each light.
     pub fn add_rays(
         &self,
         cell: usize,
@@ -174,8 +174,8 @@ pub(super) mod tests {
     use footlight_stage::{Light, Material, Polygon, Rig, Scene};
     use std::f64::consts::PI;
 
-    /// A white ceiling 5 m up and a dark wall that the camera faces; a spot of 2 degrees points at the
-    /// ceiling, a wider one at a dark floor.
+    /// A white ceiling at 5 m and a dark wall that the camera faces; a spot of 2 degrees points at
+    /// the ceiling, a wider one at a dark floor.
     pub fn setup() -> Setup {
         let quad = |material, corners: [[f64; 3]; 4]| {
             let corners = corners.map(|[x, y, z]| vec3(x, y, z));
@@ -228,7 +228,8 @@ pub(super) mod tests {
         operator.picture(&[strength(0), strength(1)])
     }
 
-    /// Radiance of a pixel of the wall by the narrow beam, whose light on the ceiling is a point's.
+    /// Radiance of a pixel of the wall by the narrow beam, whose light on the ceiling acts as a
+    /// point source.
     pub fn wall(x: usize, y: usize) -> [f64; 3] {
         let flux = Profile::new(2.0, 4.0).unwrap().flux();
         let half = 20_f64.to_radians().tan() * 4.7;

@@ -1,9 +1,8 @@
-//! Evens out the noise of gathered light over the parts of pixels that show one surface.
+//! Filters the noise of gathered light over the parts of pixels that show one surface.
 //!
-//! Reflected light on a surface changes over the distance of what the surface sees (Ward, Rubinstein
-//! and Clear 1988): within a small share of it a part takes the value of a plane fitted to its
-//! neighbours, so that a gradient stays and only noise is evened out. Weights depend on geometry
-//! alone.
+//! Reflected light on a surface varies over the distance of the visible surfaces (Ward, Rubinstein
+//! and Clear 1988). Within a small share of that distance a part takes the value of a plane fitted
+//! to its neighbours, which keeps gradients and removes noise. Weights depend on geometry alone.
 
 use crate::gather::parts::{ALIKE, Look, Part, Parts};
 use footlight_host::work::{Cancelled, Work};
@@ -11,14 +10,15 @@ use footlight_show::geometry::{Vec3, frame};
 use nalgebra::{Matrix3, Vector3};
 use rayon::prelude::*;
 
-/// Pixels to each side that a part is fitted to.
+/// Pixels on each side used for the fit.
 const REACH: usize = 8;
-/// Of a part that is seen in a glossy surface, as dim as most are, some of them do.
+/// Stride of the neighbours of a part seen in a glossy surface: such parts are mostly dim, so fewer
+/// neighbours suffice.
 const MIRRORED_STEP: usize = 3;
 
 impl Part {
-    /// How much another part of the same material counts, and where it lies in this one's plane, in radii along the plane's
-    /// axes; `None` of another surface.
+    /// Weight of another part of the same material, and its position in this part's plane, in radii
+    /// along the plane's axes; `None` for another surface.
     fn weight(&self, [u, v]: [Vec3; 2], other: &Part) -> Option<(f64, [f64; 2])> {
         let alike = self.normal.dot(other.normal);
         if alike < ALIKE {
@@ -38,8 +38,7 @@ impl Part {
     }
 }
 
-/// Pixels within reach of one, each with a factor that falls to 0 at the edge; every one of those `step`
-/// apart.
+/// Pixels within reach, `step` apart, each with a factor that falls to 0 at the edge.
 fn around(
     [x, y]: [usize; 2],
     [columns, rows]: [usize; 2],
@@ -70,7 +69,7 @@ pub fn filter(
 ) -> Result<Vec<f32>, Cancelled> {
     let mut out = values.to_vec();
     let rows = parts.pixels.count() / columns.max(1);
-    // Most of a glossy pixel's neighbours are passed over by this alone.
+    // This test alone rejects most neighbours of a glossy pixel.
     let kind = |part: &Part| 2 * part.material + u32::from(part.look == Look::Gloss);
     let kinds: Vec<u32> = parts.all().iter().map(kind).collect();
     let lines = parts.rows(columns, width, &mut out).into_par_iter();
@@ -113,10 +112,10 @@ pub fn filter(
     Ok(out)
 }
 
-/// Evens out light that may have shadows with edges (three channels of each light, and the variance of the
-/// highest one) where it differs from that of its neighbours by no more than noise: a part takes the
-/// filtered light and the share of the difference that is signal (Lee, *Digital image enhancement and
-/// noise filtering by use of local statistics*, 1980).
+/// Filters light that may have shadow edges (three channels of each light, and the variance of the
+/// highest one) where it differs from its neighbours only by noise: a part takes the filtered light
+/// plus the signal share of the difference (Lee, *Digital image enhancement and noise filtering by
+/// use of local statistics*, 1980).
 ///
 /// # Errors
 /// On cancel.
@@ -151,8 +150,8 @@ pub fn even_out(
     Ok(())
 }
 
-/// The coefficients that give the value at the middle of the plane fitted by weighted least
-/// squares: a neighbour counts its weight times `c[0] + c[1] u + c[2] v`. The weighted mean where
+/// Coefficients of the value at the centre of the plane fitted by weighted least squares: a
+/// neighbour counts with its weight times `c[0] + c[1] u + c[2] v`. Gives the weighted mean where
 /// the neighbours do not span a plane.
 fn plane(near: &[(usize, f64, [f64; 2])]) -> Vector3<f64> {
     let mut moments = Matrix3::zeros();
@@ -160,7 +159,7 @@ fn plane(near: &[(usize, f64, [f64; 2])]) -> Vector3<f64> {
         let basis = Vector3::new(1.0, *u, *v);
         moments += basis * basis.transpose() * *weight;
     }
-    // Of few neighbours on one side the slope is mostly noise: it is held back a little.
+    // With few neighbours on one side the slope is mostly noise, so it is damped slightly.
     let all = moments[(0, 0)].max(f64::MIN_POSITIVE);
     moments[(1, 1)] += 0.03 * all;
     moments[(2, 2)] += 0.03 * all;

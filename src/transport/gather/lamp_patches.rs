@@ -1,13 +1,13 @@
-//! Patches: the places that a point source lights, found by rays from the lamp.
+//! Patches: places lit by a point source, found by rays from the lamp.
 //!
-//! Few of a pixel's rays meet the small place that a narrow beam lights. The lamp's own rays find it at
-//! once: they are distributed in equal flux over its intensity, and their hits are resampled to patches
-//! of equal reflected flux. A receiver takes the lamp's first bounce from patches by shadow rays, with
-//! the kernel `G = cos cos' / r^2` bounded by `b`. The rest of `G` is left to the receiver's own rays,
-//! which count the lamp's light at their ends with the weight `(1 - b / G)+`. The sum is unbiased (Kollig
-//! and Keller, *Illumination in the presence of weak singularities*, 2004).
+//! Few of a pixel's rays hit the small area that a narrow beam lights. Rays from the lamp find it
+//! at once: they carry equal flux, and their hits are resampled to patches of equal reflected flux.
+//! A receiver takes the lamp's first bounce from patches by shadow rays, with the kernel `G = cos
+//! cos' / r^2` bounded by `b`. The remainder of `G` is left to the receiver's own rays, which count
+//! the lamp's light at their ends with the weight `(1 - b / G)+`. The sum is unbiased (Kollig and
+//! Keller, *Illumination in the presence of weak singularities*, 2004).
 //!
-//! Patches depend on the lamp, the scene and nothing else: not on levels, not on other lights.
+//! Patches depend on the lamp and the scene alone, not on levels or other lights.
 
 use crate::direct::beam::Beam;
 use crate::direct::projector::Projector;
@@ -18,11 +18,11 @@ use footlight_show::geometry::{Vec3, frame};
 use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 
-/// Rings of the lamp's cone, and sectors of a ring, in which its intensity is evaluated.
+/// Rings of the lamp's cone, and sectors per ring, at which its intensity is evaluated.
 const RINGS: usize = 256;
-/// The same, and rays, to tell whether a lamp needs patches.
+/// Rings and rays for the test whether a lamp needs patches.
 const FEW: [usize; 2] = [64, 1 << 10];
-/// Rays of a lamp, and patches; few enough to stay in the processor's cache.
+/// Rays of a lamp, and patches; few enough for the processor's cache.
 const RAYS: usize = 1 << 14;
 const PATCHES: usize = 1 << 12;
 /// Length below which rays carry the light of a patch, in radii of the beam there.
@@ -33,14 +33,15 @@ const MOST_SHADING: f64 = 4.0;
 pub const MOST_BOUNCES: usize = 2;
 /// Rows and columns of the strata of directions in which a group of patches sends rays.
 const STRATA: usize = 32;
-/// Seeds of sequences of points.
+/// Seeds of the point sequences.
 const SEED: u32 = 0x1a3;
 const SEED_PATCH: u32 = 0x2b4;
 
-/// Bounds `b` of the kernel `cos cos' / r^2`: bound `i` is the kernel at the length `longest / 2^i`.
+/// Bounds `b` of the kernel `cos cos' / r^2`: bound `i` is the kernel at the length `longest /
+/// 2^i`.
 ///
-/// Rays are traced before lights are known. A ray therefore stores how many bounds its kernel passes;
-/// each patch has the bound that suits the size of the beam there.
+/// Rays are traced before lights are known. A ray therefore stores the number of bounds that its
+/// kernel passes; each patch has the bound that suits the size of the beam there.
 #[derive(Clone, Copy, Debug)]
 pub struct KernelBounds {
     /// Metres.
@@ -48,11 +49,12 @@ pub struct KernelBounds {
 }
 
 impl KernelBounds {
-    /// Bits of a number of passed bounds.
+    /// Bits of the number of passed bounds.
     const BITS: u32 = 4;
     pub const MOST: u32 = (1 << KernelBounds::BITS) - 1;
 
-    /// Number of bounds that a ray of this kernel passes: bound `b` with the probability `(1 - b / G)+`.
+    /// Number of bounds that a ray with this kernel passes; it passes bound `b` with the
+    /// probability `(1 - b / G)+`.
     pub fn passed(self, kernel: f64, random: f64) -> u32 {
         let passed = kernel * (1.0 - random) * self.longest * self.longest;
         if passed > 1.0 {
@@ -68,28 +70,28 @@ impl KernelBounds {
         halvings.clamp(0.0, f64::from(KernelBounds::MOST - 1)) as u32
     }
 
-    /// The bound of an index, 1/m².
+    /// The bound with this index, 1/m².
     fn bound(self, index: u32) -> f64 {
         f64::from(1 << index).powi(2) / (self.longest * self.longest)
     }
 }
 
-/// The cell in which a ray ends and the number of bounds that the ray passes, in one number.
+/// The cell in which a ray ends and the number of bounds that it passes, packed in one number.
 #[derive(Clone, Copy, Debug)]
 pub struct Met {
     /// Index of the cell.
     pub cell: usize,
-    /// As [`KernelBounds::passed`].
+    /// See [`KernelBounds::passed`].
     pub passed: u32,
 }
 
 impl Met {
-    /// Packs a cell below 2^28.
+    /// Packs the index of a cell, below 2^28.
     pub fn pack(cell: u32, passed: u32) -> u32 {
         cell << KernelBounds::BITS | passed
     }
 
-    /// Unpacks; `None` where the ray meets no light ([`DARK`]).
+    /// Unpacks; `None` when the ray meets no light ([`DARK`]).
     pub fn unpack(met: u32) -> Option<Met> {
         (met != DARK).then_some(Met {
             cell: (met >> KernelBounds::BITS) as usize,
@@ -103,8 +105,8 @@ impl Met {
     }
 }
 
-/// Cosine by which a receiver weights light from direction `way`, the density of its rays times pi: rays
-/// are distributed about the shading normal, and those that would go below the facet are mirrored.
+/// Cosine by which a receiver weights light from direction `way`, that is the density of its rays
+/// times pi. Rays are distributed about the shading normal; those below the facet are mirrored.
 fn receiver_cosine(normal: Vec3, facet: Vec3, way: Vec3) -> f64 {
     let height = way.dot(facet);
     if height <= 0.0 {
@@ -119,7 +121,7 @@ pub fn receiver_way(normal: Vec3, facet: Vec3, random: [f64; 2]) -> (Vec3, f64) 
     let mut way = cosine_direction(normal, random);
     let height = way.dot(facet);
     if height < 0.0 {
-        // What lies below the facet is not seen: the mirror image of the ray is.
+        // A ray below the facet is replaced by its mirror image.
         way = way - facet * (2.0 * height);
     }
     (way, receiver_cosine(normal, facet, way))
@@ -130,15 +132,15 @@ pub fn receiver_way(normal: Vec3, facet: Vec3, random: [f64; 2]) -> (Vec3, f64) 
 struct Patch {
     point: Vec3,
     normal: Vec3,
-    /// Reflected flux in each channel, relative to the channel with most.
+    /// Reflected flux in each channel, relative to the highest channel.
     colour: [f32; 3],
     /// Index of the patch's bound.
     bound: u32,
 }
 
 impl Patch {
-    /// The place that a ray of light meets and the share of its flux that is reflected there, in the
-    /// channel with most. `side` is the width of the ray at a distance of 1 m.
+    /// The place that a lamp's ray hits and the share of its flux reflected there, in the highest
+    /// channel. `side` is the width of the ray at a distance of 1 m.
     fn lit(
         scene: RayScene<'_>,
         (start, way): (Vec3, Vec3),
@@ -147,14 +149,14 @@ impl Patch {
     ) -> Option<(Patch, f64)> {
         let (place, distance) = scene.look(start, way);
         let facet = scene.surfaces.facets.get(place.facet as usize)?;
-        // The ray stands for this part of a texture.
+        // The ray covers this part of a texture.
         let sides = || frame(facet.normal).map(|axis| axis * (side * distance));
         let reflectance = scene.surfaces.reflectance_at(facet, place.point, sides);
         let lobe = scene.surfaces.lobe(place.facet);
         let bounced = lobe.map_or(1.0, |lobe| lobe.bounced(-facet.normal.dot(way)));
         let channel = |k: usize| f64::from(colour[k]) * bounced * reflectance[k];
         let most = channel(0).max(channel(1)).max(channel(2));
-        // Irradiance follows the shading normal, the ray's flux the facet.
+        // Irradiance depends on the shading normal, the ray's flux on the facet.
         let flat = -facet.normal.dot(way);
         let shaded = -facet.normal_at(place.point).dot(way);
         let shading = (shaded.max(0.0) / flat.max(1e-6)).min(MOST_SHADING);
@@ -168,14 +170,14 @@ impl Patch {
     }
 }
 
-/// The patches of one bounce of a lamp of unit intensity, all of equal reflected flux, neighbours next to
-/// each other.
+/// Patches of one bounce of a lamp of unit intensity, all of equal reflected flux, in an order that
+/// keeps neighbours together.
 #[derive(Clone, Debug)]
 pub struct LampPatches {
     patches: Vec<Patch>,
-    /// Reflected flux of all patches, each in the channel with most, divided by pi.
+    /// Reflected flux of all patches, each in its highest channel, divided by pi.
     radiance_area: f64,
-    /// Where the light comes from: the lamp, or the middle of the patches of the bounce before.
+    /// Origin of the light: the lamp, or the centre of the patches of the preceding bounce.
     position: Vec3,
     /// Radius of the beam at a distance of 1 m.
     spread: f64,
@@ -183,15 +185,15 @@ pub struct LampPatches {
 }
 
 impl LampPatches {
-    /// The patches of a lamp that needs them, by bounce: of the first one, and of later ones where these
-    /// need them too, as where a lamp lights something close to a wall.
+    /// Patches of a lamp that needs them, by bounce: the first, and later ones where these need
+    /// patches too, for example when a lamp lights an object close to a wall.
     pub fn of_bounces(
         scene: RayScene<'_>,
         beam: &Beam,
         projector: Option<&Projector>,
         bounds: KernelBounds,
     ) -> Vec<LampPatches> {
-        // Few rays tell most lamps that need none.
+        // A few rays identify most lamps that need no patches.
         if !LampPatches::first(scene, beam, projector, bounds, FEW).are_needed() {
             return Vec::new();
         }
@@ -225,7 +227,7 @@ impl LampPatches {
         LampPatches::new(lit, beam.position, spread, bounds)
     }
 
-    /// The patches of the next bounce: rays from these patches, cosine-weighted, find them.
+    /// Patches of the next bounce, found by cosine-weighted rays from these patches.
     fn reflected(&self, scene: RayScene<'_>) -> LampPatches {
         let strata = along_morton(STRATA);
         let together = self.patches.len() * strata.len() / RAYS;
@@ -248,7 +250,7 @@ impl LampPatches {
         LampPatches::new(lit, middle, 1.0, self.bounds)
     }
 
-    /// Resamples lit places and their reflected flux.
+    /// Resamples lit places by their reflected flux.
     fn new(
         lit: Vec<Option<(Patch, f64)>>,
         position: Vec3,
@@ -269,8 +271,8 @@ impl LampPatches {
         }
     }
 
-    /// True when rays find too little of the light: a tenth of it or more falls on places that are small
-    /// against the length of rays.
+    /// True when rays find too little of the light: a tenth or more of it falls on places that are
+    /// small relative to the length of rays.
     fn are_needed(&self) -> bool {
         let small = self.patches.iter().filter(|patch| patch.bound > 1);
         10 * small.count() > self.patches.len()
@@ -287,13 +289,13 @@ impl LampPatches {
         passed > 0 && passed > self.index(place)
     }
 
-    /// The share `(1 - b / G)+` of the kernel of a ray to `place` that patches leave to the ray.
+    /// Share `(1 - b / G)+` of the kernel of a ray to `place` that patches leave to the ray.
     pub fn rest(&self, place: Vec3, kernel: f64) -> f64 {
         let bound = self.bounds.bound(self.index(place));
         (1.0 - bound / kernel).max(0.0)
     }
 
-    /// About the irradiance at a place from all patches, without shadows and cosines.
+    /// Approximate irradiance at a place from all patches, without shadows and cosines.
     pub fn expected(&self, place: Vec3) -> f64 {
         let Some(patch) = self.patch(0.5) else {
             return 0.0;
@@ -312,8 +314,8 @@ impl LampPatches {
         self.patch(random).map_or([0.0; 3], |patch| patch.colour)
     }
 
-    /// Irradiance from the patch that `random` selects as if it had the flux of all patches, in the
-    /// channel with most; past what stands in the way, with the bounded kernel.
+    /// Visible irradiance from the patch that `random` selects, scaled to the flux of all patches
+    /// in its highest channel, with the bounded kernel.
     pub fn irradiance(&self, scene: RayScene<'_>, at: Receiver, random: f64) -> f64 {
         let Some(patch) = self.patch(random) else {
             return 0.0;
@@ -335,7 +337,8 @@ impl LampPatches {
     }
 }
 
-/// Systematic resampling: indices of about `count` items, each as often as its weight asks for.
+/// Systematic resampling: indices of approximately `count` items, each repeated in proportion to
+/// its weight.
 fn resample(weights: &[f64], count: usize) -> impl Iterator<Item = usize> + '_ {
     let each = weights.iter().sum::<f64>() / count as f64;
     let (mut sum, mut taken) = (0.0, 0);
@@ -349,7 +352,7 @@ fn resample(weights: &[f64], count: usize) -> impl Iterator<Item = usize> + '_ {
     })
 }
 
-/// The cells of a square of `side` rows and columns along a Morton curve.
+/// Cells of a square of `side` rows and columns along a Morton curve.
 fn along_morton(side: usize) -> Vec<[usize; 2]> {
     let cells = 0..side * side;
     let mut cells: Vec<[usize; 2]> = cells.map(|at| [at / side, at % side]).collect();
@@ -362,13 +365,13 @@ struct Directions {
     ways: Vec<Vec3>,
     /// Lumens of a lamp of unit intensity.
     flux: f64,
-    /// Radius of the beam at a distance of 1 m: of a round beam with even intensity, the same flux and
+    /// Radius of the beam at a distance of 1 m: that of a round uniform beam with the same flux and
     /// the same sum of squares.
     spread: f64,
 }
 
 impl Directions {
-    /// Evaluates the intensity on rings and sectors, along a Morton curve, and distributes rays.
+    /// Evaluates the intensity on rings and sectors along a Morton curve, and distributes rays.
     fn new(beam: &Beam, projector: Option<&Projector>, rings: usize, rays: usize) -> Directions {
         let [right, up] = frame(beam.axis);
         let (ring, sector) = (beam.reach() / rings as f64, TAU / rings as f64);
@@ -397,7 +400,7 @@ impl Directions {
         let fluxes: Vec<f64> = cells.par_iter().map(flux).collect();
         let total: f64 = fluxes.iter().sum();
 
-        // Solid angle of the even beam.
+        // Solid angle of the equivalent uniform beam.
         let square = |([i, _], flux): (&[usize; 2], &f64)| flux * flux / solid_angle(*i);
         let squares: f64 = cells.iter().zip(&fluxes).map(square).sum();
         let even = total * total / squares.max(f64::MIN_POSITIVE);
@@ -438,8 +441,8 @@ mod tests {
         .unwrap()
     }
 
-    /// Mean irradiance at a place that faces `normal`, from patches among these polygons of reflectance
-    /// 1/2: of the first bounce of the beam and of the second.
+    /// Mean irradiance at a place that faces `normal`, from patches on these polygons of
+    /// reflectance 1/2: by the first bounce of the beam and by the second.
     fn of_bounces(beam: &Beam, polygons: Vec<Vec<Vec3>>, point: Vec3, normal: Vec3) -> [f64; 2] {
         let surfaces = Surfaces::grey(polygons);
         let bvh = Bvh::new(&surfaces, Work::silent()).unwrap();
@@ -471,8 +474,8 @@ mod tests {
             .to_vec()
     }
 
-    /// Irradiance at `height` on the beam's axis, looking down, from a large floor of reflectance 1/2:
-    /// integral over rings of the floor, and mean over the patches.
+    /// Irradiance at `height` on the beam's axis, looking down, from a large floor of reflectance
+    /// 1/2: integral over rings of the floor, and mean over the patches.
     fn both(beam: &Beam, height: f64) -> [f64; 2] {
         let down = vec3(0.0, 0.0, -1.0);
         let [found, _] = of_bounces(beam, vec![square(9.0, 0.0)], vec3(0.0, 0.0, height), down);
@@ -487,9 +490,9 @@ mod tests {
         [(0..rings).map(ring).sum(), found]
     }
 
-    /// A beam falls on one point of a large floor below a large ceiling. The floor takes the second
-    /// bounce from the ceiling: there, with `s = h^2 + x^2`, the integral of
-    /// `flux r^2 h^2 / (pi^2 s^2) h^2 / s^2` over the ceiling is `flux r^2 / (3 pi h^2)`.
+    /// A beam falls on one point of a large floor below a large ceiling, and the floor receives the
+    /// second bounce from the ceiling. With `s = h^2 + x^2`, the integral of `flux r^2 h^2 / (pi^2
+    /// s^2) h^2 / s^2` over the ceiling is `flux r^2 / (3 pi h^2)`.
     #[test]
     fn patches_of_the_second_bounce_meet_the_closed_form() {
         let beam = spot(0.2, 0.4);

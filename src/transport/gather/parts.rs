@@ -1,8 +1,8 @@
-//! The parts of each pixel: what its samples show, split by surface.
+//! The parts of each pixel: its samples grouped by surface.
 //!
-//! Light is gathered, sampled and evened out for each part, and the pixel is their sum by shares. So a
-//! pixel on an edge is as free of noise as its neighbours, and one behind gauze shows both the gauze
-//! and what lies behind it. This module depends on geometry alone.
+//! Light is gathered, sampled and filtered for each part, and the pixel is their sum weighted by
+//! shares. A pixel on an edge is therefore as free of noise as its neighbours, and one on gauze
+//! shows both the gauze and the surfaces behind it. This module depends on geometry alone.
 
 use crate::gather::ray_scene::{SurfacePoint, View};
 use crate::surfaces::facet::Facet;
@@ -11,9 +11,9 @@ use crate::surfaces::surface::Surfaces;
 use footlight_show::geometry::Vec3;
 use std::ops::Range;
 
-/// Cosine between normals that count as one surface.
+/// Least cosine between the normals of one surface.
 pub const ALIKE: f64 = 0.9;
-/// Cosine that suffices between facets that are shaded by normals of corners.
+/// Least cosine between facets with shading normals.
 const ROUND: f64 = 0.5;
 
 /// The part of a pixel that shows one surface.
@@ -21,37 +21,37 @@ const ROUND: f64 = 0.5;
 pub struct Part {
     /// Share of the pixel, 0 to 1.
     pub share: f32,
-    /// One of its facets; the only one of a part without hits.
+    /// One of its facets; the only one if the part has no hits.
     pub facet: u32,
-    /// How many rays gather its light.
+    /// Number of rays that gather its light.
     pub rays: u32,
-    /// Index of its reflectance to the eye, where that is not its facet's; else [`NO_PAINT`].
+    /// Index of its reflectance to the eye if that differs from its facet's; else [`NO_PAINT`].
     pub paint: u32,
-    /// Mean of its points and unit mean of its normals.
+    /// Mean of its points, and normalised mean of its normals.
     pub point: Vec3,
     pub normal: Vec3,
     /// Index of the material.
     pub material: u32,
-    /// Radius within which its light is evened out, metres.
+    /// Radius of the filter, metres.
     pub radius: f32,
-    /// Metres of the way from the eye.
+    /// Path length from the eye, metres.
     pub length: f32,
-    /// How it is seen.
+    /// The light that it shows.
     pub look: Look,
 }
 
-/// How a part of a pixel is seen.
+/// The light that a part of a pixel shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Look {
-    /// By the light that it reflects to all sides.
+    /// Diffusely reflected light.
     Matt,
-    /// In a glossy surface that is nearly a mirror.
+    /// Seen in a glossy surface that is nearly a mirror.
     Mirrored,
-    /// By the light that its own wide lobe reflects; panels and lamps excepted.
+    /// Light reflected by its own wide lobe, except that of panels and lamps.
     Gloss,
 }
 
-/// The part has neither a texture nor gloss, and is seen itself.
+/// The part has neither texture nor gloss and is seen directly.
 pub const NO_PAINT: u32 = u32::MAX;
 
 /// A sample of a pixel that shows a part.
@@ -59,21 +59,21 @@ pub const NO_PAINT: u32 = u32::MAX;
 pub struct Hit {
     /// Its facet.
     pub facet: u32,
-    /// The glossy facet that it is seen in; `DARK` where it is seen itself.
+    /// The glossy facet in which it is seen; `DARK` when seen directly.
     pub mirror: u32,
-    /// Number of the pixel's sample.
+    /// Index of the pixel's sample.
     pub sample: u16,
-    /// Its share of the sample, of `u16::MAX`: less than all of it for gauze and what lies behind.
+    /// Its share of the sample, relative to `u16::MAX`; lower for gauze and surfaces behind it.
     pub opacity: u16,
 }
 
 impl Hit {
-    /// Its facet, and the one that it is seen in.
+    /// Its facet and the facet in which it is seen.
     pub fn facets(&self) -> [u32; 2] {
         [self.facet, self.mirror]
     }
 
-    /// The share of the sample, 0 to 1.
+    /// Share of the sample, 0 to 1.
     pub fn share(&self) -> f32 {
         f32::from(self.opacity) / f32::from(u16::MAX)
     }
@@ -84,9 +84,9 @@ impl Hit {
 pub struct Parts {
     /// Parts of each pixel, row by row from the top.
     pub pixels: Lists<Part>,
-    /// Samples of each part; none where every sample of the pixel shows its one facet alike.
+    /// Samples of each part; none if every sample of the pixel shows its one facet.
     pub hits: Lists<Hit>,
-    /// Cells that the rays of each part end in, packed ([`crate::gather::lamp_patches::Met`]) and
+    /// Cells in which the rays of each part end, packed ([`crate::gather::lamp_patches::Met`]) and
     /// sorted.
     pub cells: Lists<u32>,
     /// Mean reflectances of parts to the eye.
@@ -107,7 +107,7 @@ impl Parts {
         self.pixels.items()
     }
 
-    /// Indices of the parts of some pixels that follow each other.
+    /// Indices of the parts of consecutive pixels.
     fn of(&self, pixels: Range<usize>) -> Range<usize> {
         let start = |pixel: usize| pixel.checked_sub(1).map_or(0, |p| self.pixels.range(p).end);
         start(pixels.start)..start(pixels.end)
@@ -139,7 +139,7 @@ impl Parts {
     }
 }
 
-/// Do two of a view's items, facets or what is none, belong to different surfaces?
+/// True when two items of a view, each a facet or none, belong to different surfaces.
 pub fn differ(surfaces: &Surfaces, [a, b]: [u32; 2]) -> bool {
     match [a, b].map(|item| surfaces.facets.get(item as usize)) {
         [Some(a), Some(b)] => !is_one_surface(a, b),
@@ -147,7 +147,7 @@ pub fn differ(surfaces: &Surfaces, [a, b]: [u32; 2]) -> bool {
     }
 }
 
-/// True where two facets are of one material and about one direction.
+/// True when two facets have one material and approximately one direction.
 fn is_one_surface(a: &Facet, b: &Facet) -> bool {
     let least = if a.is_smooth() && b.is_smooth() {
         ROUND
@@ -164,8 +164,8 @@ pub struct Sample {
     pub hit: Hit,
 }
 
-/// Groups samples of a pixel by surface: those of one material, about one direction, within `thickness`
-/// metres of one plane, and seen in one mirror or none.
+/// Groups samples of a pixel by surface: one material, approximately one direction, within
+/// `thickness` metres of one plane, and in one mirror or none.
 pub fn by_surface(
     surfaces: &Surfaces,
     samples: impl Iterator<Item = Sample>,
@@ -173,7 +173,7 @@ pub fn by_surface(
 ) -> Vec<Vec<Sample>> {
     let mut groups: Vec<Vec<Sample>> = Vec::new();
     let facet = |place: SurfacePoint| &surfaces.facets[place.facet as usize];
-    // The material of the mirror that it is seen in.
+    // Material of the mirror in which it is seen.
     let mirror = |hit: Hit| surfaces.facets.get(hit.mirror as usize).map(|f| f.material);
     for sample in samples {
         let own = facet(sample.view.place);
@@ -225,7 +225,7 @@ mod tests {
         }
     }
 
-    /// Two halves of a floor are one surface; a step a hand higher and a wall are others.
+    /// Two halves of a floor are one surface; a step a hand higher and a wall are separate.
     #[test]
     fn samples_are_grouped_by_plane_and_direction() {
         let floor = rectangle((-4.0, 0.0), (-4.0, 4.0), 0.0);
@@ -239,7 +239,7 @@ mod tests {
         ];
         let quads = [floor, other, step, wall];
         let surfaces = Surfaces::grey(quads.iter().map(|q| q.to_vec()).collect());
-        // Facets are sorted by area, which falls from one to the next.
+        // Facets are sorted by area, which decreases from one to the next.
         let places = [
             (0, vec3(-1.0, 0.0, 0.0)),
             (2, vec3(3.5, 0.0, 0.1)),
@@ -252,7 +252,7 @@ mod tests {
         let facets = |group: &Vec<Sample>| group.iter().map(|s| s.hit.facet).collect::<Vec<_>>();
         let found: Vec<Vec<u32>> = groups.iter().map(facets).collect();
         assert_eq!(found, [vec![0, 1], vec![2, 2], vec![3]]);
-        // From far away step and floor are one.
+        // From a distance, step and floor are one surface.
         let groups = by_surface(&surfaces, samples.into_iter(), |_| 0.2);
         assert_eq!(groups.len(), 2);
     }

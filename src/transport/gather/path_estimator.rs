@@ -1,11 +1,11 @@
-//! An independent estimate of single pixels, to measure what pictures are off by: path tracing.
+//! Independent estimates of single pixels by path tracing, to measure the error of images.
 //!
-//! Paths share geometry, materials and light profiles with the operators, and none of their meshes,
-//! cells, samples or filters. Each vertex of a path takes the light of one source, chosen by what would
-//! arrive without shadows (next-event estimation; Kajiya, *The rendering equation*, 1986). The bounces of
-//! narrow beams come from the lamp's side, as in [`lamp_patches`](super::lamp_patches): their patches
-//! are sources too, and a path counts the rest of the kernel. Two halves of the paths have random
-//! numbers of their own, so that noise can be told from error.
+//! Paths share geometry, materials and light profiles with the operators, but none of their meshes,
+//! cells, samples or filters. Each vertex of a path samples one light source, chosen by its
+//! unoccluded contribution (next-event estimation; Kajiya, *The rendering equation*, 1986). The
+//! bounces of narrow beams are sampled from the lamp, as in [`lamp_patches`](super::lamp_patches):
+//! their patches are sources too, and a path counts the remainder of the kernel. The two halves of
+//! the paths have independent random numbers, which separates noise from error.
 
 use super::emitter::{Emitter, Receiver};
 use super::lamp_patches::{KernelBounds, LampPatches, receiver_way};
@@ -30,19 +30,20 @@ use std::f64::consts::PI;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-/// Sources that the first vertex of a path takes light from; later ones take it from one.
+/// Sources sampled at the first vertex of a path; later vertices sample one.
 const FIRST_SOURCES: u32 = 8;
-/// Vertices of a path, at most: what comes later is below a thousandth even between white walls.
+/// Most vertices of a path: later ones contribute less than a thousandth even between white walls.
 const VERTICES: usize = 128;
-/// Vertices from which on a path goes on by chance, as often as the surface reflects.
+/// Vertices after which paths continue by Russian roulette, with the surface's reflectance as
+/// probability.
 const CERTAIN: usize = 3;
-/// Part of a pixel over which textures and projected images are averaged at the first vertex, as paths
-/// themselves cover the pixel.
+/// Part of a pixel over which textures and projected images are averaged at the first vertex; the
+/// paths themselves cover the pixel.
 const POINT: f64 = 1.0 / 256.0;
-/// Rays that measure how far surfaces are from each other.
+/// Rays that measure the distances between surfaces.
 const LENGTHS: usize = 256;
 
-/// A scene as paths need it.
+/// A scene prepared for path tracing.
 pub struct PathEstimator {
     rig: Arc<Rig>,
     size: [usize; 2],
@@ -53,11 +54,11 @@ pub struct PathEstimator {
     lights: Vec<PreparedLight>,
     projectors: Vec<Option<Projector>>,
     bounds: KernelBounds,
-    /// Of each light the patches of its bounces, once it was lit.
+    /// For each light the patches of its bounces, computed on first use.
     patches: Vec<OnceLock<Vec<LampPatches>>>,
 }
 
-/// What a vertex may take light from: a light (bounce 0) or the patches of one of its bounces.
+/// A light source of a vertex: a light (bounce 0) or the patches of one of its bounces.
 struct PathSource<'a> {
     emitter: Emitter<'a>,
     light: usize,
@@ -65,7 +66,7 @@ struct PathSource<'a> {
     strength: [f64; 3],
 }
 
-/// A vertex of a path behind the first one, for the rest of the kernel.
+/// A vertex of a path after the first, for the remainder of the kernel.
 struct Leg {
     place: Vec3,
     /// `cos cos' / r^2` of the ray that ends there.
@@ -76,7 +77,7 @@ impl PathEstimator {
     /// Prepares a scene.
     ///
     /// # Errors
-    /// [`TransportError`] for a setup that cannot be used, a budget too small, or on cancel.
+    /// [`TransportError`] for an unusable setup or too small a budget, and on cancel.
     pub fn new(setup: &Setup, work: Work<'_>) -> Result<PathEstimator, TransportError> {
         let Setup { scene, rig, view } = setup;
         check_rig(scene, rig)?;
@@ -111,7 +112,7 @@ impl PathEstimator {
         }
     }
 
-    /// Mean length of rays that leave what the camera sees.
+    /// Mean length of rays that leave the visible surfaces.
     fn mean_length(&self) -> f64 {
         let length = |k: usize| {
             let [u, v] = point(k as u32, 0x91);
@@ -142,7 +143,7 @@ impl PathEstimator {
         })
     }
 
-    /// All that shines under a setting.
+    /// All sources that emit under a setting.
     fn sources(&self, setting: &[f64]) -> Vec<PathSource<'_>> {
         let strengths = strengths_of(&self.rig, &first_equal(&self.rig.lights), setting);
         let mut sources = Vec::new();
@@ -164,7 +165,8 @@ impl PathEstimator {
         sources
     }
 
-    /// Radiance along one path from a pixel. `seed` is of the pixel and half, `k` the path's number.
+    /// Radiance along one path from a pixel. `seed` belongs to the pixel and half; `k` is the index
+    /// of the path.
     fn path(&self, sources: &[PathSource<'_>], pixel: usize, k: u32, seed: u32) -> [f64; 3] {
         let scene = self.scene();
         let mut dimension = 0;
@@ -241,7 +243,8 @@ impl PathEstimator {
         radiance
     }
 
-    /// Adds what surfaces reflect along a path from a place, seen from an eye itself or in a mirror.
+    /// Adds the light that surfaces reflect along a path from a place, seen directly or in a
+    /// mirror.
     fn walk(
         &self,
         sources: &[PathSource<'_>],
@@ -252,7 +255,7 @@ impl PathEstimator {
     ) {
         let scene = self.scene();
         let mut legs: Vec<Leg> = Vec::new();
-        // About what arrives at a vertex from each source without shadows.
+        // Approximate unoccluded light of each source at a vertex.
         let mut expected = vec![0.0; sources.len()];
         let expect = |expected: &mut [f64], at| {
             for (expected, source) in expected.iter_mut().zip(sources) {
@@ -311,15 +314,15 @@ impl PathEstimator {
             }
             let clearness = scene.clearness(distance);
             weight.iter_mut().for_each(|weight| *weight *= clearness);
-            // About what a path of this spread stands for.
+            // Approximate area that a path of this spread represents.
             side = 0.05 * distance;
             (place, eye) = (next, None);
         }
     }
 
-    /// Radiance that haze scatters to the eye along the path's own ray through a pixel, `own` with its
-    /// distance; near a lamp, where light changes within the pixel, a mean with further rays. How many is
-    /// the same for all paths of a pixel, so that the mean has no bias.
+    /// Radiance that haze scatters to the eye along the path's own ray through a pixel, `own` with
+    /// its distance; near a lamp, where light changes within the pixel, a mean with further rays.
+    /// Their number is equal for all paths of a pixel, so that the mean has no bias.
     fn scattered(
         &self,
         airlight: &Airlight<'_>,
@@ -349,8 +352,8 @@ impl PathEstimator {
         sum / count as f64
     }
 
-    /// What the last vertex of a path reflects of one source, times pi, over its chance, which goes with
-    /// what is expected of it.
+    /// Light of one source reflected by the last vertex of a path, times pi, divided by its
+    /// probability, which is proportional to the expected light.
     fn arrives(
         &self,
         (sources, expected): (&[PathSource<'_>], &[f64]),
@@ -386,7 +389,7 @@ impl PathEstimator {
         [0, 1, 2].map(|c| factor * reflects[c] * colour[c] * source.strength[c])
     }
 
-    /// The share of the light that the path's last rays carry: patches carry the other.
+    /// Share of the light carried by the path's last rays; patches carry the rest.
     fn rest_of_kernels(&self, source: &PathSource<'_>, legs: &[Leg]) -> f64 {
         let bounces = self.patches(source.light).iter().skip(source.bounce);
         let rests = bounces.zip(legs.iter().rev());
@@ -432,7 +435,7 @@ mod tests {
     use footlight_show::units::Rgb;
     use footlight_stage::{Emitter as Lamp, Light, Material, Polygon, Scene, Source};
 
-    /// The sources of a rig, a light each.
+    /// A setup in which each light has its own source.
     fn with_sources(setup: &Setup) -> Setup {
         let source = |light| Source {
             name: format!("{light}"),
@@ -448,7 +451,7 @@ mod tests {
         Setup::new(Arc::clone(&setup.scene), rig, setup.view.clone())
     }
 
-    /// The mean over all pixels of the estimates over what they should be, for each half.
+    /// For each half, the mean over all pixels of the ratio of estimate to exact value.
     fn ratio(setup: &Setup, setting: &[f64], paths: u32, exact: impl Fn(usize) -> f64) -> [f64; 2] {
         let estimator = PathEstimator::new(setup, Work::silent()).unwrap();
         let pixels: Vec<usize> = (0..setup.view.width * setup.view.height).collect();
@@ -469,8 +472,8 @@ mod tests {
         }
     }
 
-    /// In a closed cube whose walls shine and reflect the share r, light of 1 / (1 - r) comes from all
-    /// sides; a small card in it reflects its share of that.
+    /// In a closed cube whose walls emit and reflect the share r, light of 1 / (1 - r) arrives from
+    /// all sides; a small card inside reflects its share of that.
     #[test]
     fn a_furnace_is_even() {
         let quad = |material, corners: [[f64; 3]; 4]| {

@@ -1,5 +1,5 @@
-//! The camera's rays: what each sample of a pixel shows, and the rays that gather its reflected
-//! light.
+//! Camera rays: the surfaces that each sample of a pixel shows, and the rays that gather their
+//! reflected light.
 //!
 //! This module does not depend on lights.
 
@@ -20,15 +20,15 @@ use rayon::prelude::*;
 
 /// Rays of a point at which a cell is evaluated.
 const CELL_RAYS: usize = 4;
-/// Samples of one pixel may be numbered up to this.
+/// Upper limit of sample indices in one pixel.
 const PIXEL_SAMPLES: u32 = 2048;
-/// Rays whose ends are held at once, for each thread.
+/// Rays whose ends are held together, for each thread.
 const BAND: usize = 1 << 17;
-/// Pixels that one task works on.
+/// Pixels in one task.
 const RUN: usize = 16;
-/// Least radius of the irradiance filter, in pixels.
+/// Least radius of the irradiance filter, pixels.
 const LEAST_RADIUS: f64 = 3.0;
-/// Seeds of the sequences of points.
+/// Seeds of the point sequences.
 const SEED_CAMERA: u32 = 101;
 const SEED_WAY: u32 = 202;
 const SEED_CELL: u32 = 303;
@@ -47,7 +47,7 @@ pub struct PictureRays<'a> {
 }
 
 impl PictureRays<'_> {
-    /// Where the samples of a pixel begin in their sequence.
+    /// Start of a pixel's samples in their sequence.
     pub fn index(&self, pixel: usize) -> u32 {
         let width = self.size[0];
         morton(pixel % width, pixel / width).wrapping_mul(PIXEL_SAMPLES)
@@ -64,17 +64,17 @@ impl PictureRays<'_> {
         self.camera.ray(x + u, y + v)
     }
 
-    /// Random numbers for what sample `k` of a pixel shows in a glossy surface.
+    /// Random numbers for the reflection that sample `k` of a pixel shows in a glossy surface.
     fn random(&self, pixel: usize, k: u32) -> [f64; 2] {
         point(self.index(pixel).wrapping_add(k), SEED_GLOSS)
     }
 
-    /// Where sample `k` of a pixel shows a facet's plane.
+    /// Intersection of sample `k` of a pixel with a facet's plane.
     fn on_facet(&self, pixel: usize, k: u32, facet: u32) -> SurfacePoint {
         self.on_plane((self.camera.origin, self.way(pixel, k)), facet)
     }
 
-    /// Where a ray meets a facet's plane.
+    /// Intersection of a ray with a facet's plane.
     fn on_plane(&self, (origin, way): (Vec3, Vec3), facet: u32) -> SurfacePoint {
         let own = &self.scene.surfaces.facets[facet as usize];
         let distance = -own.height(origin) / own.normal.dot(way);
@@ -84,7 +84,7 @@ impl PictureRays<'_> {
         }
     }
 
-    /// What sample `k` of a pixel shows of a facet, seen itself or in a mirror.
+    /// View of a facet by sample `k` of a pixel, directly or in a mirror.
     fn view(&self, pixel: usize, k: u32, [facet, mirror]: [u32; 2], share: f64) -> View {
         let eye = self.camera.origin;
         let (mut place, mut length) = (self.on_facet(pixel, k, facet), 0.0);
@@ -105,7 +105,7 @@ impl PictureRays<'_> {
         }
     }
 
-    /// All that sample `k` of a pixel shows.
+    /// All views of sample `k` of a pixel.
     fn views(&self, pixel: usize, k: u32) -> impl Iterator<Item = View> {
         let (eye, way) = (self.camera.origin, self.way(pixel, k));
         let random = self.random(pixel, k);
@@ -113,7 +113,7 @@ impl PictureRays<'_> {
         views.into_iter()
     }
 
-    /// What sample `k` of a part of a pixel shows; its share is 1 in the mean over the part.
+    /// View of a part of a pixel by its sample `k`; its share is 1 in the mean over the part.
     pub fn on_part(&self, parts: &Parts, part: usize, pixel: usize, k: u32) -> View {
         let hits = parts.hits.get(part);
         let own = &parts.all()[part];
@@ -127,7 +127,7 @@ impl PictureRays<'_> {
         }
     }
 
-    /// Calls back for each view of sample `k` of a pixel.
+    /// Calls `each` for each view of sample `k` of a pixel.
     pub fn on_pixel(&self, parts: &Parts, pixel: usize, k: u32, mut each: impl FnMut(View)) {
         let is_lit = |part: &usize| parts.all()[*part].look != Look::Gloss;
         let own = || parts.pixels.range(pixel).filter(is_lit);
@@ -150,7 +150,7 @@ impl PictureRays<'_> {
         }
     }
 
-    /// Facets of the first samples of all pixels; sheets are not seen through.
+    /// Facets of the first samples of all pixels; sheets count as opaque.
     pub fn seen(&self, work: Work<'_>) -> Result<Vec<u32>, Cancelled> {
         let of = |pixel: usize| {
             let facet = |k| {
@@ -167,8 +167,8 @@ impl PictureRays<'_> {
         Ok(each(self.pixels(), work, of)?.concat())
     }
 
-    /// The facet that all of a pixel's first samples and those of the pixels around it show, if it is
-    /// one and hides what lies behind; a facet of [`DARK`] where they show the void.
+    /// The facet that all first samples of a pixel and its neighbours show, if it is one and
+    /// opaque; a facet of [`DARK`] when they show the void.
     fn sole_facet(&self, seen: &[u32], pixel: usize) -> Option<u32> {
         let (first, [width, height]) = (self.step.first as usize, self.size);
         let facet = seen[pixel * first];
@@ -194,7 +194,7 @@ impl PictureRays<'_> {
         length * self.camera.step_x
     }
 
-    /// How many samples a pixel has, and what they show by surface.
+    /// Number of samples of a pixel, and the samples by surface.
     fn split(&self, seen: &[u32], pixel: usize) -> (u32, Vec<Vec<Sample>>) {
         let sample = |view: View, k: u32| Sample {
             view,
@@ -218,7 +218,7 @@ impl PictureRays<'_> {
         (self.step.edge, groups)
     }
 
-    /// Sides of cells, from the mean length of a ray of each pixel.
+    /// Sizes of cells, from the mean length of a ray of each pixel.
     pub fn cell_settings(&self, seen: &[u32], work: Work<'_>) -> Result<CellSettings, Cancelled> {
         let of = |pixel: usize| {
             let facet = seen[pixel * self.step.first as usize];
@@ -233,7 +233,7 @@ impl PictureRays<'_> {
             .flatten()
             .collect();
         let mean = lengths.iter().sum::<f64>() / lengths.len().max(1) as f64;
-        // Where nothing is seen any size will do.
+        // Any size will do for an empty view.
         let mean = if mean > 0.0 {
             mean
         } else {
@@ -247,7 +247,7 @@ impl PictureRays<'_> {
         })
     }
 
-    /// The parts of every pixel with their rays, some pixels at a time.
+    /// Parts of every pixel with their rays, a few pixels at a time.
     pub fn gather(
         &self,
         seen: &[u32],
@@ -292,7 +292,7 @@ impl PictureRays<'_> {
         Ok(out)
     }
 
-    /// The parts of a pixel, the largest first.
+    /// Parts of a pixel, the largest first.
     fn parts_of(&self, seen: &[u32], pixel: usize, settings: CellSettings) -> Vec<FoundPart> {
         let (count, mut groups) = self.split(seen, pixel);
         groups.sort_by_key(|group| {
@@ -362,8 +362,8 @@ impl PictureRays<'_> {
         })
     }
 
-    /// A part of a pixel from the samples that show it, and the number of all; `sent` rays have left other
-    /// parts.
+    /// A part of a pixel from the samples that show it and the number of all samples; `sent` rays
+    /// have left other parts.
     fn part(
         &self,
         pixel: usize,
@@ -406,7 +406,7 @@ impl PictureRays<'_> {
             normal += facet(sample.view.place).normal_at(sample.view.place.point);
         }
         let middle = middle / samples.len() as f64;
-        // In corners too, where light changes over less than a pixel, neighbours share what they have.
+        // In corners too, where light varies within a pixel, neighbours share their rays.
         let least = LEAST_RADIUS * self.footprint(length);
         let radius = (self.step.filter * f64::from(rays) / near).max(least);
         FoundPart {
@@ -436,7 +436,7 @@ impl PictureRays<'_> {
         }
     }
 
-    /// The parallelogram that a part of a pixel covers there, about.
+    /// Approximate parallelogram that a part of a pixel covers there.
     pub fn sides(&self, view: View, share: f64) -> [Vec3; 2] {
         let facet = &self.scene.surfaces.facets[view.place.facet as usize];
         if view.mirror == DARK {
@@ -445,7 +445,7 @@ impl PictureRays<'_> {
         frame(facet.normal).map(|way| way * self.footprint(view.length) * share.sqrt())
     }
 
-    /// Reflectance to the eye of the matt part of what a view shows, averaged over a part of a pixel.
+    /// Reflectance to the eye of a view's matt part, averaged over a part of a pixel.
     pub fn reflectance(&self, view: View, share: f64) -> [f64; 3] {
         let surfaces = self.scene.surfaces;
         let SurfacePoint { facet, point } = view.place;
@@ -461,7 +461,7 @@ impl PictureRays<'_> {
         [0, 1, 2].map(|c| found[c] * tint[c])
     }
 
-    /// Mean reflectance to the eye of what samples of a pixel show; `None` where it is the facet's.
+    /// Mean reflectance to the eye over samples of a pixel; `None` when it is the facet's.
     fn paint(&self, samples: &[Sample]) -> Option<[f32; 3]> {
         let surfaces = self.scene.surfaces;
         let facet = |sample: &Sample| &surfaces.facets[sample.hit.facet as usize];
@@ -483,7 +483,7 @@ impl PictureRays<'_> {
     }
 }
 
-/// A part of a pixel as it is found.
+/// A part of a pixel as found.
 struct FoundPart {
     part: Part,
     hits: Vec<Hit>,
@@ -492,7 +492,7 @@ struct FoundPart {
     landings: Vec<Landing>,
 }
 
-/// One value for each of so many pixels, by its number.
+/// One value for each of `count` pixels.
 fn each<T: Send>(
     count: usize,
     work: Work<'_>,

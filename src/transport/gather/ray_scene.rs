@@ -1,4 +1,4 @@
-//! Where rays end in a scene, and what they pass.
+//! Ends of rays in a scene, and the sheets that they pass.
 //!
 //! This module does not depend on lights.
 
@@ -8,69 +8,67 @@ use crate::surfaces::surface::Surfaces;
 use arrayvec::ArrayVec;
 use footlight_show::geometry::Vec3;
 
-/// No light comes from there: nothing is hit, or a back.
+/// Marks a ray end without light: no hit, or a back.
 pub const DARK: u32 = u32::MAX;
 
-/// Layers that a ray shows, at most: what lies behind more is seen by chance.
+/// Most layers that a ray shows; those behind are sampled at random.
 pub const MOST_LAYERS: usize = 8;
-/// Each may reflect one more.
+/// Each layer may add one reflection.
 const MOST_VIEWS: usize = 2 * MOST_LAYERS;
 
 /// A point of a facet.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint {
-    /// Index of the facet.
     pub facet: u32,
-    /// Where.
+    /// Metres.
     pub point: Vec3,
 }
 
 /// A part of what a ray from the eye shows.
 #[derive(Clone, Copy, Debug)]
 pub struct View {
-    /// Where the ray ends, in the end.
+    /// Final end of the ray.
     pub place: SurfacePoint,
-    /// The glossy facet that it is seen in; [`DARK`] where it is seen itself.
+    /// The glossy facet in which it is seen; [`DARK`] when seen directly.
     pub mirror: u32,
-    /// Its share of what is seen.
+    /// Share of the ray.
     pub share: f64,
-    /// Metres of the way from the eye.
+    /// Path length from the eye, metres.
     pub length: f64,
 }
 
-/// What rays need of a scene.
+/// The scene as rays use it.
 #[derive(Clone, Copy)]
 pub struct RayScene<'a> {
-    /// The facets.
     pub surfaces: &'a Surfaces,
-    /// Over their triangles.
+    /// Hierarchy over their triangles.
     pub bvh: &'a Bvh,
-    /// How far rays keep from the surface that they leave, metres.
+    /// Distance that rays keep from the surface that they leave, metres.
     pub offset: f64,
 }
 
 impl RayScene<'_> {
-    /// The front that a ray from a point of a facet meets first, and how far away; a facet of
-    /// [`DARK`] where there is none.
+    /// First front hit by a ray from a point of a facet, and its distance; a facet of [`DARK`] if
+    /// there is none.
     pub fn shoot(&self, from: SurfacePoint, way: Vec3) -> (SurfacePoint, f64) {
         let normal = self.surfaces.facets[from.facet as usize].normal;
         self.look(from.point + normal * self.offset, way)
     }
 
-    /// Share of the light between a point of a surface and one of an emitter, each with its unit
-    /// normal, that nothing stops.
+    /// Unoccluded share of the light between a point of a surface and one of an emitter, each with
+    /// its unit normal.
     pub fn visibility(&self, (point, normal): (Vec3, Vec3), (end, facing): (Vec3, Vec3)) -> f64 {
         let from = point + normal * self.offset;
         let to = end + facing * (2.0 * self.offset);
         self.transmittance(from, to - from)
     }
 
-    /// Share of light that haze leaves over a distance, metres.
+    /// Transmittance of haze over a distance, metres.
     pub fn clearness(&self, distance: f64) -> f64 {
         self.surfaces.clearness(distance)
     }
 
-    /// Share of the light on the segment from `origin` by `way` that neither surfaces nor haze stop.
+    /// Transmittance of surfaces and haze on the segment from `origin` to `origin + way`.
     pub fn transmittance(&self, origin: Vec3, way: Vec3) -> f64 {
         match self.past_surfaces(origin, way) {
             0.0 => 0.0,
@@ -92,7 +90,8 @@ impl RayScene<'_> {
             // A sheet counts once, by its front or its back.
             if hit.distance < 1.0 && !crossed.contains(&sheet) {
                 passed *= 1.0 - opacity;
-                // Beyond the room for sheets a back may count again: little light passes them.
+                // When the list of sheets is full a back may count again: little light passes that
+                // many.
                 let _ = crossed.try_push(sheet);
             }
             true
@@ -100,8 +99,8 @@ impl RayScene<'_> {
         if is_blocked { 0.0 } else { passed }
     }
 
-    /// The layers that are seen from `origin`, the nearest first: fronts that let light through, and what
-    /// lies behind them, each with its share of what is seen. Backs and the void have none.
+    /// Layers seen from `origin`, the nearest first: translucent fronts and the surfaces behind
+    /// them, each with its share. Backs and the void are omitted.
     pub fn layers(&self, origin: Vec3, way: Vec3) -> ArrayVec<(SurfacePoint, f64), MOST_LAYERS> {
         let mut layers = ArrayVec::new();
         if !self.surfaces.is_cut {
@@ -117,7 +116,7 @@ impl RayScene<'_> {
             };
             let found = (*hit, sheet, opacity);
             if let Some(known) = sheets.iter_mut().find(|known| known.1 == sheet) {
-                // The side that is seen counts.
+                // The visible side determines the opacity.
                 if hit.front {
                     *known = found;
                 }
@@ -141,7 +140,7 @@ impl RayScene<'_> {
         layers
     }
 
-    /// What is seen from `origin`: the layers, and what the lobes that `shows` names reflect, by these
+    /// Views from `origin`: the layers, and for lobes that `shows` accepts a reflection selected by
     /// random numbers.
     pub fn views(
         &self,
@@ -178,8 +177,8 @@ impl RayScene<'_> {
         views
     }
 
-    /// The way that a glossy place reflects to `eye`, by these random numbers, and the weight of what
-    /// comes from there.
+    /// Direction from which a glossy place reflects light to `eye`, selected by random numbers, and
+    /// its weight.
     pub fn reflected(
         &self,
         place: SurfacePoint,
@@ -207,7 +206,7 @@ impl RayScene<'_> {
         self.surfaces.lets_through(hit.facet, point, way)
     }
 
-    /// The front that is seen from `origin`.
+    /// The front seen from `origin`.
     pub fn look(&self, origin: Vec3, way: Vec3) -> (SurfacePoint, f64) {
         let nowhere = SurfacePoint {
             facet: DARK,
@@ -219,9 +218,9 @@ impl RayScene<'_> {
         self.place(&hit, origin, way)
     }
 
-    /// Where a ray meets a front, and how far away; a facet of [`DARK`] for a back.
+    /// Intersection of a ray with a front, and its distance; a facet of [`DARK`] for a back.
     fn place(&self, hit: &Hit, origin: Vec3, way: Vec3) -> (SurfacePoint, f64) {
-        // On the facet's plane, more exactly than single precision has it.
+        // Recomputed on the facet's plane in double precision.
         let facet = &self.surfaces.facets[hit.facet as usize];
         let slope = facet.normal.dot(way);
         let distance = if slope < -1e-6 {

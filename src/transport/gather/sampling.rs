@@ -1,12 +1,12 @@
-//! Where samples fall: scrambled Sobol points, cosine-weighted directions.
+//! Sample points: scrambled Sobol points and cosine-weighted directions.
 //!
-//! Points come from indices and seeds alone, so that the same bits come out for any number of
+//! Points depend on indices and seeds alone, so that results do not depend on the number of
 //! threads. This module does not depend on scenes.
 
 use footlight_show::geometry::{Vec3, frame};
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4};
 
-/// The finalizer of a 32-bit hash (Wang; constants of Wellons 2018).
+/// Finaliser of a 32-bit hash (Wang; constants of Wellons 2018).
 pub fn hash(mut x: u32) -> u32 {
     x ^= x >> 16;
     x = x.wrapping_mul(0x7feb_352d);
@@ -15,7 +15,7 @@ pub fn hash(mut x: u32) -> u32 {
     x ^ (x >> 16)
 }
 
-/// Owen scrambling by a hash in which each bit depends on the higher ones alone (Laine and Karras
+/// Owen scrambling by a hash in which each bit depends only on the higher ones (Laine and Karras
 /// 2011; Burley 2020).
 fn scramble(x: u32, seed: u32) -> u32 {
     let mut x = x.reverse_bits().wrapping_add(seed);
@@ -26,9 +26,9 @@ fn scramble(x: u32, seed: u32) -> u32 {
     x.reverse_bits()
 }
 
-/// The second dimension of the Sobol sequence: bit `j` from the left is the sum, modulo 2, of those
-/// bits `i` of the index for which `i` choose `j` is odd, which is where `i` has all bits of `j`
-/// (Lucas 1878). So the bits of each block of two, four and so on are added to those of its other half.
+/// Second dimension of the Sobol sequence: bit `j` from the left is the sum, modulo 2, of the bits
+/// `i` of the index for which `i` choose `j` is odd, that is where `i` has all bits of `j` (Lucas
+/// 1878). Hence the bits of each block of two, four and so on are added to those of its other half.
 fn second_dimension(index: u32) -> u32 {
     let mut bits = index;
     bits ^= bits >> 1 & 0x5555_5555;
@@ -48,8 +48,8 @@ pub fn point(index: u32, seed: u32) -> [f64; 2] {
     [x, y].map(|v| f64::from(v >> 8) / f64::from(1 << 24))
 }
 
-/// The index of a pixel along a Morton curve: neighbours in the picture are neighbours in the
-/// sequence, so that their errors differ (Ahmed and Wonka 2020).
+/// Index of a pixel along a Morton curve: neighbours in the image are neighbours in the sequence,
+/// so that their errors differ (Ahmed and Wonka 2020).
 pub fn morton(x: usize, y: usize) -> u32 {
     let spread = |v: usize| {
         let mut v = (v & 0xffff) as u32;
@@ -61,8 +61,8 @@ pub fn morton(x: usize, y: usize) -> u32 {
     spread(x) | spread(y) << 1
 }
 
-/// A direction about `normal` with a density of its cosine over pi, by the concentric map of the
-/// square onto the disc (Shirley and Chiu 1997).
+/// A direction about `normal` with the density cosine over pi, by the concentric map of the square
+/// to the disc (Shirley and Chiu 1997).
 pub fn cosine_direction(normal: Vec3, [u, v]: [f64; 2]) -> Vec3 {
     let (a, b) = (2.0 * u - 1.0, 2.0 * v - 1.0);
     if a == 0.0 && b == 0.0 {
@@ -84,7 +84,7 @@ mod tests {
     use super::*;
     use footlight_show::geometry::vec3;
 
-    /// By its direction numbers, of which each is the one before plus half of itself.
+    /// Reference by direction numbers, each the one before plus half of itself.
     #[test]
     fn the_second_dimension_is_that_of_sobol() {
         let by_direction_numbers = |index: u32| {
@@ -100,7 +100,7 @@ mod tests {
         }
     }
 
-    /// Every elementary interval of 64 consecutive points holds one of them, for every seed.
+    /// Every elementary interval of 64 consecutive points contains one of them, for every seed.
     #[test]
     fn points_are_a_net() {
         for seed in 0..20 {
@@ -117,7 +117,7 @@ mod tests {
         }
     }
 
-    /// The mean cosine of a cosine-weighted direction is 2/3, of the tangents 0.
+    /// The mean cosine of a cosine-weighted direction is 2/3; the mean tangent components are 0.
     #[test]
     fn directions_are_weighted_by_the_cosine() {
         let normal = vec3(0.6, 0.0, 0.8);

@@ -1,4 +1,4 @@
-//! The scale of quality of final gathering: the parameters of each step, and what it costs.
+//! The quality scale of final gathering: parameters and predicted cost of each step.
 
 use crate::gather::BLOCK;
 use crate::gather::parts::differ;
@@ -8,29 +8,29 @@ use crate::surfaces::surface::Surfaces;
 use crate::{Cost, Quality, QualityParameter, Setup, TransportError};
 use footlight_show::geometry::View;
 
-/// What a step of quality spends.
+/// Parameters of a quality step.
 #[derive(Clone, Copy, Debug)]
 pub struct GatherStep {
-    /// Samples of a pixel at first.
+    /// Initial samples of a pixel.
     pub first: u32,
-    /// Samples of geometry alone of a pixel on an edge, or one that shows a sheet.
+    /// Geometry samples of a pixel on an edge or with a sheet.
     pub edge: u32,
-    /// Samples of a light in a part of a pixel, at most.
+    /// Most samples of a light in a part of a pixel.
     pub most: u32,
-    /// Noise of direct light aimed at, as a share of the root mean square of a light's picture of
-    /// 57,600 pixels or fewer.
+    /// Target noise of direct light, relative to the root mean square of a light's image of at most
+    /// 57,600 pixels.
     pub noise: f64,
     /// Rays of a pixel that shows one surface.
     pub rays: u32,
-    /// Least and greatest side of a cell, as shares of the mean length of the camera's rays
-    /// after their first hit.
+    /// Least and greatest side of a cell, relative to the mean length of camera rays after their
+    /// first hit.
     pub cells: [f64; 2],
-    /// As `CellSettings::points`.
+    /// See `CellSettings::points`.
     pub points: f64,
-    /// Radius of the irradiance filter, as a share of the mean distance (harmonic) of what the pixel
-    /// sees.
+    /// Radius of the irradiance filter, relative to the harmonic mean distance of the surfaces
+    /// around the place.
     pub filter: f64,
-    /// Samples of a lamp's patches in a pixel, at most.
+    /// Most samples of a lamp's patches in a pixel.
     pub most_patches: u32,
     /// Nodes along a ray of sight in haze.
     pub nodes: usize,
@@ -76,35 +76,35 @@ pub const STEPS: [GatherStep; 3] = [
     },
 ];
 
-/// Pixels of the picture that a step's noise is meant for, and how many times as many count.
+/// Pixels for which a step's noise is specified, and the greatest factor above that.
 const PIXELS: f64 = 57_600.0;
 const MOST_PIXELS: f64 = 4.0;
 
-/// By how much a picture has more pixels than those that a step's noise is meant for, up to a limit:
-/// finer pixels may be noisier, as the eye sees the mean of several.
+/// Ratio of an image's pixels to those for which a step's noise is specified, up to a limit: finer
+/// pixels may be noisier, as the eye averages them.
 pub fn more_pixels([width, height]: [usize; 2]) -> f64 {
     ((width * height) as f64 / PIXELS).clamp(1.0, MOST_PIXELS)
 }
 
-/// Share of its pixel from which a part that is seen in a glossy surface has all rays.
+/// Share of its pixel from which a part seen in a glossy surface has all rays.
 const MIRRORED: f32 = 0.25;
 
-/// Noise of a lamp's patches, in that of direct light.
+/// Noise of a lamp's patches, relative to that of direct light.
 const PATCH_NOISE: f64 = 2.0;
 
 impl GatherStep {
-    /// The step of a quality.
+    /// Parameters of a quality step.
     ///
     /// # Errors
-    /// [`TransportError::Quality`] when there is none.
+    /// [`TransportError::Quality`] for an unknown step.
     pub fn of(quality: Quality) -> Result<GatherStep, TransportError> {
         let at = usize::from(quality.0).wrapping_sub(1);
         let step = STEPS.get(at).copied();
         step.ok_or(TransportError::Quality(quality.0, STEPS.len() as u8))
     }
 
-    /// Rays of a part of a pixel: a power of two, so that they are evenly spread. A pixel shows many
-    /// surfaces in its gloss, each of them dimly.
+    /// Rays of a part of a pixel: a power of two, so that they are evenly distributed. A pixel
+    /// shows many surfaces in its gloss, each of them dimly.
     pub fn rays_of_part(&self, share: f32, is_mirrored: bool) -> u32 {
         if is_mirrored && share < MIRRORED {
             let rays = share / MIRRORED * self.rays as f32;
@@ -116,7 +116,7 @@ impl GatherStep {
         }
     }
 
-    /// The step for the first bounce of lamps that have patches.
+    /// Parameters for the first bounce of lamps that have patches.
     pub fn of_patches(self) -> GatherStep {
         GatherStep {
             most: self.most_patches,
@@ -125,7 +125,7 @@ impl GatherStep {
         }
     }
 
-    /// What the step sets on any scene.
+    /// Parameters of the step, which hold for any scene.
     pub fn quality_parameters(&self) -> Vec<QualityParameter> {
         let of = |name, amount: f64| QualityParameter { name, amount };
         vec![
@@ -137,37 +137,38 @@ impl GatherStep {
     }
 }
 
-/// Units of cost (see [`crate::hemicube::cost`]) of one ray for each doubling of the polygons,
-/// filter included.
+/// Cost (see [`crate::hemicube::cost`]) of one ray for each doubling of the polygons, filter
+/// included.
 const RAY_COST: f64 = 1.39e-7;
-/// Of the cells: of the root of rays times pixels that show several surfaces, for each point's share
-/// and over the least side of a cell, in the same way. There are the more cells the smaller they are.
+/// Cost of the cells: for the square root of rays times pixels that show several surfaces, for each
+/// point's share and relative to the least side of a cell, and for each doubling of the polygons.
+/// Smaller cells are more numerous.
 const CELL_COST: f64 = 1.34e-7;
-/// Of one sample of one light, in the same way; that of what the camera sees there is twice as much, and
-/// shared by the lights that are solved together.
+/// Cost of one sample of one light, for each doubling of the polygons. The lookup of the visible
+/// surface costs twice as much and is shared by the lights solved together.
 const SAMPLE_COST: f64 = 5.2e-8;
-/// Cost of finding the parts of a pixel and evening them out, in rays.
+/// Cost of finding and filtering the parts of a pixel, in rays.
 const PIXEL_RAYS: f64 = 25.0;
-/// Samples of a light in any pixel, as a multiple of the first ones, with the light's bounces; of one
-/// that shows several surfaces, as a multiple of those that its spread asks for.
+/// Samples of a light in any pixel, as a multiple of the initial ones, bounces included; in a pixel
+/// that shows several surfaces, as a multiple of those that its spread requires.
 const LIGHT_SAMPLES: f64 = 7.0;
 const EDGE_SAMPLES: f64 = 2.0;
-/// Of one triangle in the hierarchy, for each doubling.
+/// Cost of one triangle in the hierarchy, for each doubling.
 const TRIANGLE_COST: f64 = 9.2e-7;
-/// Of one pixel of one light in a picture.
+/// Cost of one pixel of one light in an image.
 const PIXEL_COST: f64 = 4.5e-9;
-/// Square of the spread of one light's samples in a pixel that shows several surfaces, as a share of
-/// its picture's mean square.
+/// Squared spread of one light's samples in a pixel that shows several surfaces, relative to its
+/// image's mean square.
 const SPREAD: f64 = 0.5;
 
-/// Of a pixel with one sample, the share beside what its samples span: they do not reach to its borders,
-/// so that fewer pixels show several surfaces than have neighbours that show others.
+/// Share of a pixel with one sample that the samples do not span: they do not reach its borders, so
+/// fewer pixels show several surfaces than have neighbours that show others.
 const MARGIN: f64 = 0.6;
 
 /// Predicted cost of a step on a scene.
 ///
 /// # Errors
-/// [`TransportError`] for a setup that cannot be used or a step that there is not.
+/// [`TransportError`] for an unusable setup or an unknown step.
 pub fn cost(setup: &Setup, quality: Quality) -> Result<Cost, TransportError> {
     let step = GatherStep::of(quality)?;
     let Setup { scene, rig, view } = setup;
@@ -182,7 +183,7 @@ pub fn cost(setup: &Setup, quality: Quality) -> Result<Cost, TransportError> {
     let rays = PIXEL_RAYS + first + f64::from(step.rays) + mixed * f64::from(step.edge);
     let cells = pixels * (rays * mixed).sqrt() * step.points / step.cells[0];
     let noise = step.noise * more_pixels(size).sqrt();
-    // As direct light allots them: stratified samples do better than their number's root.
+    // As direct light allots samples: stratified samples beat the square root law.
     let samples = (SPREAD * mixed / (noise * noise)).powf(0.8);
     let samples = samples.min(f64::from(step.most));
     let shared = 1.0 + 2.0 / lights.clamp(1.0, BLOCK as f64);
@@ -195,9 +196,8 @@ pub fn cost(setup: &Setup, quality: Quality) -> Result<Cost, TransportError> {
     })
 }
 
-/// Which share of the view's pixels shows more than one surface, on edges or in gloss, counted at one
-/// sample a pixel; of a
-/// large picture on a smaller one.
+/// Share of the view's pixels that show several surfaces, on edges or in gloss, counted at one
+/// sample a pixel; large images are counted at reduced size.
 fn mixed_share(surfaces: &Surfaces, view: &View) -> Result<f64, TransportError> {
     let pixels = (view.width * view.height) as f64;
     let times = (pixels / (PIXELS * MOST_PIXELS)).max(1.0).sqrt();
@@ -222,13 +222,13 @@ fn mixed_share(surfaces: &Surfaces, view: &View) -> Result<f64, TransportError> 
         let (mut all, mut different) = (0.0_f64, 0.0);
         for (a, b) in pairs {
             all += 1.0;
-            // A glossy pixel shows what stands before it too.
+            // A glossy pixel also shows reflections.
             let is_mixed =
                 differ(surfaces, [*a, *b]) || surfaces.lobe(*a).is_some_and(|l| !l.is_wide());
             different += f64::from(u8::from(is_mixed));
         }
         different / all.max(1.0)
     };
-    // A border of any direction is crossed across or down.
+    // An edge of any direction is crossed horizontally or vertically.
     Ok((share(&mut across) + share(&mut down)).min(1.0))
 }

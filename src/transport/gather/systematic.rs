@@ -1,14 +1,13 @@
 //! Systematic sampling of a stream of weighted arrivals of unknown length (Cochran, *Sampling
-//! Techniques*, 1977, chapter 8): every so many-th is kept, the stride a power of two that grows with
-//! the stream.
+//! Techniques*, 1977, chapter 8), with a stride that is a power of two and grows with the stream.
 //!
-//! The arrival at which a running total passes a multiple of the stride is kept. A greater stride's
-//! multiples are among a smaller one's, so that what is kept of a longer stream was kept of a shorter
-//! one, and what falls away can be forgotten on the way. The count starts at a random number, so that
-//! all arrivals are kept as often, wherever the stream ends: to keep the first ones, or more of them,
-//! would favour the side from which they come.
+//! An arrival is kept when the running total passes a multiple of the stride at it. Multiples of a
+//! larger stride are also multiples of a smaller one, so every arrival kept of a longer stream is
+//! kept of a shorter one, and dropped arrivals can be forgotten. The count starts at a random
+//! number, so all arrivals are equally likely to be kept wherever the stream ends; keeping the
+//! first ones would favour the side from which they come.
 
-/// How much is kept of a stream, by its total.
+/// The sampling rate of a stream, by its total.
 #[derive(Clone, Debug)]
 pub struct SystematicSample {
     /// Binary logarithm of the stride, by that of the total.
@@ -16,14 +15,14 @@ pub struct SystematicSample {
 }
 
 impl SystematicSample {
-    /// Of a stream of `total` units about `wanted(total)` arrivals, and at least one; they may grow no
-    /// faster than the total.
+    /// Keeps approximately `wanted(total)` arrivals, at least one, of a stream of `total` units;
+    /// `wanted` may grow no faster than the total.
     pub fn new(wanted: impl Fn(f64) -> f64) -> SystematicSample {
         let stride = |bits: usize| {
-            // The middle of the totals that share it.
+            // Centre of the totals that share the stride.
             let total = (bits as f64 + 0.5).exp2();
             let stride = (total / wanted(total).max(1.0)).log2().round();
-            // A multiple of it is passed by all of them.
+            // All of them pass a multiple of it.
             stride.clamp(0.0, bits as f64) as u8
         };
         SystematicSample {
@@ -31,16 +30,16 @@ impl SystematicSample {
         }
     }
 
-    /// Rank of the arrival that raises the total from `before` to `after`, in a stream that is counted
-    /// from `start`, any number: the binary logarithm of the greatest power of two of which it passes a
-    /// multiple. `None` where nothing arrives.
+    /// Rank of the arrival that raises the total from `before` to `after`, in a stream counted from
+    /// any number `start`: the binary logarithm of the greatest power of two of which it passes a
+    /// multiple. `None` for an empty arrival.
     pub fn rank(start: u32, [before, after]: [u32; 2]) -> Option<u8> {
-        // Where the count wraps a multiple of all powers is passed.
+        // A wrap of the count passes a multiple of all powers.
         let passed = start.wrapping_add(before) ^ start.wrapping_add(after);
         passed.checked_ilog2().map(|rank| rank as u8)
     }
 
-    /// Is an arrival of this rank kept of a stream that has come to `total`?
+    /// True when an arrival of this rank is kept of a stream with this total.
     pub fn keeps(&self, rank: u8, total: u32) -> bool {
         let bits = total.checked_ilog2().unwrap_or(0);
         rank >= self.strides[bits as usize]
@@ -52,7 +51,7 @@ mod tests {
     use super::*;
     use crate::gather::sampling::hash;
 
-    /// Indices of the arrivals of weights that are kept, chosen at the end.
+    /// Indices of the kept arrivals, selected at the end of the stream.
     fn kept(sample: &SystematicSample, start: u32, weights: &[u32]) -> Vec<usize> {
         let total = weights.iter().sum();
         let mut sum = 0;

@@ -3,11 +3,11 @@
 use crate::TransportError;
 use footlight_show::geometry::{Vec3, View};
 
-/// Pictures beyond this many pixels are refused.
+/// Most pixels of a view.
 const MOST_PIXELS: usize = 1 << 27;
 
-/// A pinhole camera with any window: the ray through the continuous image position (x, y), y
-/// downwards, is `forward + right * (left + step_x * x) + up * (top - step_y * y)`.
+/// A pinhole camera with an arbitrary window: the ray through the continuous image position (x, y),
+/// y downwards, is `forward + right * (left + step_x * x) + up * (top - step_y * y)`.
 #[derive(Clone, Copy, Debug)]
 pub struct Camera {
     /// The eye.
@@ -29,8 +29,8 @@ pub struct Camera {
 }
 
 impl Camera {
-    /// The unnormalised ray through (x, y); its component along `forward` is 1, so that depth
-    /// times ray leads from the eye to the surface.
+    /// The unnormalised ray through (x, y). Its component along `forward` is 1, so depth times ray
+    /// leads from the eye to the surface.
     pub fn ray(&self, x: f64, y: f64) -> Vec3 {
         self.forward
             + self.right * (self.left + self.step_x * x)
@@ -55,11 +55,11 @@ impl Camera {
     }
 }
 
-/// The camera of a view, at one sample a pixel.
+/// The camera of a view, with one sample a pixel.
 ///
 /// # Errors
-/// [`TransportError::Scene`] when the view has no pixels or too many, looks nowhere, or its field
-/// of view is not between 0 and 180 degrees.
+/// [`TransportError::Scene`] for a view with no pixels or too many, without a direction, or with a
+/// field of view outside 0 to 180 degrees.
 pub fn camera(view: &View) -> Result<Camera, TransportError> {
     let bad = |what: &str| TransportError::Scene(format!("the view {what}"));
     let pixels = view.width.checked_mul(view.height);

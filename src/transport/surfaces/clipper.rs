@@ -1,9 +1,9 @@
-//! Clipping of convex polygons by straight lines, in two dimensions.
+//! Clipping of convex polygons by straight lines in two dimensions.
 //!
-//! What a pixel shows, how much of it a spot lights, and how much of a panel is visible from a point
-//! are all found in this way, in the plane of the picture or of the panel, without samples. All
-//! parts of one outline share one list of corners, so that clipping allocates nothing. This module
-//! does not depend on surfaces or light.
+//! The visible part of a pixel, its part lit by a spot, and the part of a panel visible from a
+//! point are all found by clipping in the plane of the picture or of the panel, without samples.
+//! All parts of one outline share one list of corners, so that clipping allocates nothing. This
+//! module does not depend on surfaces or light.
 
 #![allow(
     clippy::indexing_slicing,
@@ -15,7 +15,7 @@ use std::ops::Range;
 use crate::surfaces::camera::Camera;
 use footlight_show::geometry::{Vec3, greater, smaller};
 
-/// A place in the picture, in pixels, or on a panel's plane, in metres.
+/// A place in the picture, pixels, or on a panel's plane, metres.
 pub type PlanePoint = [f64; 2];
 
 /// A half-plane: positive values of `c + x * a + y * b`, as `[c, a, b]`.
@@ -26,7 +26,7 @@ pub fn value(line: &Line, at: PlanePoint) -> f64 {
     line[0] + line[1] * at[0] + line[2] * at[1]
 }
 
-/// Where in the picture `normal . ray` is positive, its values in pixels.
+/// The half-plane of the picture, in pixels, in which `normal . ray` is positive.
 pub fn line(camera: &Camera, normal: Vec3) -> Line {
     let line = [
         normal.dot(camera.ray(0.0, 0.0)),
@@ -59,19 +59,19 @@ pub fn measured(polygon: &[PlanePoint]) -> (f64, PlanePoint) {
     (area.abs() * 0.5, centre)
 }
 
-/// Least and greatest value of a line over a rectangle.
+/// Minimum and maximum of a line over a rectangle.
 pub fn range(line: &Line, Rectangle([left, right, top, bottom]): &Rectangle) -> (f64, f64) {
     let middle = value(line, [0.5 * (left + right), 0.5 * (top + bottom)]);
     let reach = line[1].abs() * (0.5 * (right - left)) + line[2].abs() * (0.5 * (bottom - top));
     (middle - reach, middle + reach)
 }
 
-/// Bounds of two coordinates: least and greatest of the first, then of the second.
+/// Bounds of two coordinates: minimum and maximum of the first, then of the second.
 #[derive(Clone, Copy, Debug)]
 pub struct Rectangle(pub [f64; 4]);
 
 impl Rectangle {
-    /// Holds nothing.
+    /// Contains nothing.
     pub const EMPTY: Rectangle = Rectangle([
         f64::INFINITY,
         f64::NEG_INFINITY,
@@ -79,7 +79,7 @@ impl Rectangle {
         f64::NEG_INFINITY,
     ]);
 
-    /// Holds everything.
+    /// Contains everything.
     pub const EVERYWHERE: Rectangle = Rectangle([
         f64::NEG_INFINITY,
         f64::INFINITY,
@@ -87,25 +87,25 @@ impl Rectangle {
         f64::INFINITY,
     ]);
 
-    /// The least that holds both.
+    /// Smallest rectangle that contains both.
     pub fn with(self, o: Rectangle) -> Rectangle {
         let [a, b, c, d] = self.0;
         let [e, f, g, h] = o.0;
         Rectangle([smaller(a, e), greater(b, f), smaller(c, g), greater(d, h)])
     }
 
-    /// Of a point.
+    /// Rectangle of one point.
     pub fn at([x, y]: PlanePoint) -> Rectangle {
         Rectangle([x, x, y, y])
     }
 
-    /// Of points.
+    /// Smallest rectangle that contains the points.
     pub fn of(places: &[PlanePoint]) -> Rectangle {
         let points = places.iter().map(|p| Rectangle::at(*p));
         points.fold(Rectangle::EMPTY, Rectangle::with)
     }
 
-    /// Do both have more than an edge in common?
+    /// True when both have more than an edge in common.
     pub fn overlaps(&self, o: &Rectangle) -> bool {
         let [a, b, c, d] = self.0;
         let [e, f, g, h] = o.0;
@@ -120,7 +120,7 @@ struct Part {
     bounds: Rectangle,
 }
 
-/// Working memory for one thread: what is left of an outline.
+/// Working memory of one thread: the remaining parts of an outline.
 #[derive(Debug, Default)]
 pub struct PolygonClipper {
     places: Vec<PlanePoint>,
@@ -129,7 +129,7 @@ pub struct PolygonClipper {
 }
 
 impl PolygonClipper {
-    /// Forgets the outline.
+    /// Removes the outline.
     pub fn clear(&mut self) {
         self.places.clear();
         self.parts.clear();
@@ -142,17 +142,17 @@ impl PolygonClipper {
         self.push(from..self.places.len());
     }
 
-    /// How many parts are left.
+    /// Number of remaining parts.
     pub fn count(&self) -> usize {
         self.parts.len()
     }
 
-    /// The outline of each part that is left.
+    /// Outline of each remaining part.
     pub fn parts(&self) -> impl Iterator<Item = &[PlanePoint]> {
         self.parts.iter().map(|p| &self.places[p.corners.clone()])
     }
 
-    /// What holds all that is left.
+    /// Bounds of the remaining parts.
     pub fn bounds(&self) -> Rectangle {
         let bounds = self.parts.iter().map(|p| p.bounds);
         bounds.fold(Rectangle::EMPTY, Rectangle::with)
@@ -164,7 +164,7 @@ impl PolygonClipper {
         self.parts.retain(|p| wanted(&places[p.corners.clone()]));
     }
 
-    /// Cuts away all but what lies within the lines.
+    /// Keeps only the region within the lines.
     pub fn keep<'a>(&mut self, lines: impl Iterator<Item = &'a Line> + Clone) {
         for at in (0..self.parts.len()).rev() {
             let part = self.parts.swap_remove(at).corners;
@@ -175,13 +175,13 @@ impl PolygonClipper {
         }
     }
 
-    /// Cuts away what lies within the lines; `bounds` hold all of that.
+    /// Cuts away the region within the lines, which must lie in `bounds`.
     pub fn subtract<'a>(
         &mut self,
         lines: impl Iterator<Item = &'a Line> + Clone,
         bounds: &Rectangle,
     ) {
-        // From the last on: what is pushed lies outside and is not clipped again.
+        // From the last on: new parts lie outside and are not clipped again.
         for at in (0..self.parts.len()).rev() {
             let part = &self.parts[at];
             if !part.bounds.overlaps(bounds) {
@@ -211,7 +211,7 @@ impl PolygonClipper {
         self.parts.push(Part { corners, bounds });
     }
 
-    /// What of a part is inside a line, and what is outside.
+    /// Splits a part into its regions inside and outside a line.
     fn cut(
         &mut self,
         part: Range<usize>,

@@ -1,10 +1,10 @@
-//! Exact visibility within a square of the picture: which facets it shows, and the area of each.
+//! Exact visibility within a square of the picture: the visible facets and their areas.
 //!
-//! A piece covers what lies within the lines of its edges, less what lies behind other pieces. One
-//! over the depth of a plane is linear in the picture, so that one plane is nearer than another on a
-//! half-plane, and every cut is along a straight line, also for facets that intersect or reach
-//! behind the camera. Of coplanar facets the later wins, as in the rasterizer. This module does not
-//! depend on lights.
+//! A piece covers the region within the lines of its edges, except where other pieces are nearer.
+//! The inverse depth of a plane is linear in the picture, so that one plane is nearer than another
+//! on a half-plane, and every cut is along a straight line, also for facets that intersect or
+//! extend behind the camera. Of coplanar facets the later wins, as in the rasteriser. This module
+//! does not depend on lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -19,7 +19,7 @@ use crate::surfaces::facet::Piece;
 use crate::surfaces::lists::Lists;
 use crate::surfaces::surface::Surfaces;
 
-/// Relative difference of inverse depths below which two planes count as one.
+/// Relative difference of inverse depths below which two planes are coplanar.
 const COPLANAR: f64 = 1e-6;
 
 /// The pieces of a scene projected by a camera.
@@ -30,19 +30,20 @@ pub struct Silhouettes<'a> {
     lines: Vec<Line>,
 }
 
-/// A piece in the picture: the lines around it, and one over its depth as a linear function.
+/// A piece in the picture: its boundary lines, and its inverse depth as a linear function.
 #[derive(Clone, Debug)]
 struct Layer {
     facet: usize,
-    /// Is its front seen? Of two in one plane fronts hide backs, then later facets earlier ones.
+    /// True when its front is visible. Of two coplanar pieces fronts hide backs, then later facets
+    /// earlier ones.
     is_front: bool,
-    /// Among all lines; none for a piece seen edge on.
+    /// Range in the list of all lines; empty for a piece seen edge on.
     lines: Range<usize>,
     inverse: [f64; 3],
 }
 
 impl<'a> Silhouettes<'a> {
-    /// Of all pieces.
+    /// Projects all pieces.
     pub fn new(surfaces: &'a Surfaces, camera: &Camera) -> Silhouettes<'a> {
         let mut all = Silhouettes {
             surfaces,
@@ -84,23 +85,23 @@ impl<'a> Silhouettes<'a> {
     }
 }
 
-/// What a square shows of one facet.
+/// The visible part of one facet in a square.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Share {
     /// Index into [`Surfaces::facets`].
     pub facet: usize,
-    /// Visible area, the camera's pixels being squares of area 1.
+    /// Visible area in pixels of the camera.
     pub area: f64,
     /// Centroid of its largest visible part.
     pub at: PlanePoint,
     /// Area of that part.
     largest: f64,
-    /// Its convex parts, among those of [`Shares`].
+    /// Range of its convex parts in [`Shares`].
     parts: Range<usize>,
 }
 
 impl Share {
-    /// How many convex parts it has.
+    /// Number of convex parts.
     pub fn count(&self) -> usize {
         self.parts.len()
     }
@@ -109,13 +110,13 @@ impl Share {
 /// A square of the picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Square {
-    /// Its left and upper edges.
+    /// Left and upper edges.
     pub corner: PlanePoint,
     /// Its side.
     pub side: f64,
 }
 
-/// What a square shows, with the working memory to find it; for one thread.
+/// The visible parts of a square, with working memory for one thread.
 #[derive(Debug, Default)]
 pub struct Shares {
     clipper: PolygonClipper,
@@ -125,7 +126,7 @@ pub struct Shares {
 }
 
 impl Shares {
-    /// Finds the visible shares of the candidate facets (ascending, each once) in a square.
+    /// Computes the visible parts of the candidate facets (ascending, each once) in a square.
     pub fn find(
         &mut self,
         silhouettes: &Silhouettes<'_>,
@@ -156,17 +157,17 @@ impl Shares {
         }
     }
 
-    /// What was found, facet by facet.
+    /// Visible parts, facet by facet.
     pub fn all(&self) -> &[Share] {
         &self.all
     }
 
-    /// The convex parts of a share.
+    /// Convex parts of a share.
     pub fn parts(&self, share: &Share) -> impl Iterator<Item = &[PlanePoint]> {
         share.parts.clone().map(|part| self.parts.get(part))
     }
 
-    /// Adds what the clipper has left of a piece to its facet's share.
+    /// Adds the remaining parts of a piece to its facet's share.
     fn merge(&mut self, facet: usize) {
         if self.clipper.count() == 0 {
             return;
@@ -196,7 +197,7 @@ impl Shares {
     }
 }
 
-/// Where `a` hides `b`: positive values of a linear function of the picture.
+/// Line whose positive side is the region where `a` hides `b`.
 fn nearer(a: &Layer, b: &Layer) -> Line {
     let (near, far) = if (a.is_front, a.facet) > (b.is_front, b.facet) {
         (1.0, 1.0 - COPLANAR)
@@ -231,14 +232,14 @@ mod tests {
     #[test]
     fn what_stands_before_takes_its_exact_share() {
         let wall = rectangle((-9.0, 9.0), (-9.0, 9.0), -3.0);
-        // At distance 1 the pixel is 2 x 2: this covers a tenth of its width, half its height.
+        // At distance 1 the pixel is 2 x 2: this covers a tenth of its width and half its height.
         let post = rectangle((0.3, 0.5), (-2.0, 0.0), -1.0);
         let areas = seen(&[wall, post]);
         assert!((areas[0] - 0.95).abs() < 1e-12 && (areas[1] - 0.05).abs() < 1e-12);
-        // Behind the wall it takes none.
+        // Behind the wall it covers nothing.
         let hidden = rectangle((0.3, 0.5), (-2.0, 0.0), -4.0);
         assert!((seen(&[wall, hidden])[0] - 1.0).abs() < 1e-12);
-        // In its plane the smaller wins.
+        // In the wall's plane the smaller facet wins.
         let poster = rectangle((-3.0, 0.0), (-3.0, 3.0), -3.0);
         let areas = seen(&[wall, poster]);
         assert!((areas[0] - 0.5).abs() < 1e-9 && (areas[1] - 0.5).abs() < 1e-9);
@@ -247,15 +248,16 @@ mod tests {
     #[test]
     fn planes_that_cross_share_along_their_line() {
         let wall = rectangle((-9.0, 9.0), (-9.0, 9.0), -2.0);
-        // Meets the wall where x = 1, nearer to the right, and the pixel's right edge at x = z.
+        // Meets the wall at x = 1, is nearer to the right of it, and meets the pixel's right edge
+        // at x = z.
         let slanted = [
             vec3(-0.5, -8.0, -3.5),
             vec3(1.9, -8.0, -1.1),
             vec3(1.9, 8.0, -1.1),
             vec3(-0.5, 8.0, -3.5),
         ];
-        // x / depth = 1/2 on the line: three quarters of the way across. The later facet wins the
-        // band in which the planes count as one, so the line shifts by about its width.
+        // On the line x / depth = 1/2: three quarters of the way across. The later facet wins the
+        // band in which the planes are coplanar, so the line shifts by about its width.
         let areas = seen(&[wall, slanted]);
         assert!((areas[0] - 0.75).abs() < COPLANAR, "{areas:?}");
         assert!((areas[1] - 0.25).abs() < COPLANAR, "{areas:?}");

@@ -1,4 +1,4 @@
-//! Where the picture shows a light itself, not only what it lights.
+//! Pixels that show a light itself.
 
 use crate::surfaces::fragment::{Sampling, Split, fragments};
 use crate::surfaces::surface::Surfaces;
@@ -7,11 +7,11 @@ use crate::{Setup, TransportError};
 use footlight_host::work::Work;
 use footlight_stage::Light;
 
-/// For each pixel of the setup's view, row by row, whether it shows the front of a surface that
-/// some light of the rig makes emit, be it only in a part of it.
+/// For each pixel of the setup's view, row by row, true when any part of it shows the front of a
+/// surface that emits light of the rig.
 ///
 /// # Errors
-/// [`TransportError`] for a scene or view that cannot be used, and on cancel.
+/// [`TransportError`] for an unusable scene or view, and on cancel.
 pub fn emitters(setup: &Setup, work: Work<'_>) -> Result<Vec<bool>, TransportError> {
     let Setup { scene, rig, view } = setup;
     let surfaces = Surfaces::shapes(scene)?;

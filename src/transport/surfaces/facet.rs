@@ -12,13 +12,13 @@ use std::sync::Arc;
 /// A planar polygon with a front.
 #[derive(Clone, Debug)]
 pub struct Facet {
-    /// Counter-clockwise seen from the front.
+    /// Anticlockwise seen from the front.
     pub vertices: Arc<[Vec3]>,
     /// Unit normal of the front.
     pub normal: Vec3,
     /// Square metres.
     pub area: f64,
-    /// Its area over its longest edge, m: how narrow it is.
+    /// Area divided by the longest edge, metres: a measure of narrowness.
     pub width: f64,
     /// Index into [`Scene::materials`](footlight_stage::Scene::materials).
     pub material: usize,
@@ -26,12 +26,12 @@ pub struct Facet {
     pub reflectance: [f64; 3],
     /// Range of its pieces in [`Surfaces::pieces`](crate::surfaces::surface::Surfaces::pieces).
     pub pieces: std::ops::Range<usize>,
-    /// What varies over it.
+    /// Texture and shading normals, if any.
     pub shading: Option<Box<Shading>>,
 }
 
 impl Facet {
-    /// Its edges, in the order of the vertices.
+    /// Edges in the order of the vertices.
     pub fn rim(&self) -> impl Iterator<Item = Edge> + '_ {
         let next = self.vertices.iter().cycle().skip(1);
         self.vertices.iter().zip(next).map(|(start, end)| {
@@ -50,23 +50,23 @@ impl Facet {
 /// An edge of a facet.
 #[derive(Clone, Copy, Debug)]
 pub struct Edge {
-    /// Where it starts.
+    /// Start point.
     pub start: Vec3,
-    /// Unit vector to where it ends.
+    /// Unit vector along the edge.
     pub along: Vec3,
-    /// Unit vector in the facet's plane, to its inside.
+    /// Unit vector in the facet's plane towards its inside.
     pub inward: Vec3,
     /// Metres.
     pub length: f64,
 }
 
 impl Facet {
-    /// Is it shaded by a normal that varies?
+    /// True when it has varying shading normals.
     pub fn is_smooth(&self) -> bool {
         self.shading.as_ref().is_some_and(|s| s.normal.is_some())
     }
 
-    /// The unit normal to shade by at a point of it.
+    /// Unit shading normal at a point of the facet.
     pub fn normal_at(&self, point: Vec3) -> Vec3 {
         match &self.shading {
             Some(shading) => shading.normal(point, self.normal),
@@ -79,12 +79,12 @@ impl Facet {
         self.reflectance.iter().all(|r| *r == 0.0)
     }
 
-    /// Of the channel that it reflects most of.
+    /// Reflectance of the highest channel.
     pub fn highest_reflectance(&self) -> f64 {
         self.reflectance.iter().copied().fold(0.0, f64::max)
     }
 
-    /// Signed distance of `p` in front of the facet's plane.
+    /// Signed distance of `p` from the facet's plane, positive in front.
     pub fn height(&self, p: Vec3) -> f64 {
         self.normal.dot(p - self.vertices[0])
     }
@@ -93,7 +93,7 @@ impl Facet {
 /// A convex part of a facet.
 #[derive(Clone, Debug)]
 pub struct Piece {
-    /// Counter-clockwise seen from the front.
+    /// Anticlockwise seen from the front.
     pub vertices: Arc<[Vec3]>,
     /// The facet's unit normal.
     pub normal: Vec3,
@@ -102,7 +102,7 @@ pub struct Piece {
 }
 
 impl Piece {
-    /// Is a point of the piece's plane within its outline?
+    /// True when a point of the piece's plane lies within its outline.
     pub fn holds(&self, p: Vec3) -> bool {
         let n = self.vertices.len();
         (0..n).all(|i| {

@@ -1,10 +1,10 @@
 //! Fragments: the parts of each pixel that show one facet, with their share of the pixel.
 //!
-//! Every pixel is rasterized at several sub-pixels into an item buffer. A pixel (or a quarter of it)
-//! that shows one facet, as the sub-pixels around it do, is one fragment; one with edges has a
-//! fragment for each facet, weighted by its exact visible area. What lies between the sub-pixels of
-//! two pixels is missed. Backs are black and opaque: they occlude and leave no fragment. This module
-//! does not depend on lights.
+//! Every pixel is rasterised at several sub-pixels into an item buffer. A pixel (or part of one) is
+//! one fragment if it and the sub-pixels around it show one facet. A pixel with edges has a
+//! fragment for each facet, weighted by its exact visible area. Objects between the sub-pixels of
+//! two pixels are missed. Backs are black and opaque: they occlude and produce no fragment. This
+//! module does not depend on lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -24,10 +24,10 @@ use footlight_show::geometry::Vec3;
 use footlight_show::geometry::View;
 use rayon::prelude::*;
 
-/// Pixel rows that are rasterized at once.
+/// Pixel rows rasterised together.
 const BAND: usize = 16;
 
-/// Shares of a pixel below this are dropped: rounding, not surfaces.
+/// Shares of a pixel below this are dropped as rounding errors.
 const LEAST: f64 = 1e-7;
 
 /// A part of a pixel that shows one facet.
@@ -35,20 +35,20 @@ const LEAST: f64 = 1e-7;
 pub struct Fragment {
     /// Index into [`Surfaces::facets`].
     pub facet: usize,
-    /// On the facet.
+    /// On the facet's plane, metres.
     pub point: Vec3,
     /// Share of the pixel's square.
     pub weight: f32,
-    /// What it covers of the picture.
+    /// Covered region of the picture.
     pub outline: Outline,
 }
 
-/// What a fragment covers of the picture, in pixels.
+/// Covered region of a fragment in the picture, pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outline {
-    /// A square: its middle, and half its side.
+    /// A square: its centre and half its side.
     Square([f32; 2], f32),
-    /// Convex parts: a range of the lists of [`Fragments`].
+    /// Convex parts: a range in the lists of [`Fragments`].
     Parts(u32, u32),
 }
 
@@ -57,9 +57,9 @@ pub enum Outline {
 pub struct Fragments {
     /// For each pixel, row by row from the top.
     pub pixels: Lists<Fragment>,
-    /// Of the view, one unit a pixel.
+    /// Camera of the view, one unit a pixel.
     pub camera: Camera,
-    /// Corners of the convex parts of outlines that are no squares.
+    /// Corners of the convex parts of outlines other than squares.
     parts: Lists<PlanePoint>,
 }
 
@@ -69,7 +69,7 @@ impl Fragments {
         self.pixels.items()
     }
 
-    /// What the picture shows of each of `facets` facets, in pixels.
+    /// Visible area of each of `facets` facets, pixels.
     pub fn visible_areas(&self, facets: usize) -> Vec<f64> {
         let mut areas = vec![0.0; facets];
         for f in self.all() {
@@ -78,7 +78,7 @@ impl Fragments {
         areas
     }
 
-    /// Calls back for each convex part of a fragment's outline.
+    /// Calls `each` for each convex part of a fragment's outline.
     pub fn outline(&self, fragment: usize, mut each: impl FnMut(&[PlanePoint])) {
         match self.all()[fragment].outline {
             Outline::Square(middle, half) => {
@@ -98,19 +98,19 @@ impl Fragments {
     }
 }
 
-/// The fragments of some rows: for each pixel, and the parts of their outlines.
+/// Fragments of some rows of pixels, and the parts of their outlines.
 type BandFragments = (Lists<Fragment>, Lists<PlanePoint>);
 
 /// Runs of bands for each thread: enough that no thread waits long for the last.
 const RUNS: usize = 4;
 
-/// Sub-pixels along a pixel's side in the item buffer that shows where edges are.
+/// Sub-pixels along a pixel's side in the item buffer that locates edges.
 const SUBPIXELS: usize = 4;
 
-/// Into how many parts a pixel's side is split; all of them divide the sub-pixels.
+/// Parts along a pixel's side; each number divides that of the sub-pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Split {
-    /// It stays whole.
+    /// Undivided.
     Whole = 1,
     /// Two parts.
     Halves = 2,
@@ -119,29 +119,28 @@ pub enum Split {
 }
 
 impl Split {
-    /// Along a side.
+    /// Number of parts along a side.
     pub fn parts(self) -> usize {
         self as usize
     }
 }
 
-/// A pixel that is so many times as long on a facet as it is wide is stretched.
+/// Ratio of a pixel's length on a facet to its width from which it counts as stretched.
 const STRETCHED: f64 = 5.0;
 
-/// Into how many fragments a pixel is split.
+/// Fragments of each kind of pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Sampling {
     /// Fragments of a pixel that shows one facet.
     pub split: Split,
-    /// The same where the pixel is stretched on the facet, so that the point in its middle is far
-    /// from its ends.
+    /// For a pixel stretched on the facet, whose centre is far from its ends.
     pub stretched_split: Split,
-    /// The same where it shows several.
+    /// For a pixel that shows several facets.
     pub edge_split: Split,
 }
 
 impl Sampling {
-    /// Of a plain pixel, a stretched one, and one with edges.
+    /// From the splits of a plain pixel, a stretched one, and one with edges.
     pub const fn new(split: Split, stretched_split: Split, edge_split: Split) -> Sampling {
         Sampling {
             split,
@@ -155,11 +154,11 @@ impl Sampling {
     }
 }
 
-/// Is a pixel stretched on the plane of a facet, seen along the ray through its middle?
+/// True when a pixel is stretched on the plane of a facet, seen along the ray through its centre.
 ///
-/// Its sides fall along u and v there; of an ellipse with these conjugate half axes the main ones,
-/// a and b, have a^2 + b^2 = u^2 + v^2 and a b = |u x v|. A plane that faces the picture stretches
-/// nothing, however far from the middle it is seen.
+/// Its sides project to u and v there. The ellipse with these conjugate half axes has principal
+/// half axes a and b with a^2 + b^2 = u^2 + v^2 and a b = |u x v|. A plane parallel to the picture
+/// stretches nothing, however far from the centre it is seen.
 pub fn is_stretched(facet: &Facet, camera: &Camera, ray: Vec3) -> bool {
     let slope = facet.normal.dot(ray);
     let side = |along: Vec3| along * slope - ray * facet.normal.dot(along);
@@ -168,10 +167,10 @@ pub fn is_stretched(facet: &Facet, camera: &Camera, ray: Vec3) -> bool {
     both > (STRETCHED + 1.0 / STRETCHED) * u.cross(v).length()
 }
 
-/// Finds the fragments of a view.
+/// Computes the fragments of a view.
 ///
 /// # Errors
-/// Those of [`camera`], and cancel.
+/// Errors of [`camera`]; on cancel.
 pub fn fragments(
     surfaces: &Surfaces,
     view: &View,
@@ -188,7 +187,7 @@ pub fn fragments(
         rows: BAND.min(view.height),
     };
     let count = view.height.div_ceil(BAND);
-    // A few runs of bands for each thread, as every run takes memory of its own.
+    // A few runs of bands for each thread, as every run allocates its own memory.
     let bands: Result<Vec<BandFragments>, TransportError> = (0..count)
         .into_par_iter()
         .with_min_len(count.div_ceil(RUNS * rayon::current_num_threads()))
@@ -221,19 +220,19 @@ pub fn fragments(
     })
 }
 
-/// What all bands have in common.
+/// Data shared by all bands.
 struct Rasterized<'a> {
     surfaces: &'a Surfaces,
-    /// Of the picture, one unit a pixel.
+    /// Camera of the picture, one unit a pixel.
     camera: Camera,
     silhouettes: Silhouettes<'a>,
     sampling: Sampling,
     width: usize,
-    /// Of a band.
+    /// Rows of a band.
     rows: usize,
 }
 
-/// Some rows of pixels, with the working memory to draw them.
+/// Some rows of pixels, with working memory for drawing them.
 struct Band<'a> {
     rasterized: &'a Rasterized<'a>,
     from: usize,
@@ -287,7 +286,7 @@ impl Band<'_> {
     fn draw(&mut self, from: usize) {
         let (s, whole) = (SUBPIXELS, &self.rasterized.camera);
         let (step_x, step_y) = (whole.step_x / s as f64, whole.step_y / s as f64);
-        // One sub-pixel more on each side.
+        // One more sub-pixel on each side.
         let camera = Camera {
             left: whole.left - step_x,
             top: whole.top - whole.step_y * from as f64 + step_y,
@@ -297,8 +296,8 @@ impl Band<'_> {
         };
         self.from = from;
         self.buffer.clear();
-        // Of two in one plane the later wins: backs come first, so that a wall of two faces back to
-        // back is seen on both sides.
+        // Of two coplanar pieces the later wins: backs come first, so that two coincident faces
+        // back to back are visible from both sides.
         let pieces = &self.rasterized.surfaces.pieces;
         let is_back = |p: &&Piece| p.normal.dot(p.vertices[0] - camera.origin) > 0.0;
         let backs = pieces.iter().filter(is_back);
@@ -330,7 +329,7 @@ impl Band<'_> {
         out
     }
 
-    /// Parts along the side of a pixel that shows one item or several.
+    /// Number of parts along the side of a pixel that shows one item or several.
     fn split(&self, item: Option<u32>, [x, y]: [usize; 2]) -> usize {
         let sampling = self.rasterized.sampling;
         let Some(item) = item else {
@@ -349,7 +348,7 @@ impl Band<'_> {
         }
     }
 
-    /// The one item of a square of sub-pixels and those around it, if there is only one.
+    /// The item of a square of sub-pixels and those around it, if there is only one.
     fn uniform_of(&self, [x, y]: [usize; 2], side: usize) -> Option<u32> {
         match side {
             1 => self.uniform::<3>(x, y),
@@ -358,13 +357,13 @@ impl Band<'_> {
         }
     }
 
-    /// The one item of `SIDE` x `SIDE` sub-pixels, if there is only one.
+    /// The item of `SIDE` x `SIDE` sub-pixels, if there is only one.
     fn uniform<const SIDE: usize>(&self, x: usize, y: usize) -> Option<u32> {
         let width = self.rasterized.width * SUBPIXELS + 2;
         let rows = self.buffer.items()[y * width + x..].chunks(width);
         let mut rows = rows.take(SIDE).filter_map(|row| row.first_chunk::<SIDE>());
         let first = *rows.clone().next()?.first()?;
-        // Without a way out in the middle of a row: a few instructions for each.
+        // Without an early exit within a row: only a few instructions for each.
         let same = |row: &[u32; SIDE]| row.iter().fold(0, |all, item| all | (item ^ first)) == 0;
         rows.all(same).then_some(first)
     }
@@ -379,7 +378,7 @@ impl Band<'_> {
         fragment.into_iter().for_each(|f| pixels.add(f));
     }
 
-    /// Adds the fragments of a square with edges in it.
+    /// Adds the fragments of a square that contains edges.
     fn cut(&mut self, corner: [usize; 2], side: usize, (pixels, parts): &mut BandFragments) {
         let width = self.rasterized.width * SUBPIXELS + 2;
         self.items.clear();
@@ -413,7 +412,7 @@ impl Band<'_> {
         }
     }
 
-    /// The square of so many sub-pixels, in pixels of the picture.
+    /// The square of `side` sub-pixels, in pixels of the picture.
     fn square(&self, [x, y]: [usize; 2], side: usize) -> Square {
         let s = SUBPIXELS as f64;
         Square {

@@ -1,8 +1,8 @@
 //! Visibility: segment tests, first hits, and the occluders in a shaft.
 //!
-//! A bounding-volume hierarchy over the convex pieces of the scene. Tests are exact up to rounding.
+//! A bounding volume hierarchy over the convex pieces of the scene. Tests are exact up to rounding.
 //! Both sides of a surface block light. Surfaces that contain an end of the segment (within
-//! `touching`) do not block, so that points on a surface are not hidden by it. This module does not
+//! `touching`) do not block, so that a surface does not hide its own points. This module does not
 //! depend on light.
 
 #![allow(
@@ -31,7 +31,7 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Of points.
+    /// Bounds of points.
     pub fn of(points: impl IntoIterator<Item = impl Borrow<Vec3>>) -> Bounds {
         let [low, high] = bounds(points);
         Bounds { low, high }
@@ -44,28 +44,28 @@ impl Bounds {
         }
     }
 
-    /// Largest value of `direction . p` over the box.
+    /// Maximum of `direction . p` over the box.
     fn support(&self, d: Vec3) -> f64 {
         d.x * if d.x > 0.0 { self.high.x } else { self.low.x }
             + d.y * if d.y > 0.0 { self.high.y } else { self.low.y }
             + d.z * if d.z > 0.0 { self.high.z } else { self.low.z }
     }
 
-    /// Does the segment `origin + t direction`, 0 <= t <= `reach`, meet the box? `inverse` is one
-    /// over each component of the direction.
+    /// True when the segment `origin + t direction`, 0 <= t <= `reach`, meets the box. `inverse`
+    /// holds the inverse of each component of the direction.
     fn meets(&self, origin: Vec3, inverse: Vec3, reach: f64) -> bool {
         let (mut enter, mut leave) = (0.0_f64, reach);
         for axis in 0..3 {
             let a = (self.low[axis] - origin[axis]) * inverse[axis];
             let b = (self.high[axis] - origin[axis]) * inverse[axis];
-            // `max` and `min` drop the NaN of a ray that lies in a side's plane.
+            // `max` and `min` drop the NaN of a ray that lies in the plane of a side.
             enter = enter.max(a.min(b));
             leave = leave.min(a.max(b));
         }
         enter <= leave * (1.0 + 1e-12)
     }
 
-    /// Do both have a point in common?
+    /// True when both have a point in common.
     pub fn overlaps(&self, o: &Bounds) -> bool {
         (0..3).all(|a| self.low[a] <= o.high[a] && o.low[a] <= self.high[a])
     }
@@ -74,7 +74,7 @@ impl Bounds {
 #[derive(Clone, Debug)]
 struct Node {
     bounds: Bounds,
-    /// Pieces of a leaf, as a range of `Hierarchy::order`; empty for an inner node.
+    /// Range of `Hierarchy::order` for a leaf; empty for an inner node.
     leaf: std::ops::Range<usize>,
     /// Children of an inner node.
     children: [usize; 2],
@@ -89,17 +89,17 @@ pub struct Hierarchy {
     touching: f64,
 }
 
-/// The geometry of a scene with the hierarchy over it.
+/// Geometry of a scene with the hierarchy over it.
 #[derive(Clone, Copy, Debug)]
 pub struct SceneGeometry<'a> {
-    /// The facets and pieces.
+    /// Facets and pieces.
     pub surfaces: &'a Surfaces,
-    /// The hierarchy over the same pieces.
+    /// Hierarchy over the same pieces.
     pub hierarchy: &'a Hierarchy,
 }
 
 impl<'a> SceneGeometry<'a> {
-    /// Of a scene's surfaces and the hierarchy over them.
+    /// Geometry from a scene's surfaces and their hierarchy.
     pub fn new(surfaces: &'a Surfaces, hierarchy: &'a Hierarchy) -> SceneGeometry<'a> {
         SceneGeometry {
             surfaces,
@@ -115,8 +115,8 @@ struct Wall {
     offset: f64,
 }
 
-/// The convex hull of a receiver (points of one plane) and an emitter (a convex polygon or a
-/// point), given by its side walls.
+/// Convex hull of a receiver (points of one plane) and an emitter (a convex polygon or a point),
+/// given by its side walls.
 #[derive(Clone, Debug)]
 pub struct Shaft<'a> {
     receiver: &'a [Vec3],
@@ -127,8 +127,8 @@ pub struct Shaft<'a> {
 
 impl<'a> Shaft<'a> {
     /// The shaft between convex `receiver` and `emitter`. The walls are planes through an edge of
-    /// one and a vertex of the other that have all points on one side; `front` is the receiver's
-    /// normal, as nothing behind it can block, and `emitter_normal` likewise, if it has one.
+    /// one and a vertex of the other that have all points on one side. `front` is the receiver's
+    /// normal, as nothing behind it can block, and `emitter_normal` likewise, if there is one.
     pub fn new(
         receiver: &'a [Vec3],
         front: Vec3,
@@ -137,7 +137,7 @@ impl<'a> Shaft<'a> {
         touching: f64,
     ) -> Shaft<'a> {
         let mut walls = Vec::with_capacity(12);
-        // What touches these two planes does not block.
+        // Pieces that touch these two planes do not block.
         let plane = |normal: Vec3, points: &[Vec3]| {
             let offset = points
                 .iter()
@@ -223,14 +223,14 @@ fn side_walls(edges: &[Vec3], tips: &[Vec3], slack: f64, walls: &mut Vec<Wall>) 
     }
 }
 
-/// Does the segment from `a` to `b` cross the convex piece? Exact on the piece's edges up to
-/// rounding, with the edges belonging to the piece.
+/// True when the segment from `a` to `b` crosses the convex piece, edges included, up to rounding.
 fn crosses(piece: &Piece, a: Vec3, b: Vec3) -> bool {
     let direction = b - a;
     let (mut positive, mut negative) = (false, false);
     for (i, &p) in piece.vertices.iter().enumerate() {
         let q = piece.vertices[(i + 1) % piece.vertices.len()];
-        // Six times the volume of the tetrahedron a, b, p, q: the side on which the line passes.
+        // Six times the signed volume of the tetrahedron a, b, p, q: the side on which the line
+        // passes.
         let volume = (p - a).cross(q - a).dot(direction);
         positive |= volume > 0.0;
         negative |= volume < 0.0;
@@ -243,7 +243,7 @@ fn crosses(piece: &Piece, a: Vec3, b: Vec3) -> bool {
 }
 
 impl Hierarchy {
-    /// Builds it over the pieces by splitting at the median of the longest axis.
+    /// Builds the hierarchy over the pieces by splitting at the median of the longest axis.
     pub fn new(surfaces: &Surfaces) -> Hierarchy {
         let bounds: Vec<Bounds> = surfaces
             .pieces
@@ -307,8 +307,8 @@ impl Hierarchy {
         }
     }
 
-    /// True when any piece crosses the segment from `a` to `b`, the ends apart: surfaces within
-    /// `touching` of an end do not count.
+    /// True when any piece crosses the segment from `a` to `b`, except surfaces within `touching`
+    /// of an end.
     pub fn blocked(&self, surfaces: &Surfaces, a: Vec3, b: Vec3) -> bool {
         let inverse = inverse(b - a);
         let blocks = |&i: &usize| blocks(&surfaces.pieces[i], a, b, self.touching);
@@ -321,8 +321,8 @@ impl Hierarchy {
         false
     }
 
-    /// The first piece hit by the ray from `origin` along `direction` and its parameter, pieces
-    /// whose plane holds the origin apart.
+    /// The first piece hit by the ray from `origin` along `direction` and the ray parameter; pieces
+    /// whose plane contains the origin are ignored.
     pub fn first_hit(
         &self,
         surfaces: &Surfaces,
@@ -354,8 +354,8 @@ impl Hierarchy {
         best
     }
 
-    /// All pieces that may meet the shaft, by rising index, without those that are `hidden` behind
-    /// others (`Solids::hidden`).
+    /// All pieces that may meet the shaft, by rising index, except those `hidden` behind others
+    /// (`Solids::hidden`).
     pub fn occluders(
         &self,
         surfaces: &Surfaces,
@@ -377,7 +377,7 @@ impl Hierarchy {
     }
 }
 
-/// One over each component of a direction.
+/// Inverse of each component of a direction.
 fn inverse(direction: Vec3) -> Vec3 {
     Vec3 {
         x: 1.0 / direction.x,
@@ -386,14 +386,14 @@ fn inverse(direction: Vec3) -> Vec3 {
     }
 }
 
-/// A depth-first walk over the leaves of a hierarchy.
+/// Depth-first traversal of the leaves of a hierarchy.
 struct Leaves<'a> {
     hierarchy: &'a Hierarchy,
     stack: Vec<usize>,
 }
 
 impl<'a> Leaves<'a> {
-    /// The pieces of the next leaf that is reached through boxes that `enters` accepts.
+    /// Pieces of the next leaf reached through boxes that `enters` accepts.
     fn next(&mut self, enters: impl Fn(&Bounds) -> bool) -> Option<&'a [usize]> {
         while let Some(at) = self.stack.pop() {
             let node = &self.hierarchy.nodes[at];
@@ -409,7 +409,7 @@ impl<'a> Leaves<'a> {
     }
 }
 
-/// Does the piece block the segment, its ends apart?
+/// True when the piece blocks the segment, its ends excluded.
 pub fn blocks(piece: &Piece, a: Vec3, b: Vec3, touching: f64) -> bool {
     let origin = piece.vertices[0];
     let (ha, hb) = (piece.normal.dot(a - origin), piece.normal.dot(b - origin));
@@ -456,8 +456,8 @@ mod tests {
             prop_assert_eq!(h.blocked(&s, a, b), every);
         }
 
-        /// No occluder of any segment between the two ends is missing from the shaft's list, and
-        /// a piece said to block the whole shaft blocks each segment.
+        /// The shaft's list contains every occluder of any segment between the two ends, and a
+        /// piece reported to block the whole shaft blocks each segment.
         #[test]
         fn shafts_are_conservative(
             triangles in prop::collection::vec((point(), point(), point()), 1..40),

@@ -1,4 +1,4 @@
-//! Lists of different lengths in one allocation, each beginning where the one before ends.
+//! Lists of different lengths in one allocation.
 
 #![allow(
     clippy::indexing_slicing,
@@ -24,7 +24,7 @@ impl<T> Default for Lists<T> {
 }
 
 impl<T> Lists<T> {
-    /// None yet, with memory for so many items and lists.
+    /// Empty, with memory for this many items and lists.
     pub fn with_capacity(items: usize, lists: usize) -> Lists<T> {
         Lists {
             items: Vec::with_capacity(items),
@@ -32,7 +32,7 @@ impl<T> Lists<T> {
         }
     }
 
-    /// Gives memory back that no item needs.
+    /// Releases unused memory.
     pub fn shrink(&mut self) {
         self.items.shrink_to_fit();
         self.ends.shrink_to_fit();
@@ -62,18 +62,18 @@ impl<T> Lists<T> {
         self.ends.clear();
     }
 
-    /// Adds an item to the list that [`Lists::end`] will close.
+    /// Adds an item to the current list, which [`Lists::end`] closes.
     pub fn add(&mut self, item: T) {
         self.items.push(item);
     }
 
-    /// Closes a list; returns its number.
+    /// Closes the current list; returns its index.
     pub fn end(&mut self) -> usize {
         self.ends.push(self.items.len());
         self.ends.len() - 1
     }
 
-    /// Adds a list; returns its number.
+    /// Adds a list; returns its index.
     pub fn push(&mut self, items: impl IntoIterator<Item = T>) -> usize {
         self.items.extend(items);
         self.end()
@@ -89,12 +89,12 @@ impl<T> Lists<T> {
         &self.items
     }
 
-    /// The items of all lists, to change them in place.
+    /// The items of all lists, mutable.
     pub fn items_mut(&mut self) -> &mut [T] {
         &mut self.items
     }
 
-    /// The positions of a list's items among all.
+    /// Index range of a list's items.
     pub fn range(&self, list: usize) -> Range<usize> {
         let start = list.checked_sub(1).map_or(0, |before| self.ends[before]);
         start..self.ends[list]

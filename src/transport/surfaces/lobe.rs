@@ -1,12 +1,13 @@
-//! Gloss: the lobe of light that a glossy surface reflects, over a matt one.
+//! Gloss: the specular lobe of a glossy surface over a matt one.
 //!
-//! Microfacets with normals distributed after Trowbridge and Reitz (GGX), their shadowing after Smith, to
-//! the light and to the eye by themselves (Walter, Marschner, Li and Torrance, *Microfacet Models for
-//! Refraction through Rough Surfaces*, 2007); directions by visible normals (Dupuy and Benyoub, *Sampling
-//! Visible GGX Normals with Spherical Caps*, 2023). Fresnel's formula is exact for what is no metal, Schlick's for metals. The matt part gets
-//! what the lobe leaves, both from the light and to the eye: `(1 - A(v)) (1 - A(l)) / (1 - mean A)`, with
-//! `A` the share of light that the lobe reflects (Kelemen and Szirmay-Kalos 2001), so that no surface
-//! returns more than it gets. This module does not depend on scenes.
+//! Microfacets with normals distributed after Trowbridge and Reitz (GGX), with separable Smith
+//! shadowing (Walter, Marschner, Li and Torrance, *Microfacet Models for Refraction through Rough
+//! Surfaces*, 2007); directions are sampled by visible normals (Dupuy and Benyoub, *Sampling
+//! Visible GGX Normals with Spherical Caps*, 2023). Fresnel's formula is exact for dielectrics,
+//! Schlick's approximates metals. The matt part receives the light that the lobe does not reflect,
+//! both from the light and to the eye: `(1 - A(v)) (1 - A(l)) / (1 - mean A)`, with `A` the
+//! reflectance of the lobe (Kelemen and Szirmay-Kalos 2001), so that no surface returns more light
+//! than it receives. This module does not depend on scenes.
 
 #![allow(clippy::indexing_slicing, reason = "three channels")]
 
@@ -14,11 +15,11 @@ use footlight_show::geometry::{Vec3, frame, vec3};
 use footlight_stage::Gloss;
 use std::f64::consts::{PI, TAU};
 
-/// Angles at which the lobe's share is known, evenly spaced in the cosine.
+/// Angles at which the lobe's reflectance is tabulated, evenly spaced in the cosine.
 const ANGLES: usize = 64;
-/// Side of the square of samples of each.
+/// Side of the square of samples for each angle.
 const SIDE: usize = 24;
-/// Widths of the lobe below which it is a mirror.
+/// Lobes narrower than this are mirrors.
 const MIRROR: f64 = 1e-4;
 /// Width from which a lobe blurs more than the cells of the radiosity cache do.
 const WIDE: f64 = 0.0225;
@@ -28,22 +29,22 @@ const WIDE: f64 = 0.0225;
 pub struct Lobe {
     /// Root mean square slope of the microfacets: roughness squared.
     alpha: f64,
-    /// Ratio of refractive indices of what is no metal.
+    /// Ratio of refractive indices of a dielectric.
     index: Option<f64>,
-    /// Reflectance at normal incidence, of the highest channel.
+    /// Reflectance at normal incidence in the highest channel.
     normal: f64,
-    /// Factor of each channel.
+    /// Factor for each channel.
     pub tint: [f64; 3],
-    /// Reflectance of the matt part, where no texture says it.
+    /// Reflectance of the matt part if it has no texture.
     pub matt: [f64; 3],
-    /// Share that the lobe reflects of light from each angle.
+    /// Reflectance of the lobe for light from each angle.
     shares: Vec<f64>,
-    /// Of light from all sides.
+    /// Reflectance for uniform light.
     mean: f64,
 }
 
 impl Lobe {
-    /// The lobe of a gloss over a matt reflectance; `None` where it reflects nothing.
+    /// The lobe of a gloss over a matt reflectance; `None` if the gloss reflects nothing.
     pub fn new(gloss: &Gloss, matt: [f64; 3]) -> Option<Lobe> {
         let normal = gloss.normal.0.into_iter().fold(0.0, f64::max);
         if normal <= 0.0 {
@@ -77,22 +78,22 @@ impl Lobe {
         Some(lobe)
     }
 
-    /// True where it does not spread light.
+    /// True when it does not spread light.
     pub fn is_mirror(&self) -> bool {
         self.alpha < MIRROR
     }
 
-    /// True where it blurs what it reflects: cells of the radiosity cache show that well enough.
+    /// True when it blurs so much that cells of the radiosity cache suffice for reflections.
     pub fn is_wide(&self) -> bool {
         self.alpha >= WIDE
     }
 
-    /// Half of the angle that it spreads light over, about, radians.
+    /// Approximately half the angle of the lobe, radians.
     pub fn spread(&self) -> f64 {
         2.0 * self.alpha
     }
 
-    /// Share of light that the lobe reflects, from a direction of this cosine.
+    /// Reflectance of the lobe for light from a direction with this cosine.
     fn share(&self, cosine: f64) -> f64 {
         let at = (cosine * ANGLES as f64 - 0.5).clamp(0.0, ANGLES as f64 - 1.0);
         let low = (at as usize).min(ANGLES - 2);
@@ -101,19 +102,20 @@ impl Lobe {
         of(low) * (1.0 - part) + of(low + 1) * part
     }
 
-    /// What the matt part sends to the eye of light from all sides.
+    /// Uniform light that the matt part reflects to the eye.
     pub fn matt_to(&self, matt: [f64; 3], cosine: f64) -> [f64; 3] {
         let left = 1.0 - self.share(cosine);
         matt.map(|r| r * left)
     }
 
-    /// Factor of the matt part for light from one direction, in the mean over all sides 1.
+    /// Factor of the matt part for light from one direction; its mean over all directions is 1.
     pub fn matt_from(&self, cosine: f64) -> f64 {
         (1.0 - self.share(cosine)) / (1.0 - self.mean).max(f64::MIN_POSITIVE)
     }
 
-    /// Reflectance of a matt surface that would look alike under light from one direction, given that of the
-    /// matt part to the eye. The lobe counts where the light is a point, which no ray meets.
+    /// Reflectance of a matt surface of equal appearance under light from one direction, given the
+    /// matt part's reflectance to the eye. The lobe is included only for point sources, which no
+    /// ray hits.
     pub fn seen_as(
         &self,
         matt: [f64; 3],
@@ -130,7 +132,7 @@ impl Lobe {
         [0, 1, 2].map(|c| matt[c] * from + gloss * self.tint[c])
     }
 
-    /// Reflectance of both together, as a matt surface.
+    /// Reflectance of both parts together, as a matt surface.
     pub fn albedo(&self, matt: [f64; 3]) -> [f64; 3] {
         let mut both = matt.map(|r| r * (1.0 - self.mean));
         for (both, tint) in both.iter_mut().zip(self.tint) {
@@ -139,8 +141,8 @@ impl Lobe {
         both
     }
 
-    /// How much more than light from all sides both reflect of light from one direction, in the mean over
-    /// the channels.
+    /// Ratio of the light that both parts reflect from one direction to that from uniform light, as
+    /// a mean over the channels.
     pub fn bounced(&self, cosine: f64) -> f64 {
         let sum = |share: f64| {
             let channels = self.matt.iter().zip(&self.tint);
@@ -150,7 +152,7 @@ impl Lobe {
         sum(self.share(cosine.max(0.0))) / sum(self.mean).max(f64::MIN_POSITIVE)
     }
 
-    /// Fresnel's reflectance of the highest channel.
+    /// Fresnel reflectance of the highest channel.
     fn fresnel(&self, cosine: f64) -> f64 {
         let Some(index) = self.index else {
             return self.normal + (1.0 - self.normal) * (1.0 - cosine).powi(5);
@@ -163,14 +165,14 @@ impl Lobe {
         0.5 * (across * across + along * along)
     }
 
-    /// Share of light in a direction of this cosine that no other facet stops.
+    /// Unshadowed share of the light in a direction with this cosine.
     fn passed(&self, cosine: f64) -> f64 {
         let square = (1.0 - cosine * cosine).max(0.0) / (cosine * cosine);
         2.0 / (1.0 + (1.0 + self.alpha * self.alpha * square).sqrt())
     }
 
-    /// The way in which light comes that is reflected to `eye`, by these random numbers, and its weight;
-    /// `None` from below. All vectors are of unit length.
+    /// Direction of the light that is reflected to `eye`, selected by random numbers, and its
+    /// weight; `None` below the surface. All vectors have unit length.
     pub fn reflect(&self, normal: Vec3, eye: Vec3, [u, v]: [f64; 2]) -> Option<(Vec3, f64)> {
         let height = normal.dot(eye);
         if height <= 0.0 {
@@ -196,8 +198,8 @@ impl Lobe {
         Some((x * way.x + y * way.y + normal * way.z, weight))
     }
 
-    /// The lobe's value, per steradian, for light from `light` to `eye`; 0 of a mirror, which no single
-    /// direction meets.
+    /// Value of the lobe, per steradian, for light from `light` to `eye`; 0 for a mirror, whose
+    /// lobe no single direction meets.
     pub fn value(&self, normal: Vec3, eye: Vec3, light: Vec3) -> f64 {
         let (to, from) = (normal.dot(eye), normal.dot(light));
         if self.is_mirror() || to <= 0.0 || from <= 0.0 {
@@ -244,7 +246,7 @@ mod tests {
         vec3((1.0 - cosine * cosine).sqrt(), 0.0, cosine)
     }
 
-    /// What sampled directions weigh is the integral of the value times the cosine.
+    /// The mean weight of sampled directions is the integral of the value times the cosine.
     #[test]
     fn sampling_is_the_integral_of_the_value() {
         for roughness in [0.4, 0.6, 1.0] {
@@ -262,7 +264,7 @@ mod tests {
         }
     }
 
-    /// Glass reflects 4 % at right angles, and at Brewster's angle half of one polarisation.
+    /// Glass reflects 4 % at normal incidence, and half of one polarisation at Brewster's angle.
     #[test]
     fn a_smooth_lobe_is_fresnels() {
         let glass = lobe(0.0, 0.04, false);
@@ -276,7 +278,7 @@ mod tests {
         assert!((weight - glass.fresnel(0.3)).abs() < 1e-12);
     }
 
-    /// In light from all sides a white surface with gloss returns no more than it gets, and its matt part
+    /// In uniform light a white glossy surface returns no more than it receives, and its matt part
     /// is reciprocal.
     #[test]
     fn no_lobe_returns_more_than_it_gets() {

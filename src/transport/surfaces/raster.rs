@@ -1,10 +1,10 @@
-//! The software rasterizer: convex polygons into item buffers.
+//! The software rasteriser: convex polygons into item buffers.
 //!
-//! An item buffer holds, for every pixel, which item is nearest along the ray through the pixel's
-//! centre, and one over its depth. Depths come from each polygon's own plane, not from interpolated
-//! vertices, so that they are exact wherever the polygon is drawn. Where two polygons lie in one
-//! plane the one drawn later wins: callers draw large ones first. This module does not depend on
-//! materials or light.
+//! For every pixel an item buffer holds the nearest item along the ray through the pixel's centre,
+//! and its inverse depth. Depths come from each polygon's own plane, not from interpolated
+//! vertices, so they are exact wherever the polygon is drawn. Of two coplanar polygons the one
+//! drawn later wins: callers draw large ones first. This module does not depend on materials or
+//! light.
 
 #![allow(
     clippy::indexing_slicing,
@@ -17,7 +17,7 @@ use footlight_show::geometry::Vec3;
 /// No item: the ray leaves the scene.
 pub const NOTHING: u32 = u32::MAX;
 
-/// Relative difference of inverse depths below which two surfaces count as coplanar. Vertices that
+/// Relative difference of inverse depths below which two surfaces are coplanar. Vertices that
 /// passed through single precision differ by about 1e-7.
 const COPLANAR: f64 = 1e-6;
 
@@ -27,7 +27,7 @@ pub struct ItemBuffer {
     width: usize,
     height: usize,
     items: Vec<u32>,
-    /// One over the depth along the camera's `forward`; 0 where nothing was drawn.
+    /// Inverse depth along the camera's `forward`; 0 where nothing was drawn.
     inverse_depths: Vec<f64>,
     /// Left and right ends of the polygon being drawn, one pair for each row.
     spans: Vec<(f64, f64)>,
@@ -50,7 +50,7 @@ impl ItemBuffer {
         }
     }
 
-    /// Forgets everything drawn.
+    /// Clears the buffer.
     pub fn clear(&mut self) {
         self.items.fill(NOTHING);
         self.inverse_depths.fill(0.0);
@@ -61,8 +61,8 @@ impl ItemBuffer {
         &self.items
     }
 
-    /// Draws a convex polygon of unit `normal`. A pixel belongs to it when its centre does; both
-    /// sides are drawn.
+    /// Draws a convex polygon of unit `normal`, in the pixels whose centres it covers; both sides
+    /// are drawn.
     pub fn draw(&mut self, camera: &Camera, vertices: &[Vec3], normal: Vec3, item: u32) {
         let Some(first) = vertices.first() else {
             return;
@@ -127,7 +127,7 @@ impl ItemBuffer {
                 self.clipped.push(a);
             }
             if (a.z > near) != (b.z > near) {
-                // From the same end whichever way the edge runs, so that neighbours agree.
+                // From the same end for either direction of the edge, so that neighbours agree.
                 let (p, q) = if a.z < b.z { (a, b) } else { (b, a) };
                 let mut cut = p + (q - p) * ((near - p.z) / (q.z - p.z));
                 cut.z = near;
@@ -136,7 +136,8 @@ impl ItemBuffer {
         }
     }
 
-    /// Fills `spans` for the rows that `clipped` touches; their range, or `None` if off the image.
+    /// Fills `spans` for the rows that `clipped` covers. Returns their range, or `None` if it is
+    /// off the image.
     fn scan_edges(&mut self, camera: &Camera) -> Option<(usize, usize)> {
         if self.clipped.len() < 3 {
             return None;

@@ -1,10 +1,10 @@
-//! Convex solids, and their back faces, which occlude nothing that the fronts do not.
+//! Convex solids and their back faces, which occlude only points that the fronts occlude too.
 //!
-//! From outside a convex solid only its fronts are visible: a ray through a back has come in by a
-//! front. So half of a box's faces can be left out as occluders. Solids are seldom closed: a box on
-//! a floor has no bottom. It is a solid all the same if each missing face is covered by other
-//! surfaces. Invariant: a solid is convex with its fronts outside, and closed but for such faces;
-//! what may not be one is none. This module does not depend on light.
+//! From outside a convex solid only its fronts are visible: a ray that crosses a back has entered
+//! by a front. So half of a box's faces can be omitted as occluders. Solids are seldom closed: a
+//! box on a floor has no bottom. It is still a solid if other surfaces cover each missing face.
+//! Invariant: a solid is convex with its fronts outside, and closed except for such faces; doubtful
+//! cases are not solids. This module does not depend on light.
 
 #![allow(
     clippy::indexing_slicing,
@@ -17,25 +17,25 @@ use crate::surfaces::facet::{Facet, Piece};
 use footlight_show::geometry::{Vec3, frame};
 use std::collections::BTreeMap;
 
-/// Corners of a solid at most: hulls are found by trying all triples.
+/// Most corners of a solid: hulls are found by testing all triples.
 const MOST_CORNERS: usize = 40;
 
-/// A solid is thicker than this many times the length below which things touch.
+/// Least thickness of a solid, as a multiple of the length below which objects touch.
 const THICK: f64 = 10.0;
 
-/// How much of a face may be missing, as a share of it: rounding.
+/// Allowed missing share of a face, for rounding.
 const GAP: f64 = 1e-6;
 
 /// The solids of a scene.
 #[derive(Clone, Debug)]
 pub struct Solids {
-    /// For each piece the solid that it belongs to.
+    /// For each piece its solid.
     of: Vec<Option<u32>>,
     pub(crate) count: usize,
 }
 
 impl Solids {
-    /// Finds them among a scene's facets; lengths below `touching` do not count.
+    /// Finds the solids among a scene's facets; lengths below `touching` are ignored.
     pub fn new(facets: &[Facet], pieces: &[Piece], touching: f64) -> Solids {
         let mut out = Solids {
             of: vec![None; pieces.len()],
@@ -57,7 +57,7 @@ impl Solids {
         out
     }
 
-    /// For each piece whether it can be left out of what is before points anywhere among
+    /// For each piece, true when it can be omitted as an occluder of points anywhere among
     /// `corners`: all of them are behind it and outside its solid.
     pub fn hidden(&self, pieces: &[Piece], corners: &[Vec3], touching: f64) -> Vec<bool> {
         let mut outside = vec![false; self.count];
@@ -78,13 +78,13 @@ impl Solids {
     }
 }
 
-/// Facets that share edges, one the other way round than the other, in lists.
+/// Groups of facets connected by shared edges with opposite directions.
 fn joined(facets: &[Facet]) -> Vec<Vec<usize>> {
     let mut numbers = BTreeMap::new();
     let mut edges: BTreeMap<[u32; 2], Vec<usize>> = BTreeMap::new();
     for (i, facet) in facets.iter().enumerate() {
         let mut number = |v: &Vec3| {
-            // Zero is added so that its two signs are one corner.
+            // Adding zero makes both signed zeros one corner.
             let key = [v.x, v.y, v.z].map(|x| (x + 0.0).to_bits());
             let next = numbers.len() as u32;
             *numbers.entry(key).or_insert(next)
@@ -110,7 +110,7 @@ fn joined(facets: &[Facet]) -> Vec<Vec<usize>> {
     lists.into_values().collect()
 }
 
-/// The first of a list that a number is in; shortens the path for the next search.
+/// The representative of an index's group; shortens the path for later searches.
 fn root(first: &mut [usize], mut i: usize) -> usize {
     while first[i] != i {
         first[i] = first[first[i]];
@@ -126,7 +126,7 @@ struct Faces<'a> {
     touching: f64,
 }
 
-/// A face of a hull: where it is, and the corners on it in no order.
+/// A face of a hull: its plane, and its corners in no order.
 #[derive(Clone, Debug, PartialEq)]
 struct Face {
     normal: Vec3,
@@ -134,7 +134,8 @@ struct Face {
 }
 
 impl Faces<'_> {
-    /// Are these facets the faces of a convex solid, but for faces that other surfaces cover?
+    /// True when these facets are the faces of a convex solid, except for faces that other surfaces
+    /// cover.
     fn is_solid(self, members: &[usize]) -> bool {
         let Some(corners) = self.corners(members) else {
             return false;
@@ -150,8 +151,8 @@ impl Faces<'_> {
         faces.iter().all(on_another)
     }
 
-    /// The corners of some facets, each once, if they may be those of a solid: few, all behind
-    /// every facet, some well behind it.
+    /// Distinct corners of some facets if they may be those of a solid: few, all behind every
+    /// facet, and some well behind it.
     fn corners(self, members: &[usize]) -> Option<Vec<Vec3>> {
         let all = members.iter().map(|&m| self.facets[m].vertices.len());
         if members.len() < 3 || all.sum::<usize>() > 6 * MOST_CORNERS {
@@ -171,7 +172,7 @@ impl Faces<'_> {
         (corners.len() <= MOST_CORNERS && members.iter().all(thick)).then_some(corners)
     }
 
-    /// The faces of the convex hull of some corners.
+    /// Faces of the convex hull of some corners.
     fn hull(self, corners: &[Vec3]) -> Vec<Face> {
         let mut faces: Vec<Face> = Vec::new();
         let n = corners.len();
@@ -199,7 +200,7 @@ impl Faces<'_> {
         faces
     }
 
-    /// Do those of some pieces that lie in the plane of a face cover all of it?
+    /// True when the pieces in the plane of a face cover it completely.
     fn is_filled<'b>(self, face: &Face, pieces: impl Iterator<Item = &'b Piece>) -> bool {
         let origin = face.corners[0];
         let axes = frame(face.normal);
@@ -217,7 +218,7 @@ impl Faces<'_> {
             let turn = face.normal.dot(piece.normal).signum();
             let next = outline.iter().cycle().skip(1);
             let lines = outline.iter().zip(next).map(|([ax, ay], [bx, by])| {
-                // To the left of each edge, and as much beyond as does not count.
+                // To the left of each edge, with a tolerance.
                 let (dx, dy) = (bx - ax, by - ay);
                 let slack = self.touching * dx.hypot(dy);
                 let [u, v] = [-dy * turn, dx * turn];
@@ -233,7 +234,7 @@ impl Faces<'_> {
     }
 }
 
-/// Points in the order in which they go round their middle.
+/// Sorts points by angle about their centre.
 fn round(mut points: Vec<PlanePoint>) -> Vec<PlanePoint> {
     let count = points.len().max(1) as f64;
     let [x, y] = [0, 1].map(|k| points.iter().map(|p| p[k]).sum::<f64>() / count);
@@ -263,7 +264,7 @@ mod tests {
         block([vec3(0.0, 0.0, 0.0), vec3(1.0, 1.0, 1.0)], false).to_vec()
     }
 
-    /// A block without its bottom, on what is given.
+    /// A block without a bottom, standing on the given polygons.
     fn standing(on: &[Vec<Vec3>]) -> Vec<Vec<Vec3>> {
         [&unit()[..5], on].concat()
     }
@@ -312,10 +313,11 @@ mod tests {
             marks.iter().filter(|m| **m).count()
         };
         let above = vec3(0.5, 0.5, 3.0);
-        // The top and all sides but two are seen from the corner; the sides are edge on from above.
+        // The top and all sides except two are visible from the corner; the sides are edge on from
+        // above.
         assert_eq!(hidden(&[vec3(3.0, 3.0, 3.0)]), 2);
         assert_eq!(hidden(&[above]), 4);
-        // Of a lamp over the whole block each side is before some part.
+        // For a lamp above the whole block, each side faces some part of the lamp.
         let lamp = [(-1.0, -1.0), (2.0, -1.0), (2.0, 2.0), (-1.0, 2.0)];
         assert_eq!(hidden(&lamp.map(|(x, y)| vec3(x, y, 3.0))), 0);
         // Inside, beneath on the floor, and with one end inside.
@@ -325,7 +327,8 @@ mod tests {
     }
 
     proptest! {
-        /// What blocks the way to a lamp blocks it without the faces that are hidden from the lamp.
+        /// Every segment to a lamp that is blocked is also blocked without the faces that are
+        /// hidden from the lamp.
         #[test]
         fn nothing_is_let_through(
             sizes in prop::collection::vec((-2.0..2.0, -2.0..2.0, 0.1..1.5, 0.1..1.5), 1..6),

@@ -1,8 +1,8 @@
 //! The scene for light transport: facets (planar polygons) and their convex pieces.
 //!
 //! Invariants: every facet has a positive area and at least one piece; the pieces tile the facet;
-//! facets are ordered by falling area, so that of two coplanar ones the smaller is drawn on top.
-//! Degenerate polygons are left out. This module does not depend on pixels or settings.
+//! facets are ordered by decreasing area, so that of two coplanar ones the smaller is drawn on top.
+//! Degenerate polygons are omitted. This module does not depend on pixels or settings.
 
 #![allow(
     clippy::indexing_slicing,
@@ -21,40 +21,40 @@ use footlight_stage::texture::Texture;
 use footlight_stage::{Material, Scene};
 use std::sync::{Arc, OnceLock};
 
-/// Lengths below this share of the scene's size do not count: stored coordinates are rounded to
+/// Lengths below this share of the scene's size are ignored: stored coordinates are rounded to
 /// about 1e-7 of it. On a ground plane of 10 km nothing lower than 14 mm casts a shadow.
 const TOUCHING: f64 = 1e-6;
 
-/// Distance that points keep from edges, as a share of the scene's size.
+/// Distance that points keep from edges, relative to the scene's size.
 const INSET: f64 = 1e-4;
 
-/// Everything that light meets.
+/// Surfaces and air of a scene.
 #[derive(Clone, Debug)]
 pub struct Surfaces {
-    /// By falling area.
+    /// By decreasing area.
     pub facets: Vec<Facet>,
     /// In the order of the facets.
     pub pieces: Vec<Piece>,
-    /// Found at their first use, as not every use needs them.
+    /// Computed on first use.
     pub(crate) solids: OnceLock<Solids>,
     /// Diagonal of the bounding box, metres.
     pub size: f64,
-    /// Of each material.
+    /// Texture of each material.
     textures: Vec<Option<Texture>>,
-    /// The gloss of each.
+    /// Gloss of each material.
     lobes: Vec<Option<Lobe>>,
-    /// Does light pass through some of them?
+    /// True when some material lets light pass.
     pub is_cut: bool,
     /// Haze in the air.
     pub haze: Option<Haze>,
 }
 
 impl Surfaces {
-    /// Takes over the polygons of a scene.
+    /// Converts the polygons of a scene.
     ///
     /// # Errors
-    /// [`TransportError::Scene`] for a vertex that is not finite or a million kilometres away, a
-    /// material that does not exist, or a reflectance outside 0 to 1.
+    /// [`TransportError::Scene`] for a vertex that is not finite or is a million kilometres away, a
+    /// missing material, or a reflectance outside 0 to 1.
     pub fn new(scene: &Scene) -> Result<Surfaces, TransportError> {
         let mut surfaces = Surfaces::shapes(scene)?;
         for facet in 0..surfaces.facets.len() {
@@ -69,10 +69,11 @@ impl Surfaces {
         Ok(surfaces)
     }
 
-    /// The same where only shapes count: facets with a texture reflect as the whole of it.
+    /// Like [`Surfaces::new`], when only shapes matter: a textured facet reflects the mean of its
+    /// whole texture.
     ///
     /// # Errors
-    /// Those of [`Surfaces::new`].
+    /// Errors of [`Surfaces::new`].
     pub fn shapes(scene: &Scene) -> Result<Surfaces, TransportError> {
         let mut facets = Vec::with_capacity(scene.polygons.len());
         for (i, polygon) in scene.polygons.iter().enumerate() {
@@ -131,7 +132,7 @@ impl Surfaces {
         })
     }
 
-    /// Share of light that haze leaves over a distance, metres.
+    /// Transmittance of haze over a distance, metres.
     pub fn clearness(&self, distance: f64) -> f64 {
         self.haze
             .map_or(1.0, |haze| (-haze.extinction * distance).exp())
@@ -148,13 +149,13 @@ impl Surfaces {
         self.lobes.get(own.material)?.as_ref()
     }
 
-    /// The colour of what is seen in a facet as in a mirror; white of none.
+    /// Colour of the reflection in a facet; white for a facet without gloss.
     pub fn tint(&self, mirror: u32) -> [f64; 3] {
         self.lobe(mirror).map_or([1.0; 3], |lobe| lobe.tint)
     }
 
-    /// Reflectance at a point of a facet to an eye that sees it itself, averaged over a parallelogram of
-    /// these sides: of what is glossy the matt part's.
+    /// Reflectance at a point of a facet to an eye that sees it directly, averaged over a
+    /// parallelogram with these sides; for a glossy facet that of the matt part.
     pub fn reflectance_to(
         &self,
         eye: Vec3,
@@ -169,8 +170,8 @@ impl Surfaces {
         lobe.matt_to(matt.unwrap_or(lobe.matt), cosine.max(0.0))
     }
 
-    /// Reflectance at a point of a facet, averaged over a parallelogram of these sides; of what is glossy
-    /// that of a matt surface that reflects as much.
+    /// Reflectance at a point of a facet, averaged over a parallelogram with these sides; for a
+    /// glossy facet that of a matt surface that reflects as much.
     pub fn reflectance_at(
         &self,
         facet: &Facet,
@@ -195,7 +196,7 @@ impl Surfaces {
         Some(texture.reflectance(shading.place(point), shading.sides(footprint())))
     }
 
-    /// Mean of a facet's texture over it.
+    /// Mean of a facet's texture over the facet.
     fn mean_reflectance(&self, facet: usize) -> Option<[f64; 3]> {
         const PARTS: usize = 4;
         let own = &self.facets[facet];
@@ -208,7 +209,7 @@ impl Surfaces {
                 let (a, b) = (pair[0] - first, pair[1] - first);
                 let weight = a.cross(b).length();
                 let sides = [a / PARTS as f64, b / PARTS as f64];
-                // The middles of equal parts, all upright ones and those between.
+                // Centres of equal parts, all upright triangles and those between.
                 for i in 0..PARTS {
                     for j in 0..2 * (PARTS - i) - 1 {
                         let (row, third) = (j / 2, if j % 2 == 0 { 1.0 } else { 2.0 } / 3.0);
@@ -226,15 +227,15 @@ impl Surfaces {
         (area > 0.0).then(|| sum.map(|s| s / area))
     }
 
-    /// True where light passes through a facet somewhere.
+    /// True when light passes through some part of a facet.
     pub fn is_sheet(&self, facet: u32) -> bool {
         let own = self.facets.get(facet as usize);
         let texture = own.and_then(|own| self.texture(own.material));
         texture.is_some_and(Texture::is_cut)
     }
 
-    /// The number of the sheet that a facet is a side of and its opacity at a point, 0 to below 1;
-    /// `None` where it stops all light.
+    /// The sheet to which a facet belongs, and its opacity at a point, 0 to below 1; `None` where
+    /// it is opaque.
     pub fn sheet(&self, facet: u32, point: Vec3) -> Option<(u32, f64)> {
         let own = self.facets.get(facet as usize)?;
         let texture = self.texture(own.material).filter(|t| t.is_cut())?;
@@ -243,8 +244,8 @@ impl Surfaces {
         (opacity < 1.0).then_some((shading.sheet, opacity))
     }
 
-    /// Does a ray pass through a facet where it meets it? Of what is half transparent some rays do, the
-    /// same in any company, through a front and its back alike.
+    /// True when a ray passes through a facet at a point. At half-transparent points this is random
+    /// but reproducible: it does not depend on other rays, and front and back agree.
     pub fn lets_through(&self, facet: u32, point: Vec3, way: Vec3) -> bool {
         let Some((sheet, opacity)) = self.sheet(facet, point) else {
             return false;
@@ -255,7 +256,7 @@ impl Surfaces {
         opacity <= random
     }
 
-    /// Of polygons that reflect one half, for tests.
+    /// For tests: polygons with reflectance 1/2.
     #[cfg(test)]
     pub fn grey(polygons: Vec<Vec<Vec3>>) -> Surfaces {
         use footlight_show::units::Rgb;
@@ -269,13 +270,13 @@ impl Surfaces {
         Surfaces::new(&scene).unwrap()
     }
 
-    /// Which of the pieces belong to convex solids.
+    /// Convex solids among the pieces.
     pub fn solids(&self) -> &Solids {
         let found = || Solids::new(&self.facets, &self.pieces, self.touching());
         self.solids.get_or_init(found)
     }
 
-    /// The length below which things touch.
+    /// Length below which objects touch.
     pub fn touching(&self) -> f64 {
         self.size * TOUCHING
     }
@@ -285,8 +286,8 @@ fn lobe(material: &Material) -> Option<Lobe> {
     Lobe::new(material.gloss.as_ref()?, material.reflectance.0)
 }
 
-/// Moves a point of the facet away from the facet's edges by a ten-thousandth of the scene, on a
-/// narrow facet by a fifth of its width.
+/// Moves a point of the facet away from its edges by a ten-thousandth of the scene, or on a narrow
+/// facet by a fifth of its width.
 pub fn kept_inside(surfaces: &Surfaces, facet: &Facet, p: Vec3) -> Vec3 {
     let margin = (surfaces.size * INSET).min(0.2 * facet.width);
     let mut moved = p;
@@ -295,7 +296,7 @@ pub fn kept_inside(surfaces: &Surfaces, facet: &Facet, p: Vec3) -> Vec3 {
         if height.abs() >= margin {
             continue;
         }
-        // Only edges that the point is beside: others of a concave facet do not bound it here.
+        // Only edges next to the point: others of a concave facet do not bound it here.
         let along = (moved - edge.start).dot(edge.along);
         if along > -margin && along < edge.length + margin {
             moved += edge.inward * (margin - height);
@@ -304,7 +305,7 @@ pub fn kept_inside(surfaces: &Surfaces, facet: &Facet, p: Vec3) -> Vec3 {
     moved
 }
 
-/// Vertices without those that repeat the one before; shared where there are none.
+/// Vertices without consecutive duplicates; shared when there are none.
 fn outline(vertices: &Arc<[Vec3]>) -> Arc<[Vec3]> {
     let next = vertices.iter().cycle().skip(1);
     if vertices.iter().zip(next).all(|(a, b)| a != b) {
@@ -320,7 +321,7 @@ fn outline(vertices: &Arc<[Vec3]>) -> Arc<[Vec3]> {
 
 fn facet(kept: Arc<[Vec3]>, material: usize, reflectance: [f64; 3]) -> Option<Facet> {
     let first = *kept.first()?;
-    // About a vertex of its own: far from the origin the products would cancel.
+    // Relative to one of its vertices: far from the origin the products would cancel.
     let local: Vec<Vec3> = kept.iter().map(|v| *v - first).collect();
     let doubled = newell(&local);
     let reach = local.iter().map(|v| v.length()).fold(0.0, f64::max);
@@ -344,13 +345,12 @@ fn facet(kept: Arc<[Vec3]>, material: usize, reflectance: [f64; 3]) -> Option<Fa
     Some(facet)
 }
 
-/// How far `b` lies to the left of the line from `a` to `c`, seen against `normal`; positive at a
-/// convex corner.
+/// Twice the signed area of a triangle about `normal`; positive at a convex corner.
 fn turn(a: Vec3, b: Vec3, c: Vec3, normal: Vec3) -> f64 {
     (b - a).cross(c - b).dot(normal)
 }
 
-/// Convex parts of a simple polygon: itself when convex, else triangles cut off as ears.
+/// Convex parts of a simple polygon: itself if convex, else triangles by ear clipping.
 fn convex_parts(vertices: &Arc<[Vec3]>, normal: Vec3) -> Vec<Arc<[Vec3]>> {
     let n = vertices.len();
     let corner = |i: usize| {
@@ -369,7 +369,7 @@ fn convex_parts(vertices: &Arc<[Vec3]>, normal: Vec3) -> Vec<Arc<[Vec3]>> {
     while rest.len() > 3 {
         let n = rest.len();
         let ear = (0..n).find(|&i| is_ear(&rest, i, normal));
-        // A polygon that is not simple may have none: cut anywhere, so that the loop ends.
+        // A polygon that is not simple may have no ear: any corner is cut, so that the loop ends.
         let i = ear.unwrap_or(0);
         let triangle = [rest[(i + n - 1) % n], rest[i], rest[(i + 1) % n]];
         if turn(triangle[0], triangle[1], triangle[2], normal) > 0.0 {
@@ -383,7 +383,7 @@ fn convex_parts(vertices: &Arc<[Vec3]>, normal: Vec3) -> Vec<Arc<[Vec3]>> {
     parts
 }
 
-/// True when the outline goes round once (a pentagram turns left at each corner, but twice).
+/// True when the outline winds once (a pentagram turns left at each corner, but winds twice).
 fn turns_once(vertices: &[Vec3], normal: Vec3) -> bool {
     let n = vertices.len();
     let angle: f64 = (0..n)
@@ -475,7 +475,7 @@ mod tests {
         }
     }
 
-    /// A unit square of a material with a texture of two texels, the left one white.
+    /// A unit square with a texture of two texels, the left one white.
     fn painted(alpha: Alpha, codes: [[u8; 4]; 2]) -> Surfaces {
         let texture = Texture {
             pixels: std::sync::Arc::new(Pixels::new([2, 1], &codes)),

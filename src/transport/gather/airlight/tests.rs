@@ -56,7 +56,7 @@ fn sight(eye: Vec3, way: Vec3, length: f64) -> Sight {
     }
 }
 
-/// The integral over the whole ray in many parts.
+/// Integral over the whole ray with many intervals.
 fn fine(air: &Airlight<'_>, beam: &Beam, sight: &Sight) -> f64 {
     let lamp = Lamp::of_beam(beam, None);
     let length = sight.length.min(DEEPEST / air.haze.extinction);
@@ -118,7 +118,7 @@ fn a_half_line_past_an_isotropic_point_has_a_closed_form() {
     }
 }
 
-/// As the haze thins, the radiance over the extinction tends to `albedo (u1 - u0) / (4 pi h)`.
+/// For thin haze, radiance over extinction tends to `albedo (u1 - u0) / (4 pi h)`.
 #[test]
 fn thin_haze_has_a_closed_form() {
     let bulb = beam(359.0, 360.0, vec3(0.0, 0.0, 1.0));
@@ -138,7 +138,8 @@ fn thin_haze_has_a_closed_form() {
     assert!((all - 1.0).abs() < 1e-9, "{all}");
 }
 
-/// Each step's nodes against many, over rays that pass a spot's beam, the eye in it or not.
+/// Compares each step's nodes with many, on rays through a spot's beam, with the eye inside or
+/// outside.
 #[test]
 fn few_nodes_meet_the_integral() {
     let lamp = beam(24.0, 40.0, vec3(0.3, -1.0, 0.2));
@@ -162,8 +163,8 @@ fn few_nodes_meet_the_integral() {
     });
 }
 
-/// A plate that hides the lamp from half of a ray leaves the other half, and no light shines
-/// through it; an estimate of one node has the same mean.
+/// A plate that hides the lamp from half of a ray leaves the other half unchanged, and no light
+/// passes through it; a one-node estimate has the same mean.
 #[test]
 fn a_plate_shades_the_haze_behind_it() {
     let bulb = beam(359.0, 360.0, vec3(0.0, 0.0, 1.0));
@@ -191,8 +192,8 @@ fn a_plate_shades_the_haze_behind_it() {
     });
 }
 
-/// In thin haze, each metre of a beam that is seen from aside sends the same light, the lamp's flux times
-/// `albedo extinction / (4 pi)`: from its tip on, though that is narrower than a pixel.
+/// In thin haze, each metre of a beam seen from the side sends the same light, the lamp's flux
+/// times `albedo extinction / (4 pi)`, even at its tip, which is narrower than a pixel.
 #[test]
 fn a_beam_is_as_bright_at_its_tip() {
     const SIZE: [usize; 2] = [24, 9];
@@ -227,7 +228,7 @@ fn a_beam_is_as_bright_at_its_tip() {
         for column in 4..SIZE[0] {
             let pixels = picture.iter().skip(column).step_by(SIZE[0]);
             let found = f64::from(pixels.sum::<f32>()) / exact;
-            // Within the lamp's radius it shines less.
+            // Within the lamp's radius it is dimmer.
             let is_right = match column {
                 4 => (0.1..0.7).contains(&found),
                 _ => (found - 1.0).abs() < 0.03,

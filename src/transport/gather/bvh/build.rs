@@ -1,18 +1,18 @@
-//! The tree before it is laid out for rays: triangles split in two by the surface area heuristic
-//! over bins (Wald 2007).
+//! Construction of the binary tree: triangles split by the surface area heuristic over bins (Wald
+//! 2007).
 
 use super::{Point, WIDTH};
 use footlight_host::work::{Cancelled, Work};
 
 /// Bins along each axis.
 const BINS: usize = 16;
-/// Triangles from which on the halves are built on two threads.
+/// Triangles from which the halves are built on two threads.
 const PARALLEL: usize = 4096;
-/// Levels after which triangles are no longer split by cost but in halves, so that the tree's depth
-/// is bounded: 32 halvings are enough for any number.
+/// Levels after which triangles are split in halves instead of by cost, which bounds the depth: 32
+/// halvings suffice for any number.
 pub const LEVELS: usize = 24;
 
-/// A triangle while the tree is built.
+/// A triangle during construction.
 #[derive(Clone, Copy, Debug)]
 pub struct Primitive {
     pub low: Point,
@@ -22,13 +22,13 @@ pub struct Primitive {
 }
 
 impl Primitive {
-    /// Twice its middle on an axis.
+    /// Twice its centre on an axis.
     fn middle(&self, axis: usize) -> f32 {
         self.low[axis] + self.high[axis]
     }
 }
 
-/// A box that grows.
+/// A growing box.
 #[derive(Clone, Copy, Debug)]
 pub struct Extent {
     pub low: Point,
@@ -54,19 +54,19 @@ impl Extent {
         all
     }
 
-    /// Half its surface; zero of an empty one.
+    /// Half its surface area; zero for an empty box.
     pub fn area(&self) -> f32 {
         let side = |axis: usize| (self.high[axis] - self.low[axis]).max(0.0);
         side(0) * side(1) + side(1) * side(2) + side(2) * side(0)
     }
 }
 
-/// A group of triangles that is split in two.
+/// A group of triangles split in two.
 #[derive(Clone, Copy, Debug)]
 pub struct Fork {
     /// Boxes of the halves.
     extents: [Extent; 2],
-    /// How many triangles the first half of each half has.
+    /// Number of triangles in the first half of each half.
     splits: [u32; 2],
 }
 
@@ -77,9 +77,9 @@ impl Fork {
     };
 }
 
-/// Triangles and the binary tree over them, before four children are gathered into a node. All
-/// forks are in one block, one fewer than the triangles: that of a group of which the first half
-/// has `split` triangles stands behind the forks of that half, before those of the other.
+/// Triangles and the binary tree over them, before four children are merged into a node. All forks
+/// are in one slice, one fewer than the triangles. The fork of a group whose first half has `split`
+/// triangles follows the forks of that half and precedes those of the other.
 #[derive(Clone, Copy)]
 pub struct Tree<'a> {
     pub primitives: &'a [Primitive],
@@ -88,7 +88,7 @@ pub struct Tree<'a> {
 }
 
 impl<'a> Tree<'a> {
-    /// The tree of some triangles, which it orders.
+    /// Builds the tree and reorders the triangles.
     ///
     /// # Errors
     /// On cancel.
@@ -105,7 +105,7 @@ impl<'a> Tree<'a> {
         })
     }
 
-    /// Its halves and their boxes; `None` for a leaf.
+    /// The halves and their boxes; `None` for a leaf.
     pub fn halves(&self) -> Option<[(Extent, Tree<'a>); 2]> {
         if self.primitives.len() <= WIDTH {
             return None;
@@ -131,8 +131,8 @@ impl<'a> Tree<'a> {
     }
 }
 
-/// Orders the triangles of a group and sets its forks; `level` counts from the root. Returns how many
-/// the first half has.
+/// Reorders the triangles of a group and sets its forks; `level` counts from the root. Returns the
+/// size of the first half.
 fn build(
     primitives: &mut [Primitive],
     forks: &mut [Fork],
@@ -174,7 +174,7 @@ fn build(
     Ok(middle)
 }
 
-/// Orders the triangles into two groups; returns the size of the first.
+/// Reorders the triangles into two groups; returns the size of the first.
 fn split(primitives: &mut [Primitive]) -> usize {
     let half = primitives.len() / 2;
     let mut cheapest: Option<(f32, usize, f32)> = None;

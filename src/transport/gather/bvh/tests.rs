@@ -2,7 +2,7 @@ use super::*;
 use crate::gather::sampling::point;
 use footlight_show::geometry::vec3;
 
-/// Squares of different sizes anywhere in a room.
+/// Squares of different sizes at random places in a room.
 fn squares(count: u32) -> Surfaces {
     let square = |i: u32| {
         let ([x, y], [z, size], [turn, tilt]) = (point(i, 1), point(i, 2), point(i, 3));
@@ -43,7 +43,7 @@ fn hits_are_those_of_a_search_through_all() {
         let way = vec3(a - 0.5, b - 0.5, c - 0.5) * 3.0;
         let hit = bvh.first_hit(origin, way);
         let expected = by_all(&surfaces, origin, way);
-        // A ray along an edge may be told either way.
+        // A ray along an edge may hit or miss.
         let Some((facet, distance)) = expected else {
             assert!(hit.is_none(), "{i}");
             continue;
@@ -63,8 +63,7 @@ fn hits_are_those_of_a_search_through_all() {
     assert!(met > 500, "{met}");
 }
 
-/// Of two sheets back to back the one that faces the ray is hit, of two in one plane the
-/// smaller.
+/// A ray hits the front of two coincident sheets back to back, and the smaller of two in one plane.
 #[test]
 fn of_surfaces_at_one_place_the_front_and_the_smaller_are_hit() {
     let sheet = |half: f64, up: bool| {
