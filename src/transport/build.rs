@@ -1,19 +1,19 @@
-//! Build script: the version of the operator G, made of the code that G is.
+//! Build script: computes the version of the operator G as a digest of its code.
 //!
-//! A stored picture is found by an address that holds this version (`footlight-engine`, module
-//! `pool::address`), so it must change whenever a picture could. It is a digest of the sources of
-//! `transport`, `stage` and `picture`, of the mathematics of `show` that they use, and of the
-//! versions of the outside crates below them in `Cargo.lock`. Tests and renderers outside, which
-//! have versions of their own, are left out. A changed comment costs pictures that were still
-//! right; a changed formula never finds an old one. What it cannot see is a compiler, or in an
-//! embedding program an outside crate, that rounds otherwise.
+//! The address of a stored image holds this version (`footlight-engine`, module `pool::address`),
+//! so it must change whenever an image could. The digest covers the sources of `transport`, `stage`
+//! and `picture`, the mathematics of `show` that they use, and the versions of their external
+//! dependencies in `Cargo.lock`. Tests and external renderers are excluded; the latter have
+//! versions of their own. A changed comment discards valid images; a changed formula never reuses a
+//! stale one. The digest does not cover compilers, nor the dependencies that an embedding program
+//! selects.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// What decides what a picture looks like, below `src`.
+/// Sources below `src` that determine images.
 const SOURCES: [&str; 8] = [
     "transport",
     "stage",
@@ -24,7 +24,7 @@ const SOURCES: [&str; 8] = [
     "show/units",
     "show/units.rs",
 ];
-/// The crate whose dependencies count.
+/// Crate whose dependencies are included.
 const OPERATOR: &str = "footlight-transport";
 
 #[allow(
@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rustc-env=FOOTLIGHT_OPERATOR={}", digest(&root)?);
     let sources = SOURCES.map(|source| root.join("src").join(source));
     for path in sources.iter().chain([&root.join("Cargo.lock")]) {
-        // A path that is missing would make cargo build again each time.
+        // Cargo would rebuild every time for a missing path.
         if path.exists() {
             println!("cargo::rerun-if-changed={}", path.display());
         }
@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The digest of the operator's code in the workspace at `root`, 32 hexadecimal digits.
+/// Digest of the operator's code in the workspace at `root`, 32 hexadecimal digits.
 ///
 /// # Errors
 /// When a file cannot be read.
@@ -72,8 +72,7 @@ fn digest(root: &Path) -> Result<String, Box<dyn Error>> {
     Ok(format!("{state:032x}"))
 }
 
-/// The sources at `path` that are neither tests nor for renderers outside; none where there is
-/// nothing.
+/// Collects the sources at `path` except tests and external renderers; none when `path` is missing.
 fn collect(path: &Path, out: &mut Vec<PathBuf>) -> Result<(), Box<dyn Error>> {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     if stem == "tests" || stem == "outside" || stem.ends_with("_test") {
@@ -89,7 +88,7 @@ fn collect(path: &Path, out: &mut Vec<PathBuf>) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Name and version of every package of a lock file that the operator depends on.
+/// Name and version of every package of a lock file that the operator depends on, directly or not.
 fn below(lock: &str) -> BTreeSet<String> {
     let mut packages: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
     for package in lock.split("[[package]]").skip(1) {
@@ -124,8 +123,8 @@ fn below(lock: &str) -> BTreeSet<String> {
     out
 }
 
-/// Start and prime of the Fowler-Noll-Vo hash 1a of 128 bits: enough against accidents, and a build
-/// script that needs no crate.
+/// Offset basis and prime of the 128-bit FNV-1a hash: sufficient against accidental collisions, and
+/// needs no crate.
 const OFFSET: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
 const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;
 

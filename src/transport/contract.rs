@@ -1,4 +1,4 @@
-//! What every operator checks before it prepares or renders.
+//! Checks that every operator makes before it prepares or renders.
 
 use super::{Quality, TransportError};
 use footlight_picture::Image;
@@ -15,7 +15,7 @@ pub fn check_quality(quality: Quality, finest: Quality) -> Result<(), TransportE
     }
 }
 
-/// Checks that each setting has as many numbers as the rig has sources, all of them finite.
+/// Checks that each setting has one finite number for each source of the rig.
 ///
 /// # Errors
 /// [`TransportError::Setting`] if not.
@@ -28,7 +28,7 @@ pub fn check_settings(settings: &[Vec<f64>], sources: usize) -> Result<(), Trans
     }
 }
 
-/// Checks that an operator gave a picture of the view's size for each setting.
+/// Checks that an operator returned one image of the view's size for each setting.
 ///
 /// # Errors
 /// [`TransportError::Pictures`] if not.
@@ -50,7 +50,7 @@ pub fn check_pictures(
     })
 }
 
-/// Checks that `needed` bytes for `what` are within a budget, bytes.
+/// Checks that `needed` bytes for `what` are within the budget, in bytes.
 ///
 /// # Errors
 /// [`TransportError::Memory`] if not.

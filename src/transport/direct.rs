@@ -1,10 +1,10 @@
-//! Direct light: one number for each receiving point and light, at unit radiance or intensity.
+//! Direct light: one number for each receiver and light, at unit radiance or intensity.
 //!
-//! Receivers are sorted facet by facet into trees of small flat clusters; a chunk of one facet is
-//! the work of one thread. `panel` and `point_source` drop at every cluster the emitters and occluders that
-//! do not reach it. Where some error is allowed, a cluster is interpolated (`irradiance_patch`).
-//! Invariant: results depend on the points alone, not on threads, batches or settings. This module
-//! does not depend on colour.
+//! Receivers are sorted facet by facet into trees of small flat clusters; one thread works on a
+//! chunk of one facet. For every cluster, `panel` and `point_source` drop the emitters and
+//! occluders that do not reach it. Where an error is allowed, a cluster is interpolated
+//! (`irradiance_patch`). Invariant: results depend on the points alone, not on threads, batches or
+//! settings. This module does not depend on colour.
 
 #![allow(
     clippy::indexing_slicing,
@@ -42,16 +42,16 @@ use rayon::prelude::*;
 /// A light, prepared for direct illumination.
 #[derive(Clone, Debug)]
 pub enum PreparedLight {
-    /// Pieces (indices) that emit.
+    /// Indices of the emitting pieces.
     Panel(Vec<usize>),
-    /// A point source; of a projection the even light without its image.
+    /// A point source; for a projection, its uniform light without the image.
     Spot(Beam),
 }
 
-/// Marks that may be kept for a light: one for each of its pieces and each piece of the scene.
+/// Most culling marks kept for a light: one for each of its pieces and each piece of the scene.
 const MOST_MARKS: usize = 1 << 24;
 
-/// A light with the occluders that are culled for it.
+/// A light with the occluders culled for it.
 #[derive(Clone, Debug)]
 pub struct Shining<'a> {
     light: &'a PreparedLight,
@@ -66,27 +66,26 @@ impl<'a> Shining<'a> {
     }
 }
 
-/// The occluders that need no test for a light, as they are hidden from it by the fronts of their
-/// own solids.
+/// Occluders that need no test for a light, because their solids' own fronts hide them from it.
 #[derive(Clone, Debug)]
 pub struct CulledOccluders {
-    /// Pieces of the light, in order, that share their marks.
+    /// Number of consecutive pieces of the light that share their marks.
     together: usize,
-    /// [`Solids::hidden`](crate::surfaces::solid::Solids::hidden) from those.
+    /// [`Solids::hidden`](crate::surfaces::solid::Solids::hidden) from each such group.
     marks: Vec<Vec<bool>>,
 }
 
 impl CulledOccluders {
-    /// For each piece of the scene, whether it is culled for one of the light's pieces; a point
-    /// source is the first.
+    /// For each piece of the scene, true when it is culled for this piece of the light; a point
+    /// source is piece 0.
     pub fn from(&self, piece: usize) -> &[bool] {
         &self.marks[piece / self.together]
     }
 }
 
 impl PreparedLight {
-    /// Share of the light that haze leaves on its way to a point; of a panel about, from the middles of
-    /// its pieces.
+    /// Transmittance of the haze between the light and a point; for a panel an estimate from the
+    /// centres of its pieces.
     fn clearness(&self, surfaces: &Surfaces, point: Vec3) -> f64 {
         if surfaces.haze.is_none() {
             return 1.0;
@@ -100,7 +99,7 @@ impl PreparedLight {
                     let corners = &surfaces.pieces[piece].vertices;
                     let all = corners.iter().fold(Vec3::ZERO, |sum, v| sum + *v);
                     let middle = all / corners.len() as f64;
-                    // The nearer pieces send more.
+                    // Nearer pieces contribute more.
                     let near = 1.0 / (middle - point).dot(middle - point).max(1e-6);
                     sum += near * clear(middle);
                     weight += near;
@@ -148,16 +147,16 @@ impl PreparedLight {
     }
 }
 
-/// How many of a light's pieces share their marks.
+/// Number of a light's pieces that share their marks.
 fn together(pieces: usize, surfaces: &Surfaces) -> usize {
     let sets = (MOST_MARKS / surfaces.pieces.len().max(1)).max(1);
     pieces.div_ceil(sets).max(1)
 }
 
-/// Refuses a rig whose parts do not fit together or whose numbers are not finite.
+/// Checks that the parts of a rig are consistent and its numbers finite.
 ///
 /// # Errors
-/// [`TransportError::Scene`] that names the light or source.
+/// [`TransportError::Scene`], which names the light or source.
 pub fn check_rig(scene: &Scene, rig: &Rig) -> Result<(), TransportError> {
     for (i, light) in rig.lights.iter().enumerate() {
         let known =
@@ -185,8 +184,8 @@ pub fn check_rig(scene: &Scene, rig: &Rig) -> Result<(), TransportError> {
 /// Prepares the rig's lights.
 ///
 /// # Errors
-/// [`TransportError::Scene`] for a spot whose angles or aim are impossible, and for an image, which
-/// shines on nothing ([`crate::layered`] adds it to the picture).
+/// [`TransportError::Scene`] for a spot with impossible angles or aim, and for an image, which
+/// lights nothing ([`crate::layered`] adds it to the picture).
 pub fn luminaires(surfaces: &Surfaces, rig: &Rig) -> Result<Vec<PreparedLight>, TransportError> {
     rig.lights
         .iter()
@@ -217,14 +216,14 @@ fn bad_mount(light: usize) -> TransportError {
     TransportError::Scene(format!("light {light} {needs}"))
 }
 
-/// How exact direct light is to be.
+/// Precision of direct light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IrradiancePrecision {
-    /// How far reflectance times irradiance may be, at the samples, from what is interpolated
-    /// through them; 0 evaluates every receiver.
+    /// Allowed error of reflectance times interpolated irradiance, measured at the samples; 0
+    /// evaluates every receiver.
     pub allowed: f64,
-    /// How near a panel must be for its light to be averaged over a pixel instead of taken in its
-    /// middle, as a share of the distance at which these two begin to differ.
+    /// Distance within which a panel's light is averaged over a pixel instead of evaluated at its
+    /// centre, relative to the distance at which the two begin to differ.
     pub near: f64,
 }
 
@@ -236,13 +235,13 @@ impl IrradiancePrecision {
     };
 }
 
-/// Irradiance at every receiver (in the order they were given in) per unit radiance or peak
-/// intensity of one light. Given the fragments that the receivers are, a spot's is the mean over
-/// each fragment's outline, and a panel's where it is near ([`IrradiancePrecision::near`]); else that at the
+/// Irradiance at every receiver, in the given order, per unit radiance or peak intensity of one
+/// light. If the receivers are fragments, a spot's irradiance is the mean over each outline, and so
+/// is a panel's where it is near ([`IrradiancePrecision::near`]); otherwise the irradiance at the
 /// point.
 ///
 /// # Errors
-/// On cancel; [`TransportError::Memory`] where the occluders of a panel fill half of the memory.
+/// On cancel; [`TransportError::Memory`] when the occluders of a panel fill half of the memory.
 pub fn irradiance(
     setting: SceneGeometry<'_>,
     Shining { light, culled }: &Shining<'_>,

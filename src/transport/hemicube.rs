@@ -3,8 +3,8 @@
 //! Direct light is exact at every fragment of the picture; reflected light is the radiosity of mesh
 //! elements, gathered by hemicubes. Every light is solved once at unit strength: settings, colours
 //! and filters only scale it, so that G is linear by construction. Invariant: mesh, order of
-//! summation and length of iterations depend on setup and quality alone. Of the other
-//! renderer this module uses the light in haze and its shadows, and nothing else.
+//! summation and number of iterations depend on setup and quality alone. The only part of the other
+//! renderer that this module uses is light in haze and its shadows.
 
 #![allow(
     clippy::indexing_slicing,
@@ -51,20 +51,21 @@ use footlight_show::geometry::Vec3;
 use footlight_stage::Rig;
 use std::sync::Arc;
 
-/// Bytes that a fragment takes besides itself, about: its receiver and clusters, four gather
-/// weights.
+/// Approximate bytes that a fragment takes apart from its own: a receiver, its clusters, and four
+/// gather weights.
 const FRAGMENT_BYTES: usize = 180;
 
-/// Bytes of an element with its samples, about.
+/// Approximate bytes of an element with its samples.
 const ELEMENT_BYTES: usize = 512;
 
 /// A light at unit strength.
 struct Solution {
-    /// Irradiance at each fragment, the same in all channels.
+    /// Irradiance at each fragment, equal in all channels.
     direct: Vec<f32>,
     /// Reflected irradiance at each gather point, three channels interleaved.
     indirect: Vec<f32>,
-    /// Radiance that haze scatters to the eye in each pixel, the same in all channels; none without haze.
+    /// Radiance that haze scatters to the eye in each pixel, equal in all channels; empty without
+    /// haze.
     airlight: Vec<f32>,
 }
 
@@ -76,46 +77,46 @@ pub struct HemicubeRadiosity {
     surfaces: Surfaces,
     vertices: VertexBuffer,
     hierarchy: Hierarchy,
-    /// For shadows in haze.
+    /// Hierarchy for shadows in haze.
     bvh: Option<Bvh>,
     /// Nodes along a ray of sight in haze.
     nodes: usize,
     lights: Vec<PreparedLight>,
-    /// For each light its image, if it is a projection.
+    /// For each light its projector, if it is a projection.
     projectors: Vec<Option<Projector>>,
     mesh: Mesh,
-    /// Visibility seeds: points that are not inside a solid.
+    /// Visibility seeds: points outside all solids.
     seeds: Vec<Vec3>,
-    /// Of each element.
+    /// Reflectance of each element.
     reflectance: Vec<[f32; 3]>,
     rows: Rows,
     bounces: Bounces,
     gather_points: GatherPoints,
     fragments: Fragments,
-    /// Where the picture shows something round.
+    /// `None` when the picture shows no round surface.
     rounding: Option<Rounding>,
-    /// Of each fragment, where the scene has textures.
+    /// Reflectance of each fragment; empty when the scene has no textures.
     paints: Vec<[f32; 3]>,
-    /// For each fragment the gather points around it and their weights.
+    /// Gather points around each fragment, with their weights.
     gather_weights: Lists<(u32, f32)>,
-    /// For each element its share of the picture.
+    /// Share of the picture of each element.
     visible_shares: Vec<f64>,
-    /// Allowed error of interpolated direct light, as a share of its level in the picture.
+    /// Allowed error of interpolated direct light, relative to its level in the picture.
     tolerance: f64,
-    /// As `IrradiancePrecision::near`.
+    /// See `IrradiancePrecision::near`.
     near: f64,
     fragment_receivers: Receivers,
     element_receivers: Receivers,
-    /// Bytes, about.
+    /// Approximate bytes held.
     held: usize,
     solutions: Vec<Option<Solution>>,
 }
 
 impl HemicubeRadiosity {
-    /// Prepares it.
+    /// Prepares the operator.
     ///
     /// # Errors
-    /// [`TransportError`] for a setup that cannot be used, a budget too small, or on cancel.
+    /// [`TransportError`] for an unusable setup or too small a budget, and on cancel.
     pub fn new(
         setup: &Setup,
         step: HemicubeStep,
@@ -139,7 +140,7 @@ impl HemicubeRadiosity {
             "the hierarchy of triangles",
             bvh.as_ref().map_or(0, Bvh::bytes),
         )?;
-        // Bands of the picture are found apart and then copied together.
+        // Bands of the picture are computed separately and then copied together.
         let pixels = view.width.saturating_mul(view.height);
         let bands = pixels.saturating_mul(2 * size_of::<Fragment>());
         budget.check("the picture", bands)?;
@@ -242,7 +243,7 @@ impl UnitLights for HemicubeRadiosity {
     }
 }
 
-/// For each fragment its gather points with their interpolation weights.
+/// Gather points of each fragment with their interpolation weights.
 fn weights(
     gather_points: &Mesh,
     fragments: &Fragments,
@@ -271,7 +272,7 @@ fn weights(
     })
 }
 
-/// For each element its share of the picture.
+/// Share of the picture of each element.
 fn visible_shares(mesh: &Mesh, fragments: &Fragments) -> Vec<f64> {
     let mut shares = vec![0.0; mesh.elements.len()];
     let mut all = 0.0;
@@ -287,7 +288,7 @@ fn visible_shares(mesh: &Mesh, fragments: &Fragments) -> Vec<f64> {
     shares
 }
 
-/// The samples of all elements.
+/// Samples of all elements.
 fn samples(mesh: &Mesh) -> Vec<Receiver> {
     let mut receivers = Vec::new();
     for e in &mesh.elements {

@@ -1,9 +1,9 @@
-//! Banks given as images: pictures rendered elsewhere, added to what another operator renders.
+//! Banks given as images: images rendered elsewhere, added to those of another operator.
 //!
-//! An image is light as it arrives in the picture and does not depend on the stage: G is the sum of
-//! the images, each times its setting, and of the picture that the inner operator renders of the
-//! other lights. Invariant: the inner operator gets no image; where all lights are images it is not
-//! called, and the scale of quality has one step.
+//! An image is light that arrives in the picture and does not depend on the stage: G is the sum of
+//! the images, each times its setting, and of the inner operator's image of the other lights.
+//! Invariant: the inner operator receives no image; if all lights are images it is not called, and
+//! the quality scale has one step.
 
 #![allow(
     clippy::indexing_slicing,
@@ -22,36 +22,37 @@ use footlight_picture::combine::add_coloured;
 use footlight_show::units::Rgb;
 use footlight_stage::{Emitter, Light, Rig};
 
-/// Seconds to add one number of a picture to another.
+/// Seconds to add one number of an image to another.
 const SECONDS_PER_NUMBER: f64 = 1.5e-9;
 
-/// The same in units of the inner operator's cost, taken as 0.1 s each. Where its unit is longer
-/// the share of images is small anyway.
+/// This cost in units of the inner operator, assumed to be 0.1 s. Where its unit is longer the
+/// share of images is small anyway.
 const UNITS_PER_NUMBER: f64 = 1.5e-8;
 
 /// Images on top of another operator, or alone.
 #[derive(Clone, Copy)]
 pub struct Layered<'t> {
-    /// For the lights that are not images; `None` when all are.
+    /// Renders the lights that are not images; `None` when all are.
     inner: Option<&'t dyn Transport>,
 }
 
 impl<'t> Layered<'t> {
-    /// What `rig` needs: `inner` unless every light in use is an image.
+    /// The operator for `rig`, with `inner` unless every light in use is an image.
     pub fn new(rig: &Rig, inner: &'t dyn Transport) -> Layered<'t> {
         let inner = (!only_images(rig)).then_some(inner);
         Layered { inner }
     }
 }
 
-/// Of each source whether it is made of images alone, which are as good as any.
+/// For each source, true when it consists of images alone, whose quality does not depend on a
+/// renderer.
 pub fn images_alone(rig: &Rig) -> impl Iterator<Item = bool> + '_ {
     let is_image = |e: &Emitter| matches!(rig.lights.get(e.light), Some(Light::Image(_)));
     let sources = rig.sources.iter();
     sources.map(move |s| s.emitters.iter().all(is_image))
 }
 
-/// True when every light that shines is an image, and there is one.
+/// True when at least one light is in use and all of them are images.
 pub fn only_images(rig: &Rig) -> bool {
     let has_emitters = rig.sources.iter().any(|s| !s.emitters.is_empty());
     has_emitters && images_alone(rig).all(|alone| alone)
@@ -111,7 +112,7 @@ impl Transport for Layered<'_> {
         }
     }
 
-    /// The inner operator's; seconds without one.
+    /// Scale of the inner operator; seconds without one.
     fn cost_scale(&self, clock: &dyn Fn() -> f64, work: Work<'_>) -> Result<f64, TransportError> {
         self.inner
             .map_or(Ok(1.0), |inner| inner.cost_scale(clock, work))
@@ -144,18 +145,18 @@ impl Transport for Layered<'_> {
         let numbers = (view.width * view.height * 3 * parts.images.len()) as f64;
         Cost {
             per_image: inner.per_image + numbers * each,
-            // Of the images a source has its share.
+            // A source has its share of the images.
             per_lone: inner.per_lone + numbers * each / rig.sources.len().max(1) as f64,
             ..inner
         }
     }
 }
 
-/// A setup in two: the images, and the rest with the same sources.
+/// A setup split into its images and the rest, with the same sources.
 struct SplitSetup {
     rest: Setup,
     images: Vec<Arc<Image>>,
-    /// For each source: which images it has, and through which colour.
+    /// For each source its images, with their colours.
     own: Vec<Vec<(usize, Rgb)>>,
 }
 
@@ -167,7 +168,7 @@ impl SplitSetup {
             sources: rig.sources.clone(),
         };
         let (mut images, mut all_own) = (Vec::new(), Vec::with_capacity(rig.sources.len()));
-        // Where each light has gone: to the images or to the rest.
+        // Index of each light among the images or the rest.
         let mut places = Vec::with_capacity(rig.lights.len());
         for light in &rig.lights {
             if let Light::Image(image) = light {
@@ -208,7 +209,7 @@ impl SplitSetup {
         })
     }
 
-    /// How strong each image is in each channel under a setting.
+    /// Strength of each image in each channel under a setting.
     fn strengths(&self, setting: &[f64]) -> Vec<[f64; 3]> {
         let mut out = vec![[0.0; 3]; self.images.len()];
         for (own, s) in self.own.iter().zip(setting) {
@@ -220,7 +221,7 @@ impl SplitSetup {
         out
     }
 
-    /// The same setting with nothing in the coordinates that only images have.
+    /// The setting with zeros for sources that consist of images alone.
     fn rest_of(&self, setting: &[f64]) -> Vec<f64> {
         let sources = self.rest.rig.sources.iter().zip(setting);
         sources
@@ -229,7 +230,7 @@ impl SplitSetup {
     }
 }
 
-/// G as a sum of images and, perhaps, of another operator's picture.
+/// G as a sum of images and, if there are other lights, of another operator's image.
 struct Sum {
     inner: Option<Box<dyn Prepared>>,
     size: (usize, usize),
@@ -237,7 +238,7 @@ struct Sum {
 }
 
 impl Sum {
-    /// Pictures of the lights that are not images; black, without a call, where they are out.
+    /// Images of the lights that are not images; black, without a call, when those are off.
     fn render_inner(
         &mut self,
         settings: &[Vec<f64>],
@@ -289,7 +290,7 @@ impl Prepared for Sum {
     }
 }
 
-/// An operator whose pictures are looked at before they are used.
+/// An operator with its images checked before use.
 struct Checked {
     inner: Box<dyn Prepared>,
     view: (usize, usize),
@@ -332,7 +333,7 @@ mod tests {
     use footlight_show::geometry::vec3;
     use footlight_stage::{Emitter, Scene, Source};
 
-    /// Paints the coordinates of the setting into the picture, and remembers what it was asked.
+    /// Paints the coordinates of the setting into the image, and records the request.
     struct Painter;
 
     struct Painted(usize);
@@ -465,7 +466,7 @@ mod tests {
         assert!(cost.prepare == 1.0 && cost.per_source == 2.0 && cost.per_image > 3.0);
     }
 
-    /// Gives one picture, whatever it is asked for.
+    /// Returns one image for any request.
     struct One(Image);
 
     impl Prepared for One {

@@ -4,26 +4,28 @@
 //! Transport --prepare(Setup, Quality)--> Prepared --render(settings)--> images
 //! ```
 //!
-//! - A [`Transport`] prepares a [`Setup`] (scene, rig and view) once. The [`Prepared`] operator then
-//!   renders any settings, of either sign. [`Cost`] predicts the time.
+//! - A [`Transport`] prepares a [`Setup`] (scene, rig and view) once. The [`Prepared`] operator
+//!   then renders any settings, of either sign. [`Cost`] predicts the time.
 //! - [`radiosity`] chooses one of the project's two renderers for a scene: [`hemicube`] (radiosity
 //!   with exact direct light) or `gather` (final gathering by ray tracing, for many polygons). Both
-//!   stand on [`surfaces`] (scene and view) and [`direct`] (direct light), and neither knows the other.
-//! - [`layered`] adds banks that are given as images to what another operator renders.
-//! - [`outside`] starts a program as the renderer.
-//! - [`contract`] checks what every operator must check.
+//!   are based on [`surfaces`] (scene and view) and [`direct`] (direct light), and are independent
+//!   of each other.
+//! - [`layered`] adds banks given as images to the images of another operator.
+//! - [`outside`] runs an external program as the renderer.
+//! - [`contract`] holds the checks that every operator must make.
 //!
 //! Invariants:
 //!
-//! - At one quality G is one linear operator: mesh, order of summation and number of iterations depend
-//!   on setup and quality, never on settings.
-//! - Results are equal to the bit for any number of threads and in any company of other settings.
-//! - [`Transport::results_version`] changes whenever an image could. For the project's own renderers
-//!   `build.rs` makes it of the sources.
-//! - No operator takes more memory than [`Work`] allows; it returns [`TransportError::Memory`] instead.
+//! - At one quality G is one linear operator: mesh, order of summation and number of iterations
+//!   depend on setup and quality, never on settings.
+//! - Results are bitwise independent of the number of threads and of the other settings in a call.
+//! - [`Transport::results_version`] changes whenever an image could. For the project's own
+//!   renderers `build.rs` derives it from the sources.
+//! - No operator takes more memory than [`Work`] allows; it returns [`TransportError::Memory`]
+//!   instead.
 //!
-//! This crate does not know shows, cues, files of results or the store of images. It knows a light by
-//! its index in the rig.
+//! This crate does not depend on shows, cues, result files or the image store. It identifies a
+//! light by its index in the rig.
 
 pub mod contract;
 pub mod direct;
@@ -46,53 +48,53 @@ use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
 use footlight_show::hash::{GOLDEN, mix};
 
-/// A step on an operator's one ordered scale of quality; 1 is the cheapest.
+/// A step on an operator's quality scale; 1 is the cheapest.
 #[derive(
     Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize,
 )]
 pub struct Quality(pub u8);
 
-/// Predicted cost: `prepare` once, `per_source` for each source that is lit for the first time,
-/// `per_image` for each picture of all sources, `per_lone` for one of a source alone. In units of
-/// the operator's own; [`Transport::cost_scale`] returns the seconds of one.
+/// Predicted cost: `prepare` once, `per_source` for each newly lit source, `per_image` for each
+/// image of all sources, and `per_lone` for each image of one source. Units are the operator's own;
+/// [`Transport::cost_scale`] returns the seconds per unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Cost {
     /// Meshing, visibility, form factors.
     pub prepare: f64,
     /// Direct light and radiosity of one newly lit source.
     pub per_source: f64,
-    /// Composing one picture of all sources.
+    /// Composition of one image of all sources.
     pub per_image: f64,
-    /// Composing one picture of a source alone.
+    /// Composition of one image of one source.
     pub per_lone: f64,
 }
 
 impl Cost {
-    /// Of so many sources, each lit alone, from nothing prepared.
+    /// Cost of `sources` sources, each lit alone, including preparation.
     pub fn alone(self, sources: f64) -> f64 {
         self.prepare + sources * (self.per_source + self.per_lone)
     }
 }
 
-/// A warning about an operator's pictures.
+/// A warning about an operator's images.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum TransportWarning {
-    /// They are not linear in the light, or noisy without the operator saying so
-    /// ([`Transport::samples`]): previews made of them err by as much.
+    /// Images are not linear in the light, or are noisy although the operator does not declare it
+    /// ([`Transport::samples`]); previews have errors of this size.
     NotLinear {
-        /// How far the sum of two pictures is off the picture of the sum, relative.
+        /// Relative difference between the sum of two images and the image of the sum.
         sum: f64,
-        /// How far twice a picture is off the picture of twice the light, relative.
+        /// Relative difference between twice an image and the image of twice the light.
         double: f64,
     },
-    /// None of them has any light.
+    /// No image has any light.
     Black {
-        /// How many.
+        /// Number of images.
         pictures: usize,
     },
-    /// Some have negative light and no positive one.
+    /// Some images have negative light and no positive light.
     Negative {
-        /// How many.
+        /// Number of such images.
         pictures: usize,
     },
 }
@@ -128,22 +130,22 @@ impl std::fmt::Display for TransportWarning {
     }
 }
 
-/// What a step of quality sets on a scene.
+/// A parameter that a quality step sets for a scene.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QualityParameter {
-    /// What is set.
+    /// Name of the parameter.
     pub name: &'static str,
-    /// To what; 0 for what the step does without.
+    /// Its value; 0 for a feature that the step does not use.
     pub amount: f64,
 }
 
-/// Why an operator could not prepare or render.
+/// Reason for which an operator could not prepare or render.
 #[derive(Debug, thiserror::Error)]
 pub enum TransportError {
-    /// The embedding program asked to stop.
+    /// The embedding program cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-    /// It would need more memory than the budget allows.
+    /// More memory is needed than the budget allows.
     #[error(
         "{what}: {} MB are needed and {} MB are left of the memory allowed; allow at least {} MB more \
          with `--memory MB`, or make less of it: a smaller `size` of the view, a simpler stage, fewer \
@@ -153,7 +155,7 @@ pub enum TransportError {
         needed.saturating_sub(*budget).div_ceil(1 << 20)
     )]
     Memory {
-        /// What is too large.
+        /// The data that is too large.
         what: &'static str,
         /// Bytes needed.
         needed: usize,
@@ -163,26 +165,26 @@ pub enum TransportError {
     /// The quality is not on the operator's scale.
     #[error("quality {0} is not on the scale 1 to {1}")]
     Quality(u8, u8),
-    /// A setting has the wrong number of coordinates, or one that is not finite.
+    /// A setting has the wrong number of coordinates, or a coordinate that is not finite.
     #[error("a setting must have {expected} finite coordinates")]
     Setting {
         /// Number of sources of the rig.
         expected: usize,
     },
-    /// An operator gave too few pictures, too many, or some of another size than the view's.
+    /// An operator returned the wrong number of images, or one of another size than the view's.
     #[error(
         "the renderer gave {} for {settings} settings of a view of {}x{}: one of that size is due for \
          each", gave(.found), view.0, view.1
     )]
     Pictures {
-        /// Width and height of each picture that it gave.
+        /// Width and height of each returned image.
         found: Vec<(usize, usize)>,
-        /// How many it was asked for.
+        /// Number of requested images.
         settings: usize,
         /// Width and height of the view.
         view: (usize, usize),
     },
-    /// An outside renderer gave no picture.
+    /// An external renderer returned no image.
     #[error(transparent)]
     Outside(#[from] outside::OutsideError),
     /// The scene, rig or view cannot be used.
@@ -190,7 +192,7 @@ pub enum TransportError {
     Scene(String),
 }
 
-/// A light-transport operator, before it has a scene. An embedding program may give its own.
+/// A light-transport operator, before it has a scene. An embedding program may supply its own.
 ///
 /// ```
 /// use footlight_host::work::Work;
@@ -240,24 +242,24 @@ pub trait Transport: Send + Sync {
     /// A short name for reports.
     fn name(&self) -> &str;
 
-    /// Name and version of its pictures, another one whenever they change; `None` where pictures
-    /// of one session must not be taken for those of another.
+    /// Name and version of the operator's images, which must change whenever they do; `None` if
+    /// images of one session must not be reused in another.
     ///
-    /// An operator that names its results promises that a picture depends on scene, view, quality
-    /// and the lights that are lit alone, by their strength in each channel, and that channels do
-    /// not mix: pictures are then kept on disk, found again after edits, and added up.
+    /// An operator that returns a version promises that an image depends only on scene, view,
+    /// quality and the strength of each lit light in each channel, and that channels do not mix.
+    /// Images are then stored on disk, reused after edits, and added up.
     fn results_version(&self) -> Option<String> {
         None
     }
 
-    /// The finest step of its scale, which starts at 1.
+    /// The finest step of the quality scale, which starts at 1.
     fn finest(&self) -> Quality;
 
-    /// All that does not depend on settings: meshing, visibility, form factors.
+    /// Computes everything that does not depend on settings: meshing, visibility, form factors.
     ///
     /// # Errors
-    /// [`TransportError`] when the quality is off the scale, the setup unusable, the memory budget
-    /// too small, or on cancel.
+    /// [`TransportError`] for a quality off the scale, an unusable setup, or too small a memory
+    /// budget, and on cancel.
     fn prepare(
         &self,
         setup: &Setup,
@@ -265,15 +267,15 @@ pub trait Transport: Send + Sync {
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError>;
 
-    /// What the user should be warned of, as far as it has been measured.
+    /// Warnings for the user, from measurements so far.
     fn warnings(&self) -> Vec<TransportWarning> {
         Vec::new()
     }
 
-    /// What a step of quality sets for this setup; empty where the operator does not know.
+    /// Parameters of a quality step for this setup; empty when unknown.
     ///
     /// # Errors
-    /// [`TransportError`] for a quality or setup that cannot be used.
+    /// [`TransportError`] for an unusable quality or setup.
     fn quality_parameters(
         &self,
         _setup: &Setup,
@@ -282,31 +284,30 @@ pub trait Transport: Send + Sync {
         Ok(Vec::new())
     }
 
-    /// How many seconds a unit of [`Transport::cost`] takes on this machine now, found by a short
-    /// task of known cost where that is needed. `clock` returns seconds.
+    /// Seconds per unit of [`Transport::cost`] on this machine, measured by a short task of known
+    /// cost where necessary. `clock` returns seconds.
     ///
     /// # Errors
-    /// [`TransportError`] when that task fails, and on cancel.
+    /// Errors of that task; on cancel.
     fn cost_scale(&self, _clock: &dyn Fn() -> f64, _work: Work<'_>) -> Result<f64, TransportError> {
         Ok(1.0)
     }
 
-    /// Bytes that preparing this setup takes at least, whatever the quality, as far as that is known
-    /// without work.
+    /// Known lower bound, without computation, of the bytes to prepare this setup at any quality.
     fn least_bytes(&self, _setup: &Setup) -> usize {
         0
     }
 
-    /// What pictures of this setup at this quality are usually off by, relative to their light. It falls
-    /// with the quality. Once a picture is measured by [`Transport::estimator`], only the ratios between
-    /// steps count. `None` where the operator does not know; errors are then estimated from two steps.
+    /// Usual error of images of this setup at this quality, relative to their light. It falls with
+    /// the quality. Once an image is measured by [`Transport::estimator`], only the ratios between
+    /// steps are used. `None` when unknown; errors are then estimated from two steps.
     fn usual_error(&self, _: &Setup, _: Quality) -> Option<f64> {
         None
     }
 
-    /// Samples a pixel at a step, in a unit of the operator's own, where its pictures are right in the
-    /// mean and noisy, each by chance of its own: the variance falls as these grow. `None` where
-    /// pictures have no noise, or nothing is known of it.
+    /// Samples per pixel at a step, in the operator's own unit, if its images are unbiased with
+    /// independent noise: the variance falls as this number grows. `None` if images have no noise
+    /// or nothing is known about it.
     fn samples(&self, _quality: Quality) -> Option<f64> {
         None
     }
@@ -314,16 +315,16 @@ pub trait Transport: Send + Sync {
     /// Predicted cost for this setup and quality, in units of [`Transport::cost_scale`].
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost;
 
-    /// True where [`Transport::estimator`] can measure pictures of a setup.
+    /// True when [`Transport::estimator`] can measure images of a setup.
     fn is_measurable(&self, _: &Setup) -> bool {
         false
     }
 
-    /// What estimates pixels of a setup independently of pictures, to measure their error; `None`
-    /// where the operator has nothing of the kind.
+    /// An independent estimator of pixels of a setup, to measure the error of images; `None` if the
+    /// operator has none.
     ///
     /// # Errors
-    /// [`TransportError`] for a setup that cannot be used, a budget too small, or on cancel.
+    /// [`TransportError`] for an unusable setup or too small a budget, and on cancel.
     fn estimator(
         &self,
         _setup: &Setup,
@@ -335,10 +336,10 @@ pub trait Transport: Send + Sync {
 
 /// Unbiased estimates of single pixels.
 pub trait PixelEstimator: Send + Sync {
-    /// Two independent estimates of each pixel's radiance (three channels, units as
-    /// [`Prepared::render`]) under a setting, each the mean over the paths of these numbers. A pixel is
-    /// its index, row by row from the top. One that shows a part of a light is not a number: how much
-    /// of it there is would decide.
+    /// Two independent estimates of each pixel's radiance (three channels, units as in
+    /// [`Prepared::render`]) under a setting, each the mean over the given paths. A pixel is its
+    /// index, row by row from the top. A pixel that shows part of a light returns NaN, since the
+    /// visible share of the light would dominate the estimate.
     ///
     /// # Errors
     /// On cancel.
@@ -353,27 +354,27 @@ pub trait PixelEstimator: Send + Sync {
 
 /// G for one setup and quality.
 pub trait Prepared: Send {
-    /// One picture for each of the `settings`, in their order, each of the size of the view; a setting
-    /// has one finite number (of any sign) for every source of the rig. A pixel is the radiance that
-    /// comes from there, linear and not exposed: cd/m2 where the lights are in candela or lumens (a
-    /// matt surface sends reflectance / pi times its illuminance). The picture of a sum of settings
-    /// must be the sum of their pictures, as previews are made so. Work that settings share is done
-    /// once and kept for later calls.
+    /// Renders one image of the view's size for each of the `settings`, in order; a setting has one
+    /// finite number (of either sign) for every source of the rig. A pixel is the radiance seen
+    /// there, linear and not exposed: cd/m2 if the lights are in candela or lumens (a matt surface
+    /// sends reflectance / pi times its illuminance). The image of a sum of settings must be the
+    /// sum of their images, since previews are computed that way. Work shared between settings is
+    /// done once and kept for later calls.
     ///
-    /// A loop that takes longer than a tenth of a second calls [`Work::check`], which says when to
-    /// stop, and may tell how far it is by `work.progress`; the engine itself tells no more than
-    /// "refined pictures", "banks" and "key images".
+    /// A loop longer than a tenth of a second must call [`Work::check`], which reports when to
+    /// stop, and may report progress by `work.progress`; the engine itself reports only "refined
+    /// pictures", "banks" and "key images".
     ///
     /// # Errors
-    /// [`TransportError`] for a wrong setting, a budget too small, or on cancel. The engine refuses
-    /// pictures of another number or size by [`TransportError::Pictures`].
+    /// [`TransportError`] for an invalid setting or too small a budget, and on cancel. The engine
+    /// rejects a wrong number or size of images with [`TransportError::Pictures`].
     fn render(
         &mut self,
         settings: &[Vec<f64>],
         work: Work<'_>,
     ) -> Result<Vec<Image>, TransportError>;
 
-    /// Bytes that it holds between calls, about; 0 where it does not count them.
+    /// Approximate bytes held between calls; 0 if they are not counted.
     fn bytes(&self) -> usize {
         0
     }
@@ -385,8 +386,7 @@ fn gave(found: &[(usize, usize)]) -> String {
     format!("{} pictures ({})", found.len(), sizes.join(", "))
 }
 
-/// What an operator with chance draws its numbers from for a setting at a quality: the same whenever the
-/// same image is asked for.
+/// Random seed of a stochastic operator for a setting at a quality: equal for equal requests.
 pub fn seed(setting: &[f64], quality: Quality) -> u32 {
     let bits = setting.iter().map(|value| value.to_bits());
     let mixed = bits.fold(u64::from(quality.0), |seed, bits| {

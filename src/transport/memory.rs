@@ -1,18 +1,18 @@
-//! The memory budget of an operator, of which each part of it takes its share.
+//! The memory budget of an operator, shared among its parts.
 
 use crate::TransportError;
 use crate::contract::check_memory;
 use footlight_host::work::Work;
 
-/// A memory budget and what is held of it.
+/// A memory budget and the bytes held of it.
 pub struct MemoryBudget {
     budget: usize,
-    /// Bytes so far.
+    /// Bytes held.
     pub held: usize,
 }
 
 impl MemoryBudget {
-    /// The whole budget of a task, nothing held yet.
+    /// The whole budget of a task, with nothing held yet.
     pub fn new(work: Work<'_>) -> MemoryBudget {
         MemoryBudget {
             budget: work.memory,
@@ -20,7 +20,7 @@ impl MemoryBudget {
         }
     }
 
-    /// The task with one of `parts` equal parts of what is left.
+    /// The task with one of `parts` equal parts of the remaining budget.
     pub fn share<'a>(&self, parts: usize, work: Work<'a>) -> Work<'a> {
         let free = self.budget.saturating_sub(self.held);
         Work {
@@ -29,7 +29,7 @@ impl MemoryBudget {
         }
     }
 
-    /// Checks that so many bytes are left.
+    /// Checks that `bytes` are left.
     ///
     /// # Errors
     /// [`TransportError::Memory`] if not.
@@ -37,10 +37,10 @@ impl MemoryBudget {
         check_memory(what, self.held.saturating_add(bytes), self.budget)
     }
 
-    /// Holds so much more.
+    /// Holds `bytes` more.
     ///
     /// # Errors
-    /// [`TransportError::Memory`] if that is not left; nothing is held then.
+    /// [`TransportError::Memory`] if they are not left; nothing is held then.
     pub fn take(&mut self, what: &'static str, bytes: usize) -> Result<(), TransportError> {
         self.check(what, bytes)?;
         self.held += bytes;

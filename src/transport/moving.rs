@@ -1,10 +1,10 @@
-//! Direct light of moving heads, exact at every moment, without rays when they move.
+//! Exact direct light of moving heads at every moment, without tracing rays as they move.
 //!
-//! A head turns about a fixed point, so what that point sees does not depend on where the head points.
-//! Each pixel is split by facet into places; each place keeps, for each head, the irradiance of one
-//! candela from there, shadows included. A frame multiplies that by the intensity that the head throws
-//! towards the place. Squares of pixels that a beam misses are left out as a whole. Light in the haze
-//! is integrated for each frame. The distance between a real head's axes and its lens is left out.
+//! A head turns about a fixed point, whose visibility does not depend on the head's direction. Each
+//! pixel is split by facet into places; each place stores, for each head, the irradiance of one
+//! candela from there, shadows included. A frame multiplies that by the head's intensity towards
+//! the place. Tiles of pixels that a beam misses are skipped. Light in haze is integrated for each
+//! frame. The distance between a real head's axes and its lens is ignored.
 
 #![allow(
     clippy::indexing_slicing,
@@ -31,50 +31,50 @@ use footlight_stage::Light;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Samples of a pixel, where it and its neighbours show one facet and all heads light it alike, and else.
-/// The few stand near the corners: they miss no edge, and the mean of their places is the middle.
+/// Samples of a pixel for which it and its neighbours show one facet that all heads light alike,
+/// and of any other pixel. The few samples lie near the corners, so they miss no edge, and the mean
+/// of their places is the centre.
 const FEW: usize = 4;
 const MANY: usize = 64;
-/// Width of a place seen from a head, as a share of the head's narrowest field: light changes little
-/// within it. Where a pixel is wider, it is split.
+/// Greatest width of a place seen from a head, relative to the head's narrowest field, within which
+/// its light is nearly constant. Wider pixels are split.
 const EVEN: f64 = 0.12;
-/// Parts of a pixel on one facet, at most.
+/// Most parts of a pixel on one facet.
 const MOST_PARTS: usize = 8;
-/// Side of the squares of pixels that are left out together.
+/// Side of the tiles of pixels that are skipped together.
 const TILE: usize = 8;
-/// Nodes along a ray of sight in haze, as at step 1: a frame must be fast.
+/// Nodes along a ray of sight in haze, as at quality step 1: a frame must be fast.
 const NODES: usize = 8;
 const SEED: u32 = 0x4ead;
 
-/// A head at a moment: its number among the positions, its light in its pose, and the strength of each
-/// channel.
+/// A head at a moment: its position's index, its light in its pose, and its strength.
 #[derive(Clone, Debug)]
 pub struct HeadLight {
-    /// Number of its position.
+    /// Index of its position.
     pub head: usize,
     /// The light as a fixed one.
     pub light: Light,
-    /// What its light is multiplied by.
+    /// Factor on its light in each channel.
     pub strength: [f64; 3],
 }
 
-/// Where a head hangs, and its narrowest field angle, radians.
+/// Position of a head, with its narrowest field angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Hung {
     /// Metres.
     pub position: Vec3,
-    /// Radians.
+    /// Narrowest field angle, radians.
     pub field: f64,
 }
 
-/// How a facet is seen.
+/// The part of a facet's reflection.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Look {
-    /// Its matt part, or all of it.
+    /// The matt part, or everything.
     Matt,
-    /// The lights in its gloss.
+    /// The highlights of lights.
     Gloss,
-    /// In a glossy facet.
+    /// Seen in this glossy facet.
     Mirrored(u32),
 }
 
@@ -102,17 +102,17 @@ struct Seen {
     facet: u32,
     look: Look,
     point: Vec3,
-    /// Metres of the way from the eye.
+    /// Path length from the eye, metres.
     length: f64,
-    /// Less than 1 where light passes.
+    /// Opacity, less than 1 for translucent surfaces.
     share: f64,
     /// Irradiance of one candela from each head.
     lit: Vec<f64>,
-    /// Bit by bit, which heads light it.
+    /// The heads that light it, one bit each.
     by: u64,
 }
 
-/// How far the samples of a facet are apart.
+/// Extent of the samples of a facet.
 fn extent(seen: &[Seen]) -> Vec3 {
     let Some(first) = seen.first() else {
         return Vec3::ZERO;
@@ -122,7 +122,8 @@ fn extent(seen: &[Seen]) -> Vec3 {
         .unwrap_or(Vec3::ZERO)
 }
 
-/// Parts of the samples of a facet within each of which the light of each head changes little.
+/// Number of parts into which the samples of a facet are split, so that the light of each head is
+/// nearly constant in each.
 fn parts(seen: &[Seen], heads: &[Hung]) -> usize {
     let width = extent(seen).length();
     let of = |(number, head): (usize, &Hung)| {
@@ -134,7 +135,7 @@ fn parts(seen: &[Seen], heads: &[Hung]) -> usize {
     most.clamp(1, MOST_PARTS.min(seen.len().max(1)))
 }
 
-/// Sorts samples along the longer side of what they show.
+/// Sorts samples along the longer side of their extent.
 fn sort_along(seen: &mut [Seen], parts: usize) {
     if parts > 1 {
         let way = extent(seen);
@@ -152,7 +153,7 @@ struct Tile {
     radius: f64,
 }
 
-/// The places of a view, with the light that each head can throw on them.
+/// Places of a view, with the light of each head on them.
 pub struct MovingLights {
     camera: Camera,
     size: [usize; 2],
@@ -174,10 +175,10 @@ impl std::fmt::Debug for MovingLights {
 }
 
 impl MovingLights {
-    /// Finds what each of the heads can light.
+    /// Computes the places that each head can light.
     ///
     /// # Errors
-    /// [`TransportError`] for a view or scene that cannot be used, a budget too small, or on cancel.
+    /// [`TransportError`] for an unusable view or scene or too small a budget, and on cancel.
     pub fn new(
         setup: &Setup,
         heads: &[Hung],
@@ -215,7 +216,7 @@ impl MovingLights {
         })
     }
 
-    /// Bytes, about.
+    /// Approximate bytes held.
     pub fn bytes(&self) -> usize {
         let of = |tile: &Tile| {
             size_of::<Tile>()
@@ -232,7 +233,7 @@ impl MovingLights {
         }
     }
 
-    /// The facet in the middle of each pixel.
+    /// Facet at the centre of each pixel.
     fn middles(&self) -> Vec<u32> {
         let [width, height] = self.size;
         let middle = |pixel: usize| {
@@ -268,7 +269,7 @@ impl MovingLights {
         tile
     }
 
-    /// What a pixel shows at `count` places.
+    /// Samples of a pixel at `count` places.
     fn samples(&self, [x, y]: [usize; 2], count: usize, heads: &[Hung]) -> Vec<Seen> {
         let scene = self.scene();
         let seed = hash((y * self.size[0] + x) as u32) ^ SEED;
@@ -287,7 +288,7 @@ impl MovingLights {
         seen
     }
 
-    /// Adds what a ray shows of a facet: its matt part and its gloss by themselves.
+    /// Adds a facet seen by a ray: its matt part and its highlights separately.
     fn add_view(&self, view: View, heads: &[Hung], seen: &mut Vec<Seen>) {
         let View {
             place,
@@ -336,7 +337,7 @@ impl MovingLights {
         );
     }
 
-    /// What a place reflects of each channel.
+    /// Reflectance of a place in each channel.
     fn reflectance(&self, look: Look, facet: u32, point: Vec3, share: f64) -> [f64; 3] {
         let own = &self.surfaces.facets[facet as usize];
         let (surfaces, eye) = (&self.surfaces, self.camera.origin);
@@ -353,7 +354,7 @@ impl MovingLights {
         }
     }
 
-    /// Adds the places of a pixel, from `count` samples or more.
+    /// Adds the places of a pixel, from at least `count` samples.
     fn add_pixel(&self, [x, y]: [usize; 2], count: usize, heads: &[Hung], tile: &mut Tile) {
         let pixel = y * self.size[0] + x;
         let mut seen = self.samples([x, y], count, heads);
@@ -414,7 +415,7 @@ impl MovingLights {
         passed * cosine / (square * square.sqrt())
     }
 
-    /// Adds the direct light of heads to an image, and their light in the haze.
+    /// Adds the direct light of heads, and their light in haze, to an image.
     ///
     /// # Errors
     /// On cancel.

@@ -1,11 +1,11 @@
-//! An outside renderer: any program that turns a file of settings into an OpenEXR picture.
+//! An external renderer: any program that turns a file of settings into an OpenEXR image.
 //!
-//! The program comes from the command line or the embedding program, never from a show. For each
-//! picture it is started once, with a JSON file of what to render and the path at
-//! which to leave the picture; nothing is shared between pictures. Time, exit code, size and finite
-//! numbers are checked, and before the first picture its linearity is measured, because the plan
-//! uses sums of its pictures as pictures of sums. A setting with negative numbers takes two runs:
-//! the picture of its negative part is subtracted from that of its positive part.
+//! The program comes from the command line or the embedding program, never from a show. It is
+//! started once for each image, with a JSON file that describes the request and the path for the
+//! result; images share nothing. Time, exit code, size and finite numbers are checked. Linearity is
+//! measured before the first image, because the plan uses sums of images as images of sums. A
+//! setting with negative numbers takes two runs: the image of its negative part is subtracted from
+//! that of its positive part.
 
 mod scene;
 
@@ -24,21 +24,21 @@ use footlight_picture::{Image, PictureError};
 use footlight_show::geometry::Vec3;
 use footlight_show::geometry::View;
 
-/// What stands for the path of the settings in the command.
+/// Placeholder in the command for the path of the settings.
 const SETTINGS: &str = "{settings}";
-/// What stands for the path of the picture in the command.
+/// Placeholder for the path of the image.
 pub const OUTPUT: &str = "{output}";
 
-/// What stands for the path of the scene in the command; the numbers lie beside it in `scene.bin`.
+/// Placeholder for the path of the scene; its numbers are in `scene.bin` in the same directory.
 pub const SCENE: &str = "{scene}";
-/// What stands for the path of a script that comes with the program.
+/// Placeholder for the path of a bundled script.
 const SCRIPT: &str = "{script}";
 
-/// A renderer that is called by its name, through a script of Python that comes with the program.
+/// A renderer that is called by name, through a bundled Python script.
 struct Known {
     name: &'static str,
     program: &'static str,
-    /// What stands before the paths of scene, settings and picture.
+    /// Arguments before the paths of scene, settings and image.
     arguments: &'static [&'static str],
     script: &'static str,
 }
@@ -67,77 +67,77 @@ const KNOWN: [Known; 2] = [
     },
 ];
 
-/// Steps of quality of a known renderer.
+/// Quality steps of a known renderer.
 const KNOWN_STEPS: u8 = 4;
 
-/// Relative deviation from linearity beyond which the user is warned. Pictures in half precision
-/// deviate by up to 5e-4 by their rounding alone.
+/// Relative deviation from linearity above which the user is warned. Rounding alone causes up to
+/// 5e-4 in half-precision images.
 const TOLERATED: f64 = 2e-3;
 
-/// A mean that is off by so many standard errors is no work of chance, also where a few bright samples
-/// make the noise.
+/// Number of standard errors by which a mean must differ to exclude chance, even if a few bright
+/// samples dominate the noise.
 const SIGNIFICANT: f64 = 6.0;
 
-/// Bytes beyond its pixels that an OpenEXR file of the right size may have.
+/// Most bytes of an OpenEXR file apart from its pixels.
 const HEADER: u64 = 1 << 20;
 
-/// Why an outside renderer gave no picture.
+/// Reason for which an external renderer returned no image.
 #[derive(Debug, thiserror::Error)]
 pub enum OutsideError {
     /// The command cannot be split into words.
     #[error("the renderer's command cannot be read: {0}")]
     Command(#[from] SplitError),
-    /// The command does not say where a path belongs.
+    /// The command lacks the placeholder of a path.
     #[error(
         "the renderer's command has no `{0}`: write it where that path belongs, as in \
          `python3 render.py {SETTINGS} {OUTPUT}`"
     )]
     Mark(&'static str),
-    /// The program did not run to a good end.
+    /// The program failed.
     #[error("the renderer failed: {0}")]
     Process(ProcessError),
-    /// What it left is no picture.
+    /// Its output is not an image.
     #[error("the renderer's picture cannot be used: {0}")]
     Picture(#[from] PictureError),
-    /// Its picture has another size.
+    /// Its image has the wrong size.
     #[error(
         "the renderer's picture has {}x{} pixels, the view has {}x{}",
         found.0, found.1, wanted.0, wanted.1
     )]
     Size {
-        /// Width and height of its picture.
+        /// Width and height of its image.
         found: (usize, usize),
         /// Width and height of the view.
         wanted: (usize, usize),
     },
-    /// The settings could not be written down.
+    /// The settings could not be written.
     #[error("the settings cannot be written: {0}")]
     Settings(String),
 }
 
-/// How to call a renderer.
+/// The call of a renderer.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RendererCall {
     /// The program.
     pub program: String,
-    /// Its arguments, with `SETTINGS` and `OUTPUT` among them.
+    /// Its arguments, including `SETTINGS` and `OUTPUT`.
     pub arguments: Vec<String>,
-    /// Seconds that one picture may take.
+    /// Time limit for one image, seconds.
     pub timeout: f64,
-    /// Its steps of quality, 1 if it has no scale.
+    /// Number of quality steps, 1 if it has no scale.
     pub steps: u8,
-    /// The show's file, given to the program.
+    /// Path of the show's file, passed to the program.
     pub show: Option<PathBuf>,
-    /// A script that comes with the program, for Python.
+    /// A bundled Python script.
     pub script: Option<&'static str>,
-    /// What the user calls the version of its pictures; none are kept without it.
+    /// The user's name for the version of its images, which are stored only if it is given.
     pub version: Option<String>,
 }
 
 impl RendererCall {
-    /// A command line, split without a shell ([`split`]); ten minutes for a picture, one step of
-    /// quality. Or the name of a renderer that the program knows how to call, `mitsuba` or `blender`,
-    /// with arguments for its script.
+    /// Parses a command line, split without a shell ([`split`]), with ten minutes per image and one
+    /// quality step; or the name of a known renderer, `mitsuba` or `blender`, with arguments for
+    /// its script.
     ///
     /// # Errors
     /// [`OutsideError::Command`] and [`OutsideError::Mark`].
@@ -173,28 +173,28 @@ impl RendererCall {
         })
     }
 
-    /// Does the program read the scene?
+    /// True when the program reads the scene.
     fn reads_scene(&self) -> bool {
         self.arguments.iter().any(|a| a.contains(SCENE))
     }
 }
 
-/// By how much a renderer is not linear: relative RMS deviations.
+/// Relative RMS deviations of a renderer from linearity.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Linearity {
-    /// Of G(a) + G(b) from G(a + b).
+    /// Deviation of G(a) + G(b) from G(a + b).
     pub sum: f64,
-    /// Of G(2a) from 2 G(a).
+    /// Deviation of G(2a) from 2 G(a).
     pub double: f64,
 }
 
-/// What was measured on the runs so far.
+/// Measurements of the runs so far.
 #[derive(Debug, Default)]
 struct Measurements {
     linearity: Option<Linearity>,
-    /// For each step that was rendered: pictures and their seconds.
+    /// For each rendered step its number of images and their seconds.
     runs: Vec<(Quality, usize, f64)>,
-    /// Pictures with light, those without any, and those with negative light alone.
+    /// Numbers of images with positive light, without light, and with only negative light.
     lit: usize,
     black: usize,
     negative: usize,
@@ -206,17 +206,17 @@ struct Renderer {
     measured: Mutex<Measurements>,
 }
 
-/// G by an outside renderer.
+/// G by an external renderer.
 #[derive(Clone)]
 pub struct Outside(Arc<Renderer>);
 
 impl Outside {
-    /// Calls the machine's own programs.
+    /// Starts programs of this machine.
     pub fn new(call: RendererCall) -> Outside {
         Outside::with(call, Box::new(Programs))
     }
 
-    /// Calls programs by `processes`.
+    /// Starts programs by `processes`.
     pub fn with(call: RendererCall, processes: Box<dyn Processes>) -> Outside {
         Outside(Arc::new(Renderer {
             call,
@@ -225,15 +225,15 @@ impl Outside {
         }))
     }
 
-    /// The same renderer for a worker among many: its linearity is not measured here, which would take
-    /// each of them four more pictures.
+    /// The renderer for one of many workers, without the linearity test, which would cost each
+    /// worker four more images.
     #[must_use]
     pub fn unmeasured(self) -> Outside {
         self.0.measured().linearity = Some(Linearity::default());
         self
     }
 
-    /// How linear the renderer is; `None` before the first picture.
+    /// Measured linearity; `None` before the first image.
     fn linearity(&self) -> Option<Linearity> {
         self.0.measured().linearity
     }
@@ -284,8 +284,8 @@ impl Transport for Outside {
         Ok(Box::new(operator))
     }
 
-    /// The mean of its own runs at this quality, else at the last other one, in proportion to the
-    /// samples; zero before the first. Nothing is shared between pictures.
+    /// Mean time of its runs at this quality, or of the last other one scaled by samples; zero
+    /// before the first run. Images share nothing.
     fn cost(&self, _setup: &Setup, quality: Quality) -> Cost {
         let measured = self.0.measured();
         let run = measured.runs.iter().find(|r| r.0 == quality);
@@ -301,7 +301,7 @@ impl Transport for Outside {
         }
     }
 
-    /// A renderer that reads the scene is given a seed, and four times the samples at each step.
+    /// A renderer that reads the scene receives a seed, and four times the samples at each step.
     fn samples(&self, quality: Quality) -> Option<f64> {
         let is_noisy = self.0.call.reads_scene();
         is_noisy.then(|| 4_f64.powi(i32::from(quality.0) - 1))
@@ -314,7 +314,7 @@ impl Transport for Outside {
             out.push(TransportWarning::NotLinear { sum, double });
         }
         let measured = self.0.measured();
-        // A bank may well light nothing in the view; no bank at all does not.
+        // A single bank may light nothing in the view; all banks together should.
         if measured.lit == 0 && measured.black > 0 {
             let pictures = measured.black;
             out.push(TransportWarning::Black { pictures });
@@ -328,7 +328,7 @@ impl Transport for Outside {
 }
 
 impl Renderer {
-    /// Counts a picture by what light it has.
+    /// Counts an image by its light.
     fn record_light(&self, image: &Image) {
         let has = |sign: f32| image.data().iter().any(|light| light * sign > 0.0);
         let mut measured = self.measured();
@@ -340,7 +340,7 @@ impl Renderer {
     }
 
     fn measured(&self) -> MutexGuard<'_, Measurements> {
-        // Each change is one assignment, so that a panic elsewhere leaves no half of it.
+        // Each change is one assignment, so a panic elsewhere leaves no partial change.
         self.measured.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -359,7 +359,7 @@ impl Renderer {
 /// G for one rig, view and quality.
 struct OutsideOperator {
     renderer: Arc<Renderer>,
-    /// `scene.json` and `scene.bin`, where the program reads them.
+    /// `scene.json` and `scene.bin`, if the program reads them.
     scene: Option<(Vec<u8>, Vec<u8>)>,
     names: Vec<String>,
     view: View,
@@ -371,7 +371,7 @@ impl OutsideOperator {
         (self.view.width, self.view.height)
     }
 
-    /// The settings file of one picture; the manual's page `farm` has the form.
+    /// The settings file of one image; the manual's page `farm` specifies the format.
     fn request(&self, setting: &[f64]) -> Result<Vec<u8>, OutsideError> {
         let call = &self.renderer.call;
         let view = &self.view;
@@ -400,12 +400,12 @@ impl OutsideOperator {
         serde_json::to_vec_pretty(&request).map_err(|e| OutsideError::Settings(e.to_string()))
     }
 
-    /// One run: the picture of a setting without negative numbers.
+    /// One run: the image of a setting without negative numbers.
     fn run(&self, setting: &[f64], work: Work<'_>) -> Result<Image, TransportError> {
         work.check()?;
         let request = self.request(setting)?;
         let (width, height) = self.size();
-        // Some five times the picture's own floats: other channels may stand beside R, G and B.
+        // Approximately five times the image's own floats, to allow channels other than R, G and B.
         let pixels = (width as u64 * height as u64).saturating_mul(64);
         let mut inputs: Vec<(&str, &str, &[u8])> = vec![(SETTINGS, "settings.json", &request)];
         if let Some((json, binary)) = &self.scene {
@@ -439,7 +439,7 @@ impl OutsideOperator {
         Ok(image)
     }
 
-    /// The picture of any setting: that of its positive part less that of its negative part.
+    /// The image of any setting: that of its positive part less that of its negative part.
     fn signed(&self, setting: &[f64], work: Work<'_>) -> Result<Image, TransportError> {
         let part = |sign: f64| {
             let part: Vec<f64> = setting.iter().map(|s| (s * sign).max(0.0)).collect();
@@ -457,8 +457,8 @@ impl OutsideOperator {
         }
     }
 
-    /// Four pictures: every other source (a), the rest (b), both, and twice the first. A rig of one
-    /// source is its own rest, at half.
+    /// Renders four settings: every other source (a), the rest (b), both, and twice the first. For
+    /// a rig of one source the rest is that source at half.
     fn linearity(&self, work: Work<'_>) -> Result<Linearity, TransportError> {
         let n = self.names.len();
         if n == 0 {
@@ -497,8 +497,7 @@ impl OutsideOperator {
     }
 }
 
-/// What a difference of noisy pictures is off by in the mean, relative to the picture's; 0 where
-/// chance alone may be the reason.
+/// Mean of a difference of noisy images, relative to the image's mean; 0 if chance may explain it.
 fn bias(difference: &Image, whole: &Image) -> f64 {
     let count = difference.data().len().max(1) as f64;
     let mean = |image: &Image| image.data().iter().map(|v| f64::from(*v)).sum::<f64>() / count;
@@ -519,7 +518,7 @@ impl Prepared for OutsideOperator {
     ) -> Result<Vec<Image>, TransportError> {
         check_settings(settings, self.names.len())?;
         let (width, height) = self.size();
-        // Beside the results two parts of a mixed setting.
+        // Two partial images of a mixed setting, in addition to the results.
         let needed = (settings.len() + 2).saturating_mul(width * height * 3 * size_of::<f32>());
         check_memory("the pictures of all settings", needed, work.memory)?;
         let mut images = Vec::with_capacity(settings.len());

@@ -1,8 +1,8 @@
-//! The project's own G: radiosity with exact direct light, or final gathering by ray tracing where
-//! polygons are many ([`MANY_POLYGONS`], `gather`).
+//! The project's own G: radiosity with exact direct light, or final gathering by ray tracing for
+//! many polygons ([`MANY_POLYGONS`], `gather`).
 //!
-//! Every light is solved once at unit strength: settings, colours and filters only scale it, so that
-//! G is linear by construction.
+//! Every light is solved once at unit strength: settings, colours and filters only scale it, so
+//! that G is linear by construction.
 
 mod calibration;
 
@@ -19,7 +19,7 @@ use crate::{
 use footlight_host::work::Work;
 use footlight_stage::{Light, Polygon};
 
-/// Radiosity with hemicubes or final gathering, three steps of quality.
+/// Radiosity with hemicubes, or final gathering; three quality steps.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Radiosity;
 
@@ -29,8 +29,8 @@ impl Transport for Radiosity {
     }
 
     fn results_version(&self) -> Option<String> {
-        // The digest of this module and those below it, made by `src/build.rs`: any change of the
-        // code is another version.
+        // Digest of this crate and the crates below it, computed by the build script: any change of
+        // the code is another version.
         Some(format!("{} {}", self.name(), env!("FOOTLIGHT_OPERATOR")))
     }
 
@@ -57,7 +57,7 @@ impl Transport for Radiosity {
         setup.scene.polygons.len() * FACET_BYTES
     }
 
-    /// From counts of the work; zero where the scene cannot be used.
+    /// From counts of the work; zero if the scene is unusable.
     fn cost(&self, setup: &Setup, quality: Quality) -> Cost {
         if is_final_gather(setup) {
             return gather::cost(setup, quality).unwrap_or_default();
@@ -90,7 +90,7 @@ impl Transport for Radiosity {
     }
 
     fn is_measurable(&self, setup: &Setup) -> bool {
-        // Paths know nothing of banks that are images.
+        // Path tracing does not support banks given as images.
         let mut lights = setup.rig.lights.iter();
         !lights.any(|light| matches!(light, Light::Image(_)))
     }
@@ -111,20 +111,20 @@ impl Transport for Radiosity {
     }
 }
 
-/// Polygons beyond which a scene is rendered by final gathering: from there on it is nearer the
-/// references than hemicubes are in the same time, and its cost grows far less than the polygons do.
+/// Polygons above which a scene is rendered by final gathering: it is then more accurate than
+/// hemicubes in the same time, and its cost grows far more slowly than the number of polygons.
 pub const MANY_POLYGONS: usize = 2500;
 
-/// Polygons shaded by normals that vary beyond which rays serve a scene: they take such normals as they
-/// are, hemicubes mix the light of neighbours ([`crate::hemicube`]).
+/// Polygons with varying shading normals above which final gathering renders a scene: rays use such
+/// normals directly, while hemicubes mix the light of adjacent facets ([`crate::hemicube`]).
 const MANY_ROUND: usize = 1000;
 
-/// What pictures of each step are usually off by, as measured at moments of the shipped shows and of rooms.
+/// Usual error of images at each step, measured at moments of the shipped shows and in rooms.
 const BY_HEMICUBES: [f64; 3] = [0.02, 0.013, 0.008];
 const GATHERED: [f64; 3] = [0.05, 0.02, 0.01];
 
-/// Which of the two methods serves a scene, at every step: what light passes through, and what is seen in a glossy
-/// surface, only rays know.
+/// True when final gathering renders a scene, at every step: only rays support translucent and
+/// glossy surfaces.
 fn is_final_gather(setup: &Setup) -> bool {
     let scene = &setup.scene;
     let is_round = |p: &&Polygon| p.shading.as_ref().is_some_and(|s| s.normal.is_some());

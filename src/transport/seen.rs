@@ -1,4 +1,4 @@
-//! The surface that a view shows at a point: what its picture says of the light that falls there.
+//! The surface that a view shows at a point, from which its picture tells the illuminance.
 
 use crate::direct::projector::pixel as footprint;
 use crate::gather::bvh::Bvh;
@@ -10,29 +10,29 @@ use footlight_host::work::Work;
 use footlight_show::geometry::Vec3;
 use footlight_stage::Light;
 
-/// How near a surface must be to a point to be the one that is meant, metres.
+/// Distance within which a visible surface counts as the one at a point, metres.
 const NEAR: f64 = 0.05;
-/// Darker surfaces show too little of the light that falls on them.
+/// Least reflectance: darker surfaces reflect too little of the incident light.
 const DARKEST: f64 = 0.01;
-/// Reach of the rays' start above surfaces, as a share of the scene.
+/// Offset of the rays' start from surfaces, relative to the scene.
 const OFFSET: f64 = 1e-6;
 
-/// A matt surface that a pixel shows.
+/// A visible matt surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SeenSurface {
     /// Index of the pixel, row by row from the top.
     pub pixel: usize,
-    /// Share of the light that it reflects.
+    /// Reflectance of each channel.
     pub reflectance: [f64; 3],
 }
 
-/// Why no illuminance can be read from the picture at a point.
+/// Reason for which the picture gives no illuminance at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Hidden {
-    /// It lies outside the picture.
+    /// The point lies outside the picture.
     #[error("lies outside the view")]
     Outside,
-    /// No surface is there.
+    /// No visible surface is at the point.
     #[error(
         "lies on no surface that the view shows: something stands before it, or it is in the air"
     )]
@@ -40,21 +40,21 @@ pub enum Hidden {
     /// Its pixel shows more than one surface.
     #[error("lies at an edge: take a point further inside the surface")]
     Edge,
-    /// It is a lamp, is glossy, or lets light through.
+    /// It is a lamp, glossy, or translucent.
     #[error(
         "lies on a lamp, a glossy surface, or what lets light through: its brightness is not what falls on it"
     )]
     OwnLight,
-    /// It reflects next to nothing.
+    /// Its reflectance is nearly zero.
     #[error("lies on a black surface, which does not show how much light falls on it")]
     Black,
 }
 
-/// The surfaces that the setup's view shows at some points. A ray from the eye through a point must end
-/// within 5 cm of it, and those through the corners of its pixel on the same plane.
+/// The surfaces that the setup's view shows at the given points. A ray from the eye through a point
+/// must end within 5 cm of it, and rays through the corners of its pixel on the same plane.
 ///
 /// # Errors
-/// [`TransportError`] for a scene or view that cannot be used, and on cancel.
+/// [`TransportError`] for an unusable scene or view, and on cancel.
 pub fn seen(
     setup: &Setup,
     points: &[Vec3],
@@ -119,8 +119,8 @@ mod tests {
     use footlight_show::units::Rgb;
     use footlight_stage::{Material, Polygon, Rig, Scene};
 
-    /// Squares next to each other, seen from above: grey, black, and a lamp; a plate half a metre over the grey
-    /// one's corner.
+    /// Adjacent squares seen from above: grey, black, and a lamp; a plate half a metre over the
+    /// grey square's corner.
     #[test]
     fn a_point_is_seen_on_a_plain_surface_alone() {
         let square = |x: f64, z: f64, side: f64, material| {

@@ -1,25 +1,25 @@
-//! What a renderer is given. Rendering, cost and the pool all compare setups by this one type.
+//! Input of a renderer. Rendering, cost and the pool all compare setups by this type.
 
 use std::sync::Arc;
 
 use footlight_show::geometry::View;
 use footlight_stage::{Rig, Scene};
 
-/// What a renderer is given: what light meets, what emits it, and from where it is seen.
+/// Input of a renderer: surfaces, lights and view.
 ///
 /// Clones share scene and rig.
 #[derive(Clone, Debug)]
 pub struct Setup {
-    /// What light meets.
+    /// Surfaces.
     pub scene: Arc<Scene>,
-    /// What emits it.
+    /// Lights.
     pub rig: Arc<Rig>,
-    /// From where it is seen.
+    /// Camera.
     pub view: View,
 }
 
 impl Setup {
-    /// A setup of its three parts; a scene or rig in an [`Arc`] is shared.
+    /// A setup from its three parts; a scene or rig in an [`Arc`] is shared.
     pub fn new(scene: impl Into<Arc<Scene>>, rig: impl Into<Arc<Rig>>, view: View) -> Setup {
         Setup {
             scene: scene.into(),
@@ -28,7 +28,7 @@ impl Setup {
         }
     }
 
-    /// True when both show the same scene from the same view, in whatever light.
+    /// True when scene and view are equal, whatever the lights.
     pub fn has_same_scene(&self, other: &Setup) -> bool {
         self.view == other.view && same(&self.scene, &other.scene)
     }
@@ -41,7 +41,7 @@ impl PartialEq for Setup {
     }
 }
 
-/// Equality that does not read what is shared: a scene may have many thousands of polygons.
+/// Equality that first compares pointers, as a scene may have many thousands of polygons.
 fn same<T: PartialEq>(a: &Arc<T>, b: &Arc<T>) -> bool {
     Arc::ptr_eq(a, b) || a == b
 }

@@ -4,15 +4,15 @@ use crate::TransportError;
 use footlight_host::work::Work;
 use rayon::ThreadPool;
 
-/// Threads that live for one call of the operator; `None` where the platform has none, and loops
-/// run on the caller's.
+/// Threads of one call of the operator; `None` on platforms without threads, where loops run on the
+/// caller's.
 pub struct Threads(Option<ThreadPool>);
 
 impl Threads {
-    /// As many as the task allows.
+    /// Starts as many threads as the task allows.
     ///
     /// # Errors
-    /// [`TransportError::Scene`] where the platform refuses them.
+    /// [`TransportError::Scene`] when the platform refuses them.
     pub fn new(work: Work<'_>) -> Result<Threads, TransportError> {
         if cfg!(target_family = "wasm") {
             return Ok(Threads(None));

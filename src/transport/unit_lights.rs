@@ -1,5 +1,5 @@
-//! What both methods have in common: every light is solved once at unit strength, and any setting is
-//! composed of those.
+//! Common part of both methods: every light is solved once at unit strength, and images of settings
+//! are composed from these.
 
 #![allow(
     clippy::indexing_slicing,
@@ -14,7 +14,7 @@ use footlight_picture::Image;
 use footlight_stage::{Light, Rig};
 use std::sync::Arc;
 
-/// A method that keeps its lights at unit strength.
+/// A method that stores its lights at unit strength.
 pub trait UnitLights: Send {
     /// Bytes held.
     fn bytes(&self) -> usize;
@@ -22,13 +22,13 @@ pub trait UnitLights: Send {
     /// Pixels of a picture.
     fn pixels(&self) -> usize;
 
-    /// Solves those of the `wanted` lights that are not solved yet.
+    /// Solves the `wanted` lights that are not solved yet.
     ///
     /// # Errors
-    /// [`TransportError`] for a budget too small, or on cancel.
+    /// [`TransportError`] for too small a budget, and on cancel.
     fn solve(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError>;
 
-    /// The picture of lights of given strengths, all of which are solved.
+    /// Image of lights of given strengths, all of which are solved.
     fn picture(&self, strengths: &[[f64; 3]]) -> Image;
 }
 
@@ -40,7 +40,7 @@ pub struct Composed<M> {
 }
 
 impl<M: UnitLights> Composed<M> {
-    /// Of the lights of a rig.
+    /// A method for the lights of a rig.
     pub fn new(method: M, rig: &Arc<Rig>) -> Composed<M> {
         Composed {
             method,
@@ -85,8 +85,8 @@ impl<M: UnitLights> Prepared for Composed<M> {
     }
 }
 
-/// Strength of each light in each channel under a setting; that of equal lights is added to the
-/// first of them.
+/// Strength of each light in each channel under a setting; the strength of equal lights is added to
+/// the first of them.
 pub fn strengths_of(rig: &Rig, first_equal: &[usize], setting: &[f64]) -> Vec<[f64; 3]> {
     let mut out = vec![[0.0; 3]; rig.lights.len()];
     for (source, s) in rig.sources.iter().zip(setting) {
@@ -101,7 +101,7 @@ pub fn strengths_of(rig: &Rig, first_equal: &[usize], setting: &[f64]) -> Vec<[f
     out
 }
 
-/// For each light the first that is a panel of the same material, or itself.
+/// For each light the first panel of the same material, or itself.
 pub fn first_equal(lights: &[Light]) -> Vec<usize> {
     let material = |light: &Light| match light {
         Light::Panel { material, .. } => Some(*material),

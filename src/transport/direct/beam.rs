@@ -1,7 +1,7 @@
-//! Point sources: their irradiance where nothing occludes them.
+//! Point sources and their unoccluded irradiance.
 //!
-//! [`Beam::irradiance`] is the one interface of any point source, whatever its distribution. This
-//! module does not depend on surfaces and shadows.
+//! [`Beam::irradiance`] is the interface of every point source, whatever its distribution. This
+//! module does not depend on surfaces or shadows.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::sync::Arc;
@@ -16,27 +16,28 @@ use footlight_stage::{Light, MeasuredLight, Projection};
 /// A point source.
 #[derive(Clone, Debug)]
 pub struct Beam {
-    /// Where it hangs.
+    /// Position, metres.
     pub position: Vec3,
-    /// Unit direction of its aim.
+    /// Unit direction of the aim.
     pub axis: Vec3,
     law: Law,
 }
 
-/// How intensity depends on the direction.
+/// Dependence of the intensity on direction.
 #[derive(Clone, Debug)]
 enum Law {
-    /// On the angle from the axis alone.
+    /// On the angle from the axis only.
     Round(Profile),
-    /// As a file says, in candela.
+    /// By a photometric file, in candela.
     Measured(Arc<Distribution>, Axes),
-    /// The same in all directions of a half space, of which only the light within this angle from
-    /// the axis is used: a [`super::projector::Projector`] multiplies it by its image.
+    /// Constant in a half space; only the light within this angle from the axis is used. A
+    /// [`super::projector::Projector`] multiplies it by its image.
     Even(f64),
 }
 
 impl Beam {
-    /// `None` for a light that is no point source, and where the constructor of its kind has none.
+    /// The beam of a point source; `None` for other lights and where the constructor of its kind
+    /// returns `None`.
     pub fn of(light: &Light) -> Option<Beam> {
         match light {
             Light::Spot(spot) => Beam::new(spot),
@@ -47,22 +48,23 @@ impl Beam {
         }
     }
 
-    /// `None` unless 0 < beam < field <= 360 degrees and the aim differs from the position.
+    /// Round beam; `None` unless 0 < beam < field <= 360 degrees and the aim differs from the
+    /// position.
     pub fn new(spot: &Spot) -> Option<Beam> {
         let law = Law::Round(Profile::new(spot.beam, spot.field)?);
         Beam::towards(spot.position, spot.aim, law)
     }
 
-    /// `None` unless the mount has axes.
+    /// Measured beam; `None` unless the mount has axes.
     pub fn measured(light: &MeasuredLight) -> Option<Beam> {
         let axes = light.mount.axes()?;
         let law = Law::Measured(Arc::clone(&light.distribution), axes);
         Beam::towards(light.mount.position, light.mount.aim, law)
     }
 
-    /// The even light of one candela that a projection multiplies by its image; its reach is the
-    /// cone around the frustum. It does not stop at that cone, so that interpolation across the
-    /// frustum's edge has no step. `None` unless the mount has axes and 0 < field < 180.
+    /// Uniform light of one candela, which a projection multiplies by its image; its reach is the
+    /// cone around the frustum. The light itself does not stop at the cone, so that interpolation
+    /// across the frustum's edge has no step. `None` unless the mount has axes and 0 < field < 180.
     pub fn even(light: &Projection) -> Option<Beam> {
         light.mount.axes()?;
         if !(light.field > 0.0 && light.field < 180.0) {
@@ -82,8 +84,8 @@ impl Beam {
         })
     }
 
-    /// Angle from the axis beyond which irradiance is zero or of no use (see [`Beam::even`]),
-    /// radians, 0 to pi (pi: it shines everywhere).
+    /// Angle from the axis beyond which irradiance is zero or unused (see [`Beam::even`]), radians;
+    /// pi for a source that shines in all directions.
     pub fn reach(&self) -> f64 {
         match &self.law {
             Law::Round(profile) => profile.end(),
@@ -92,7 +94,7 @@ impl Beam {
         }
     }
 
-    /// True when no light reaches any point of a ball.
+    /// True when no light reaches any point of a sphere.
     pub fn misses(&self, centre: Vec3, radius: f64) -> bool {
         let d = centre - self.position;
         let distance = d.length();
@@ -103,8 +105,8 @@ impl Beam {
         angle - (radius / distance).asin() > self.reach()
     }
 
-    /// Irradiance on a surface of unit `normal` at `point` per unit of the light's own intensity:
-    /// the law of the inverse square and the cosine; nothing is in the way.
+    /// Unoccluded irradiance on a surface of unit `normal` at `point` per unit of the light's own
+    /// intensity: inverse square law and cosine.
     pub fn irradiance(&self, point: Vec3, normal: Vec3) -> f64 {
         let d = point - self.position;
         let square = d.dot(d);
@@ -115,7 +117,7 @@ impl Beam {
         self.share(d) * cosine / (square * square.sqrt())
     }
 
-    /// Intensity towards `d`, of any length.
+    /// Intensity in direction `d`, of any length.
     pub fn share(&self, d: Vec3) -> f64 {
         match &self.law {
             Law::Round(profile) => {
@@ -163,7 +165,7 @@ mod tests {
         assert_eq!(b.irradiance(Vec3::ZERO, -up), 0.0);
     }
 
-    /// A ball around a point that is lit is not missed; one far outside the beam is.
+    /// A sphere around a lit point is not missed; one far outside the beam is.
     #[test]
     fn a_lit_ball_is_not_missed() {
         for (beam, field) in [(10.0, 20.0), (50.0, 120.0), (100.0, 300.0)] {
@@ -198,7 +200,8 @@ mod tests {
 
     #[test]
     fn a_measured_luminaire_shines_as_its_file_says() {
-        // Brightest at horizontal 90, where the mount's up is: upstage, for a lamp that looks down.
+        // Brightest at horizontal 90, the mount's up direction, which is upstage for a lamp that
+        // looks down.
         let text = "TILT=NONE\n1 -1 1 3 5 1 2 0 0 0 1 1 0\n0 45 90\n0 90 180 270 360\n\
             500 100 0\n500 400 0\n500 100 0\n500 50 0\n500 100 0";
         let light = |turn: f64| MeasuredLight {
@@ -225,7 +228,7 @@ mod tests {
         ] {
             assert!((floor(&beam, x, y) - candela).abs() < 1e-9, "{x} {y}");
         }
-        // Turned by 90 degrees, anticlockwise seen from behind the lamp, thus from above.
+        // Rotated by 90 degrees, anticlockwise seen from behind the lamp, that is from above.
         let turned = Beam::measured(&light(90.0)).unwrap();
         assert!((floor(&turned, -3.0, 0.0) - 400.0).abs() < 1e-9);
         assert!((beam.reach() - FRAC_PI_2).abs() < 1e-12);

@@ -1,9 +1,8 @@
 //! Receivers of direct light, sorted facet by facet into trees of small flat clusters.
 //!
-//! A cluster has two bounding rectangles: one in the facet's plane, of its points and, where they
-//! are fragments of a picture, their outlines; and one in the picture, of the outlines.
-//! Invariants: the trees depend on the receivers alone; halves tile their cluster. This module does
-//! not depend on light.
+//! A cluster has two bounding rectangles: one of its points (and of the outlines of fragments) in
+//! the facet's plane, and one of the outlines in the picture. Invariants: the trees depend on the
+//! receivers alone; the two halves tile their cluster. This module does not depend on light.
 
 #![allow(
     clippy::indexing_slicing,
@@ -19,46 +18,46 @@ use std::sync::OnceLock;
 
 /// Points in the smallest cluster.
 const LEAF: usize = 6;
-/// Points in the largest: a task of one thread.
+/// Points in the largest cluster, the task of one thread.
 const CHUNK: usize = 512;
-/// Points of the largest cluster that may be interpolated across.
+/// Points in the largest cluster that may be interpolated.
 pub const PATCH: usize = 256;
 /// Points of a cluster that may be evaluated to interpolate the others.
 pub const SAMPLES: usize = 9;
-/// Those of them near the corners and the middle; the others are near the middles of the sides.
+/// Samples near the corners and the centre; the others are near the midpoints of the sides.
 pub const CORNERS: usize = 5;
-/// Points that are worth a second thread.
+/// Points from which a second thread pays off.
 const SHARED: usize = 4096;
 
-/// Where light is to be known.
+/// A point at which light is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Receiver {
-    /// On the facet's plane.
+    /// On the facet's plane, metres.
     pub point: Vec3,
     /// Index into [`Surfaces::facets`].
     pub facet: usize,
 }
 
-/// A range of points of one facet, their bounding rectangle, and its halves.
+/// A range of points of one facet, its bounding rectangles, and its halves.
 #[derive(Clone, Debug)]
 pub struct Cluster {
-    /// Positions in the order of the clusters.
+    /// Indices in cluster order.
     pub range: std::ops::Range<usize>,
-    /// Of the rectangle in space.
+    /// Corners of the bounding rectangle in space.
     pub corners: [Vec3; 4],
-    /// In the picture's pixels; empty where the points belong to no picture.
+    /// Bounding rectangle in the picture, pixels; empty for points that belong to no picture.
     pub picture: Rectangle,
-    /// Of the points themselves, in the [`frame`] of their plane.
+    /// Bounding rectangle of the points alone, in the [`frame`] of their plane.
     inner: Rectangle,
-    /// Found at their first use: most clusters have none.
+    /// Computed on first use: most clusters need none.
     samples: OnceLock<[u32; SAMPLES]>,
-    /// None below a handful of points.
+    /// `None` for a handful of points.
     pub halves: Option<Box<[Cluster; 2]>>,
 }
 
 impl Cluster {
-    /// Its points nearest to the corners, to the middle, and to the middles of the sides of the
-    /// rectangle that holds them, by their positions; `points` and `frame` are those of its plane.
+    /// Indices of the points nearest to the corners, to the centre, and to the midpoints of the
+    /// sides of the bounding rectangle; `frame` is that of the plane of `points`.
     pub fn samples(&self, points: &[Vec3], frame: [Vec3; 2]) -> [usize; SAMPLES] {
         let found = self.samples.get_or_init(|| {
             let Rectangle([a, b, c, d]) = self.inner;
@@ -90,14 +89,14 @@ impl Cluster {
     }
 }
 
-/// Receivers in the order of their clusters.
+/// Receivers in cluster order.
 #[derive(Clone, Debug)]
 pub struct Receivers {
-    /// In that order.
+    /// Points in cluster order.
     pub points: Vec<Vec3>,
-    /// For each, its index in the list they were made from.
+    /// For each point its index in the original list.
     pub origin: Vec<usize>,
-    /// Each with its facet; together all points.
+    /// Facet and root cluster of each chunk; together they hold all points.
     pub chunks: Vec<(usize, Cluster)>,
 }
 
@@ -179,7 +178,7 @@ struct Member {
     place: [f64; 2],
 }
 
-/// What outlines reach over: in the facet's plane, and in the picture.
+/// Bounding rectangles of outlines in the facet's plane and in the picture.
 #[derive(Clone, Copy)]
 struct Extent {
     reach: Rectangle,
@@ -236,7 +235,7 @@ impl Plane<'_> {
         extent
     }
 
-    /// Puts the members into the order of their halves along the longer side.
+    /// Partitions the members into halves along the longer side.
     fn halve(members: &mut [Member], Rectangle([a, b, c, d]): Rectangle) -> usize {
         let middle = members.len() / 2;
         let axis = usize::from(b - a < d - c);
@@ -297,7 +296,7 @@ impl Plane<'_> {
     }
 }
 
-/// Of the points themselves.
+/// Bounding rectangle of the points alone.
 fn bounds(members: &[Member]) -> Rectangle {
     let places = members.iter().map(|m| Rectangle::at(m.place));
     places.fold(Rectangle::EMPTY, Rectangle::with)

@@ -1,8 +1,8 @@
-//! Irradiance of one chunk of receivers: evaluated point by point, or fitted to a few samples.
+//! Irradiance of one chunk of receivers, evaluated at each point or fitted to a few samples.
 //!
-//! A patch is a cluster small enough for a fit; a large one has more samples than the fit needs, to
-//! check it. Invariant: the irradiance of a point depends on the points and the values at the
-//! samples alone. This module depends on neither lights nor occluders.
+//! A patch is a cluster small enough for a fit; a large one takes more samples than the fit needs,
+//! to check it. Invariant: the irradiance of a point depends only on the points and the values at
+//! the samples. This module depends on neither lights nor occluders.
 
 #![allow(
     clippy::indexing_slicing,
@@ -13,14 +13,15 @@ use crate::direct::cluster::{CORNERS, Cluster, PATCH, SAMPLES};
 use crate::direct::quadratic_fit::QuadraticFit;
 use footlight_show::geometry::{Vec3, frame};
 
-/// Points of the largest patch whose fit needs no check.
+/// Points in the largest patch whose fit needs no check.
 const UNCHECKED: usize = 32;
 
-/// Points of the largest patch with occluders: a shadow six points wide must not lie between its
+/// Points in the largest patch with occluders: a shadow six points wide must not fall between its
 /// samples.
 pub const SHADED: usize = 100;
 
-/// How many times the allowed error the fitted plane may be off where the curved fit is checked.
+/// Factor by which the error of the fitted plane may exceed the allowed error where the quadratic
+/// fit is checked.
 const BENT: f64 = 4.0;
 
 /// The receivers of one chunk.
@@ -28,16 +29,17 @@ pub struct IrradiancePatch<'a> {
     points: &'a [Vec3],
     frame: [Vec3; 2],
     start: usize,
-    /// How far what is interpolated may be from what is evaluated; 0 evaluates every point.
+    /// Allowed difference between interpolated and evaluated values; 0 evaluates every point.
     pub allowed: f64,
-    /// Of each point.
+    /// Accumulated irradiance of each point.
     pub sums: Vec<f64>,
-    /// Evaluated values of the light at hand, else NaN.
+    /// Evaluated values of the current light, else NaN.
     known: Vec<f64>,
 }
 
 impl<'a> IrradiancePatch<'a> {
-    /// All dark. `points` are those of all chunks, on a plane of unit `normal` in this one.
+    /// A chunk without light. `points` are those of all chunks; `normal` is the unit normal of this
+    /// chunk's plane.
     pub fn new(
         points: &'a [Vec3],
         chunk: &Cluster,
@@ -54,15 +56,15 @@ impl<'a> IrradiancePatch<'a> {
         }
     }
 
-    /// Evaluates all points of a cluster that are not known yet.
+    /// Evaluates the points of a cluster that are not known yet.
     pub fn evaluate(&mut self, cluster: &Cluster, mut at: impl FnMut(usize, Vec3) -> f64) {
         for i in cluster.range.clone() {
             self.sums[i - self.start] += self.known(i, &mut at);
         }
     }
 
-    /// Evaluates a few points of a patch of `most` points at most; if what is fitted to them meets
-    /// them as well as allowed, it serves for all.
+    /// Evaluates a few points of a patch of at most `most` points. If a fit reproduces them within
+    /// the allowed error, it gives the values at all points.
     pub fn interpolated(
         &mut self,
         cluster: &Cluster,
@@ -95,7 +97,7 @@ impl<'a> IrradiancePatch<'a> {
                 return false;
             }
         }
-        // No value may lie beyond those of the samples.
+        // No value may lie outside the range of the samples.
         let known = values.iter().take(sampled);
         let (low, high) = known.fold((f64::INFINITY, 0.0_f64), |(l, h), v| (l.min(*v), h.max(*v)));
         let (low, high) = ((low - self.allowed).max(0.0), high + self.allowed);
@@ -115,7 +117,7 @@ impl<'a> IrradiancePatch<'a> {
     }
 }
 
-/// The rectangle of a cluster.
+/// Rectangle of a cluster.
 struct Patch {
     axes: [Vec3; 2],
     middle: [f64; 2],
@@ -138,7 +140,7 @@ impl Patch {
     }
 }
 
-/// Those of the corners and the middle.
+/// Values of the corners and the centre.
 fn first<T: Copy>(all: &[T; SAMPLES]) -> [T; CORNERS] {
     std::array::from_fn(|k| all[k])
 }
@@ -154,7 +156,7 @@ mod tests {
 
     const UP: Vec3 = vec3(0.0, 0.0, 1.0);
 
-    /// A floor of `n` by `n` receivers, one a unit.
+    /// A floor of `n` by `n` receivers, at unit spacing.
     fn floor(n: u8) -> Receivers {
         let side = f64::from(n);
         let square = rectangle((0.0, side), (0.0, side), 0.0);
@@ -169,7 +171,7 @@ mod tests {
         Receivers::new(&surfaces, &receivers)
     }
 
-    /// What a chunk makes of a light: whether it is interpolated as a whole, and the values.
+    /// True when a chunk interpolates the light as a whole, and the resulting values.
     fn seen(n: u8, allowed: f64, light: impl Fn(Vec3) -> f64) -> (bool, Vec<(Vec3, f64)>) {
         let receivers = floor(n);
         let [(_, chunk)] = receivers.chunks.as_slice() else {
@@ -191,21 +193,22 @@ mod tests {
         }
     }
 
-    /// Corners and middle agree, and yet a band across the patch is dark.
+    /// The corners and the centre agree although a band across the patch is dark.
     #[test]
     fn a_band_between_the_corners_and_the_middle_is_not_passed_over() {
         let band = |p: Vec3| f64::from(u8::from((p.x - p.y - 8.0).abs() > 1.5));
         assert!(!seen(16, 0.05, band).0);
-        // A spot of six points lies between the samples of 256, and is met in those of 100.
+        // A spot of six points lies between the samples of 256 points, and is found by those
+        // of 100.
         let spot = |p: Vec3| f64::from(u8::from((p.x - 12.0).abs().max((p.y - 4.0).abs()) > 3.0));
         assert!(seen(16, 0.05, spot).0);
         let small = |p: Vec3| f64::from(u8::from((p.x - 7.5).abs().max((p.y - 2.5).abs()) > 3.0));
         assert!(!seen(10, 0.05, small).0 && 10 * 10 <= SHADED);
-        // A patch of a few points only is believed: nothing fits between its samples.
+        // A patch of a few points is not checked: nothing fits between its samples.
         assert!(seen(5, 0.05, |_| 1.0).0);
     }
 
-    /// The bend of light that ends in the middle of a patch would carry it to -0.375 at a side.
+    /// A quadratic fit to light that ends in the middle of a patch would give -0.375 at a side.
     #[test]
     fn no_light_is_less_than_none() {
         let steep = |p: Vec3| (p.x - 3.0).max(0.0);

@@ -1,10 +1,10 @@
-//! Irradiance from a convex polygon of unit radiance: Lambert's closed form, exact visibility.
+//! Irradiance from a convex polygon of unit radiance: Lambert's closed form with exact visibility.
 //!
 //! The irradiance at a point is half the sum, over the polygon's edges, of the angle that the edge
 //! subtends times the component of the edge's unit moment along the receiver's normal (Lambert,
-//! Photometria, 1760). An occluder's shadow on the polygon is what lies behind it within the cone
-//! from the point through its edges; on the polygon's plane each side of the cone is a straight
-//! line, so that the visible part is found by clipping in two dimensions, without samples. This
+//! *Photometria*, 1760). An occluder's shadow on the polygon is the region behind it within the
+//! cone from the point through its edges. On the polygon's plane each side of the cone is a
+//! straight line, so the visible part is found by two-dimensional clipping, without samples. This
 //! module handles one point and one polygon and does not depend on meshes.
 
 #![allow(
@@ -17,32 +17,33 @@ use crate::surfaces::facet::Piece;
 use crate::surfaces::hierarchy::blocks;
 use footlight_show::geometry::{Vec3, frame, greater, part_above};
 
-/// Lit parts beyond which the emitter is halved and each half begun again, so that the work stays
-/// near the number of occluders. Shadows of a dozen separate occluders stay far below it.
+/// Lit parts above which the emitter is halved and each half processed separately, so that the work
+/// stays nearly proportional to the number of occluders. A dozen separate occluders stay far below
+/// the limit.
 const MOST_PARTS: usize = 192;
 
-/// How often an emitter is halved at most; beyond it the occluders that are left are tested at a
-/// few points of each part.
+/// Most halvings of an emitter; after that the remaining occluders are tested at a few points of
+/// each part.
 const MOST_HALVINGS: usize = 8;
 
-/// A corner lower than this share of the emitter's height above the point is not projected onto the
+/// Corners lower than this share of the emitter's height above the point are not projected onto the
 /// emitter's plane, because of rounding.
 const LOW: f64 = 1e-6;
 
-/// A convex polygon that shines, with coordinates in its plane, metres.
+/// A convex emitting polygon, with coordinates in its plane, metres.
 #[derive(Clone, Debug)]
 pub struct LightPolygon {
     /// At least three.
     pub corners: Vec<Vec3>,
-    /// Unit normal of the side that shines.
+    /// Unit normal of the emitting side.
     pub normal: Vec3,
-    /// The corners in coordinates of its plane: along these axes from the first corner.
+    /// Corners in the plane's axes, relative to the first corner.
     outline: Vec<PlanePoint>,
     axes: [Vec3; 2],
 }
 
 impl LightPolygon {
-    /// Of a polygon with this unit normal.
+    /// A polygon with this unit normal.
     pub fn new(corners: Vec<Vec3>, normal: Vec3) -> LightPolygon {
         let axes = frame(normal);
         let origin = corners[0];
@@ -55,12 +56,13 @@ impl LightPolygon {
         }
     }
 
-    /// Is a point in front of it?
+    /// True when `point` is in front of the polygon.
     pub fn faces(&self, point: Vec3) -> bool {
         self.normal.dot(point - self.corners[0]) > 0.0
     }
 
-    /// Cut in two across its longest extent; halves of fewer than three corners are left out.
+    /// The polygon cut in two across its longest extent; halves of fewer than three corners are
+    /// omitted.
     pub fn halves(&self) -> impl Iterator<Item = LightPolygon> {
         let polygon = &self.corners;
         let first = polygon[0];
@@ -79,12 +81,12 @@ impl LightPolygon {
     }
 }
 
-/// A light polygon's plane from a point.
+/// A light polygon's plane seen from a point.
 #[derive(Clone, Copy, Debug)]
 struct LightCone<'a> {
     polygon: &'a LightPolygon,
     point: Vec3,
-    /// The light polygon's first corner.
+    /// First corner of the light polygon.
     origin: Vec3,
 }
 
@@ -97,19 +99,19 @@ impl<'a> LightCone<'a> {
         }
     }
 
-    /// The direction of a place, not normalised.
+    /// Direction to a point of the plane, not normalised.
     fn direction(&self, [x, y]: PlanePoint) -> Vec3 {
         let [u, v] = self.polygon.axes;
         self.origin + u * x + v * y
     }
 
-    /// How far the plane lies in the direction of the light polygon's normal; below 0 as it faces
-    /// the point.
+    /// Distance of the plane along the light polygon's normal; negative, as the polygon faces the
+    /// point.
     fn height(&self) -> f64 {
         self.polygon.normal.dot(self.origin)
     }
 
-    /// Where on the plane `wall . direction > offset`.
+    /// Line on the plane that bounds `wall . direction > offset`.
     fn line(&self, wall: Vec3, offset: f64) -> Line {
         let [u, v] = self.polygon.axes;
         [wall.dot(self.origin) - offset, wall.dot(u), wall.dot(v)]
@@ -119,17 +121,17 @@ impl<'a> LightCone<'a> {
 /// The shadow of an occluder on a light polygon's plane.
 #[derive(Debug, Default)]
 struct Shadow {
-    /// Its corners, from the point.
+    /// Corners of the occluder, relative to the point.
     corners: Vec<Vec3>,
-    /// The same projected onto the plane; fewer where one cannot be projected.
+    /// Corners projected onto the plane; fewer when one cannot be projected.
     places: Vec<PlanePoint>,
-    /// The greatest distance of a corner from the point, as a share of that of its place.
+    /// Greatest ratio of a corner's distance to that of its projection.
     farthest: f64,
 }
 
 impl Shadow {
-    /// Projects the corners of a piece. Returns bounds of the shadow: everywhere where a corner
-    /// cannot be projected.
+    /// Projects the corners of a piece. Returns the bounds of the shadow, which are infinite when a
+    /// corner cannot be projected.
     fn cast(&mut self, cone: LightCone<'_>, piece: &Piece) -> Rectangle {
         let corners = piece.vertices.iter().map(|v| *v - cone.point);
         self.corners.clear();
@@ -152,14 +154,14 @@ impl Shadow {
         bounds
     }
 
-    /// Is every corner before the plane, so that the shadow is the polygon of their places?
+    /// True when every corner lies in front of the plane, so that the shadow is the polygon of the
+    /// projections.
     fn is_before(&self) -> bool {
         self.places.len() == self.corners.len() && self.farthest <= 1.0
     }
 
-    /// True if `each` is true of all lines around the shadow of a piece with this normal, whose
-    /// plane lies at this height above the point along it; stops at the first line of which it is
-    /// not.
+    /// True when `each` is true for all lines around the shadow of a piece with this normal and
+    /// this height of its plane above the point; stops at the first line for which it is false.
     fn all_lines(
         &self,
         cone: LightCone<'_>,
@@ -170,8 +172,8 @@ impl Shadow {
         let n = self.corners.len();
         let next = |i: usize| if i + 1 < n { i + 1 } else { 0 };
         if self.is_before() {
-            // Corners run against the clock about the piece's normal, hence about the light
-            // polygon's if the point sees both from the same side.
+            // Corners run anticlockwise about the piece's normal, hence also about the light
+            // polygon's if the point sees the same side of both.
             let turn = side * cone.height().signum();
             return (0..n).all(|i| each(through(self.places[i], self.places[next(i)], turn)));
         }
@@ -188,21 +190,20 @@ fn through(p: PlanePoint, q: PlanePoint, turn: f64) -> Line {
     [y * p[0] - x * p[1], -y, x]
 }
 
-/// Working memory for one thread: the lit parts of the emitter.
+/// Working memory of one thread: the lit parts of the emitter.
 #[derive(Debug, Default)]
 pub struct LambertIntegrator {
     clipper: PolygonClipper,
-    /// The occluder at hand.
+    /// Shadow of the current occluder.
     shadow: Shadow,
     /// The lines around its shadow.
     lines: Vec<Line>,
-    /// Corners of one lit part, from the point.
+    /// Corners of one lit part, relative to the point.
     part: Vec<Vec3>,
 }
 
-/// Irradiance per unit radiance at the point from which the polygon's corners are seen in
-/// directions `corners` (any length), on a surface of unit `normal`. The part must lie above the
-/// horizon.
+/// Irradiance per unit radiance on a surface of unit `normal`, from a polygon whose corners lie in
+/// directions `corners` (any length), all above the horizon.
 pub fn closed_form(corners: &[Vec3], normal: Vec3) -> f64 {
     let mut sum = 0.0;
     for (i, &a) in corners.iter().enumerate() {
@@ -216,13 +217,14 @@ pub fn closed_form(corners: &[Vec3], normal: Vec3) -> f64 {
     sum.abs() * 0.5
 }
 
-/// Square of the tangent up to which an angle is found without a root.
+/// Squared tangent up to which an angle is computed without a square root.
 const SMALL: f64 = 0.1;
 
-/// An angle over its sine, by the square of the sine and the cosine, both times the same length:
-/// most edges of what is left of a panel subtend some degrees. With t the tangent that is atan(t) /
-/// t over the cosine, by the eighth convergent of its continued fraction (Abramowitz and Stegun,
-/// "Handbook of Mathematical Functions", 1964, 4.4.43): up to [`SMALL`] within 1e-14 of itself.
+/// Angle divided by its sine, from the squared sine and the cosine, both scaled by the same length.
+/// With t the tangent this is atan(t) / t over the cosine, by the eighth convergent of its
+/// continued fraction (Abramowitz and Stegun, *Handbook of Mathematical Functions*, 1964, 4.4.43),
+/// whose error up to [`SMALL`] is 1e-14. Most edges of the visible part of a panel subtend a few
+/// degrees.
 fn angle_over_sine(square: f64, cosine: f64) -> f64 {
     if cosine <= 0.0 || square > SMALL * cosine * cosine {
         let sine = square.sqrt();
@@ -244,16 +246,15 @@ impl LambertIntegrator {
         self.clipper.keep(std::iter::once(&horizon));
     }
 
-    /// Irradiance at `point` from the unoccluded `polygon`; the caller has seen to it that the
-    /// point lies in front of it.
+    /// Irradiance at `point` from the unoccluded `polygon`; the point must lie in front of it.
     pub fn unoccluded(&mut self, point: Vec3, normal: Vec3, polygon: &LightPolygon) -> f64 {
         let cone = LightCone::new(polygon, point);
         self.start(cone, normal);
         self.light(cone, normal)
     }
 
-    /// Irradiance at `point` from a light polygon past the `occluders`; those whose plane holds the
-    /// point (within `touching`) do not block.
+    /// Irradiance at `point` from a light polygon behind the `occluders`; an occluder whose plane
+    /// contains the point (within `touching`) is ignored.
     pub fn occluded<'a>(
         &mut self,
         point: Vec3,
@@ -298,7 +299,7 @@ impl LambertIntegrator {
         0.0
     }
 
-    /// Irradiance from the parts that are left.
+    /// Irradiance from the remaining parts.
     fn light(&mut self, cone: LightCone<'_>, normal: Vec3) -> f64 {
         let mut sum = 0.0;
         for part in self.clipper.parts() {
@@ -309,8 +310,8 @@ impl LambertIntegrator {
         sum
     }
 
-    /// Irradiance from the parts cut so far, the `rest` of the occluders tested at a few points of
-    /// each part.
+    /// Irradiance from the remaining parts, with the `rest` of the occluders tested at a few points
+    /// of each.
     fn sampled(
         &mut self,
         cone: LightCone<'_>,
@@ -342,7 +343,7 @@ impl LambertIntegrator {
         sum
     }
 
-    /// Cuts away what lies in the shadow of `piece`; `whole` holds all that there is to cut.
+    /// Cuts away the shadow of `piece`; `whole` bounds the remaining parts.
     fn subtract(&mut self, cone: LightCone<'_>, whole: &Rectangle, piece: &Piece, touching: f64) {
         let height = piece.normal.dot(piece.vertices[0] - cone.point);
         if height.abs() <= touching {
@@ -357,7 +358,7 @@ impl LambertIntegrator {
         let plane = (piece.normal, height);
         let is_met = self.shadow.all_lines(cone, plane, |line| {
             let (least, greatest) = range(&line, whole);
-            // What holds for all of the emitter cuts nothing.
+            // A line that contains the whole emitter cuts nothing.
             if least < 0.0 {
                 lines.push(line);
             }
@@ -403,7 +404,7 @@ mod tests {
         }
     }
 
-    /// Form factor between two finite surfaces: mean over the receiver by Gauss-Legendre.
+    /// Form factor between two finite surfaces: Gauss-Legendre mean over the receiver.
     fn mean_factor(
         receiver: impl Fn(f64, f64) -> Vec3,
         normal: Vec3,
@@ -463,13 +464,14 @@ mod tests {
             vec3(0.0, 0.0, 1.0),
         ]);
         let f = mean_factor(|u, v| vec3(u, v, 0.0), UP, &wall);
-        // The integrand has a kink at the common edge, which limits the rule, not the form.
+        // The integrand has a kink at the common edge, which limits the quadrature rule, not the
+        // form.
         assert!((f - 0.200_043_776_075).abs() < 1e-6, "{f}");
     }
 
     #[test]
     fn the_horizon_cuts_the_emitter() {
-        // The wall from z = -1 to 1 sends as much to the floor as its upper half.
+        // A wall from z = -1 to 1 gives the floor as much light as its upper half.
         let mut c = LambertIntegrator::default();
         let wall = |low: f64| {
             polygon(&[
@@ -511,8 +513,8 @@ mod tests {
 
     #[test]
     fn a_grid_of_many_occluders_stays_within_bounds() {
-        // 400 small squares that cover a quarter of the lamp: far more parts than the cap, so
-        // that the lamp is halved several times.
+        // 400 small squares that cover a quarter of the lamp: far more parts than the limit, so the
+        // lamp is halved several times.
         let mut c = LambertIntegrator::default();
         let lamp = rectangle((-1.0, 1.0), (-1.0, 1.0), 2.0);
         let squares: Vec<Piece> = (0..400)
@@ -526,7 +528,7 @@ mod tests {
             .collect();
         let got = c.occluded(Vec3::ZERO, UP, &lamp, squares.iter(), 1e-9);
         assert!(c.clipper.count() < 2 * MOST_PARTS);
-        // What is left: all but each square's own light.
+        // The lamp's light less that of each square.
         let mut expected = c.unoccluded(Vec3::ZERO, UP, &lamp);
         for square in &squares {
             let shadow: Vec<Vec3> = square.vertices.iter().map(|v| *v * 2.0).collect();
@@ -546,7 +548,7 @@ mod tests {
     }
 
     proptest! {
-        /// A tilted triangle's shadow against counting 200 x 200 points of the lamp.
+        /// Compares a tilted triangle's shadow with counting 200 x 200 points of the lamp.
         #[test]
         fn agrees_with_counting(
             corners in prop::collection::vec((-1.5..1.5, -1.5..1.5, 0.2..2.5), 3),

@@ -1,9 +1,9 @@
-//! Near-field light: irradiance that changes within a pixel, as its source is near.
+//! Near-field light: irradiance that varies within a pixel because its source is near.
 //!
-//! The integral of I cos/d² over an area is that of I over the solid angle that the area fills as
-//! seen from the source. That angle is exact for a triangle (Van Oosterom and Strackee, "The Solid
+//! The integral of I cos/d² over an area equals that of I over the solid angle of the area seen
+//! from the source. The solid angle of a triangle is exact (Van Oosterom and Strackee, "The Solid
 //! Angle of a Plane Triangle", 1983); the smooth intensity is evaluated at centroids. Near a panel
-//! that touches the surface the mean over a pixel is taken at several points.
+//! that touches the surface, the mean over a pixel is taken at several points.
 
 #![allow(
     clippy::indexing_slicing,
@@ -17,19 +17,18 @@ use crate::surfaces::clipper::{PlanePoint, measured};
 use crate::surfaces::fragment::Fragments;
 use footlight_show::geometry::Vec3;
 
-/// The largest size of a pixel's footprint on a surface, against its distance from a point source,
-/// for which one point stands for it: the inverse square then errs by about 3/8 of the square,
-/// 0.1 %.
+/// Largest ratio of a pixel's footprint to its distance from a point source for which one point
+/// suffices: the inverse square law then errs by about 3/8 of its square, 0.1 %.
 const NEAR: f64 = 0.05;
 
-/// The same for the part of an outline over which intensity is taken as one: beams are smooth over
-/// an angle of that many radians.
+/// Largest such ratio for the part of an outline over which intensity is constant: beams are smooth
+/// over this angle, in radians.
 const FINE: f64 = 0.05;
 
-/// Halvings of a triangle at most; one that holds the source's own foot is never fine enough.
+/// Most halvings of a triangle; one that contains the foot of the source is never fine enough.
 const DEPTH: usize = 24;
 
-/// The part of a picture that shows one facet, with the outlines of its fragments.
+/// Part of a picture that shows one facet, with the outlines of its fragments.
 pub struct Picture<'a> {
     receivers: &'a Receivers,
     fragments: &'a Fragments,
@@ -38,7 +37,7 @@ pub struct Picture<'a> {
 }
 
 impl<'a> Picture<'a> {
-    /// Of the facet of unit `normal` that a chunk of the receivers is on.
+    /// The facet of unit `normal` that holds a chunk of the receivers.
     pub fn new(
         receivers: &'a Receivers,
         fragments: &'a Fragments,
@@ -58,24 +57,24 @@ impl<'a> Picture<'a> {
         }
     }
 
-    /// Calls back for each convex part of a receiver's outline.
+    /// Calls `each` for each convex part of a receiver's outline.
     pub fn outline(&self, receiver: usize, each: impl FnMut(&[PlanePoint])) {
         let fragment = self.receivers.origin[receiver];
         self.fragments.outline(fragment, each);
     }
 
-    /// About how long a pixel is on the facet at a point, metres.
+    /// Approximate length of a pixel on the facet at a point, metres.
     pub fn footprint(&self, point: Vec3) -> f64 {
         let camera = self.canvas.camera;
         let ray = point - camera.origin;
-        // Across the line of sight a pixel is `step` times the distance; along a slope that much
-        // longer as the surface turns away.
+        // Perpendicular to the line of sight a pixel is `step` times the distance; on an inclined
+        // surface it is longer by the inverse cosine.
         let step = camera.step_x.max(camera.step_y);
         ray.dot(ray) * step / self.canvas.height.abs()
     }
 
-    /// Mean of what is found at points all over a receiver's outline: those in the middle of
-    /// `4^depth` triangles for each side of it.
+    /// Mean of `at` over a receiver's outline, evaluated at the centres of `4^depth` triangles for
+    /// each of its sides.
     pub fn mean(&self, receiver: usize, depth: u32, mut at: impl FnMut(Vec3) -> f64) -> f64 {
         let (mut sum, mut whole) = (0.0, 0.0);
         self.outline(receiver, |part| {
@@ -92,7 +91,7 @@ impl<'a> Picture<'a> {
     }
 }
 
-/// Mean of the values in the middle of `4^depth` equal parts of a triangle.
+/// Mean of the values at the centres of `4^depth` equal parts of a triangle.
 fn quartered(
     [a, b, c]: [PlanePoint; 3],
     depth: u32,
@@ -111,15 +110,14 @@ fn quartered(
     0.25 * sum
 }
 
-/// True where the irradiance of a point source must be averaged over a pixel that shows `point`.
+/// True when the irradiance of a point source must be averaged over the pixel that shows `point`.
 pub fn is_near(beam: &Beam, picture: &Picture<'_>, point: Vec3) -> bool {
     let d = point - beam.position;
     picture.footprint(point) > NEAR * d.length()
 }
 
-/// Irradiance on a facet within a convex outline of a picture, per unit of the light's own
-/// intensity, nothing in the way: its mean times the outline's area, each part of a pixel counting
-/// alike, and that area.
+/// Mean unoccluded irradiance times area, and area, of a convex outline in a picture, per unit of
+/// the light's own intensity. Every part of a pixel has equal weight.
 pub fn light(beam: &Beam, canvas: &Canvas<'_>, part: &[PlanePoint]) -> (f64, f64) {
     let (mut light, mut whole) = (0.0, 0.0);
     let corner = |place: &PlanePoint| Corner::new(*place, beam, canvas);
@@ -137,13 +135,13 @@ pub fn light(beam: &Beam, canvas: &Canvas<'_>, part: &[PlanePoint]) -> (f64, f64
     (light, whole)
 }
 
-/// Of a triangle in the picture.
+/// Area of a triangle in the picture.
 fn area([a, b, c]: [PlanePoint; 3]) -> f64 {
     let [u, v] = [b, c].map(|p| [p[0] - a[0], p[1] - a[1]]);
     0.5 * (u[0] * v[1] - u[1] * v[0]).abs()
 }
 
-/// A corner in the picture, and from the source.
+/// A corner in the picture, and relative to the source.
 #[derive(Clone, Copy)]
 struct Corner {
     place: PlanePoint,
@@ -175,7 +173,7 @@ fn over(source: (&Beam, &Canvas<'_>), [a, b, c]: [Corner; 3], depth: usize) -> f
             0.0
         };
     }
-    // The corner that stays whole, and the side that is halved.
+    // The corner opposite the side to be halved, and that side.
     let [tip, from, to] = if longest == sides[0] {
         [a, b, c]
     } else if longest == sides[1] {
@@ -190,7 +188,7 @@ fn over(source: (&Beam, &Canvas<'_>), [a, b, c]: [Corner; 3], depth: usize) -> f
     0.5 * (first + second)
 }
 
-/// Solid angle of a triangle at the origin, in steradian.
+/// Solid angle of a triangle seen from the origin, steradians.
 fn solid_angle([a, b, c]: [Vec3; 3]) -> f64 {
     let [la, lb, lc] = [a, b, c].map(Vec3::length);
     let triple = a.dot(b.cross(c)).abs();

@@ -1,9 +1,9 @@
-//! Direct light of a panel: all the polygons of one light together.
+//! Direct light of a panel, that is of all polygons of one light together.
 //!
 //! For each cluster of receivers every polygon of the panel has a list of occluders; the cluster's
-//! halves inherit the polygons that reach them with shorter lists. Whether a cluster may be
-//! interpolated is decided by the sum over all polygons, as only the sum is visible. Invariant: a
-//! polygon that is dropped sends no light to any point of the cluster.
+//! halves inherit the polygons that reach them, with shorter lists. The sum over all polygons
+//! decides whether a cluster may be interpolated, as only the sum is visible. Invariant: a dropped
+//! polygon sends no light to any point of the cluster.
 
 #![allow(
     clippy::indexing_slicing,
@@ -20,49 +20,49 @@ use crate::surfaces::hierarchy::Shaft;
 use footlight_show::geometry::Vec3;
 use std::ops::Range;
 
-/// Occluders beyond which an emitter is halved.
+/// Number of occluders above which an emitter is halved.
 const FEW: usize = 200;
-/// Tests of a point against an occluder that cost less than a shaft.
+/// Number of tests of a point against an occluder that cost less than a shaft.
 const CHEAP: usize = 200;
-/// How often an emitter is halved at most.
+/// Most halvings of an emitter.
 const HALVINGS: usize = 4;
 
-/// Distance of an emitter from a point, in footprints of the point's pixel, within which 4 points
-/// stand for one, within which 16, and within which 64.
+/// Distances of an emitter from a point, in footprints of the point's pixel, within which 4, 16 and
+/// 64 points are evaluated.
 const NEAR: [f64; 3] = [8.0, 2.0, 0.7];
 
 /// A convex polygon of the light.
 struct Emitter {
     light_polygon: LightPolygon,
-    /// A ball around it.
+    /// Bounding sphere.
     ball: (Vec3, f64),
-    /// How often it may still be halved.
+    /// Halvings left.
     halvings: usize,
 }
 
-/// An emitter as a cluster sees it.
+/// An emitter and its occluders for a cluster.
 #[derive(Clone)]
 struct Pair {
     emitter: usize,
-    /// In the stack of lists.
+    /// Range in the stack of lists.
     occluders: Range<usize>,
 }
 
-/// Working memory to light one chunk of a facet by a panel.
+/// Working memory for lighting one chunk of a facet by a panel.
 pub struct Panel<'a> {
     setting: SceneGeometry<'a>,
     normal: Vec3,
     facet: usize,
     integrator: LambertIntegrator,
-    /// Of the distances of [`NEAR`].
+    /// Factor on the distances of [`NEAR`].
     near: f64,
-    // Stacks: what a cluster adds is taken off when it is done.
+    // Stacks: a cluster's entries are removed when it is done.
     emitters: Vec<Emitter>,
     pairs: Vec<Pair>,
     lists: Vec<u32>,
-    /// Places that the lists may have.
+    /// Capacity of the lists.
     most: usize,
-    /// They would have more: nothing is narrowed any more.
+    /// True when the capacity is exceeded; lists are then no longer narrowed.
     full: bool,
 }
 
@@ -79,7 +79,7 @@ impl Emitter {
         }
     }
 
-    /// How far it is from a point, or some less.
+    /// Lower bound of the distance from a point.
     fn distance(&self, point: Vec3) -> f64 {
         let (middle, radius) = self.ball;
         let way = point - middle;
@@ -110,8 +110,8 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// Adds the light of these pieces, given the occluders culled for them, to a chunk; false where
-    /// the memory is too small for it.
+    /// Adds the light of these pieces, given the occluders culled for them, to a chunk; false when
+    /// memory is too small.
     pub fn shine(
         &mut self,
         (pieces, culled): (&[usize], &CulledOccluders),
@@ -154,7 +154,7 @@ impl<'a> Panel<'a> {
         !self.full
     }
 
-    /// Do these points lie on the plane of a cluster or below it?
+    /// True when these points lie on the plane of a cluster or below it.
     fn is_below(&self, corners: &[Vec3], cluster: &Cluster) -> bool {
         let at = cluster.corners[0];
         let touching = self.setting.surfaces.touching();
@@ -171,7 +171,7 @@ impl<'a> Panel<'a> {
         )
     }
 
-    /// Stacks an emitter with its occluders; in halves while they are too many.
+    /// Pushes an emitter with its occluders, halved while they are too many.
     fn pair(&mut self, emitter: usize, occluders: Range<usize>, cluster: &Cluster) {
         let halvings = self.emitters[emitter].halvings;
         if occluders.len() <= FEW || halvings == 0 {
@@ -187,7 +187,7 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// Stacks an emitter with those of some occluders that are between it and a cluster.
+    /// Pushes an emitter with those candidates that lie between it and a cluster.
     fn narrow(&mut self, emitter: usize, candidates: Range<usize>, cluster: &Cluster) {
         let own = &self.emitters[emitter];
         if is_behind(own, cluster) {
@@ -218,7 +218,7 @@ impl<'a> Panel<'a> {
         self.pair(emitter, from..self.lists.len(), cluster);
     }
 
-    /// Interpolates where that is allowed, else evaluates the points of the smallest clusters.
+    /// Interpolates where allowed, else evaluates the points of the smallest clusters.
     fn light_cluster(
         &mut self,
         picture: Option<&Picture<'_>>,
@@ -258,8 +258,8 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// Irradiance at a receiver from some pairs: that at its point, or the mean over its outline in
-    /// the picture where one of them is near.
+    /// Irradiance at a receiver from some pairs: at its point, or the mean over its outline in the
+    /// picture where one of them is near.
     fn on(
         &mut self,
         picture: Option<&Picture<'_>>,
@@ -307,7 +307,7 @@ impl<'a> Panel<'a> {
     }
 }
 
-/// Is a cluster behind the emitter?
+/// True when a cluster is behind the emitter.
 fn is_behind(emitter: &Emitter, cluster: &Cluster) -> bool {
     !cluster
         .corners

@@ -1,7 +1,7 @@
-//! Direct light of a point source: exact shadows on a picture's fragments, or at points.
+//! Direct light of a point source: exact shadows on the fragments of a picture, or at points.
 //!
-//! A cluster's halves inherit the shadows that may fall on them; the outlines of fragments are
-//! clipped by the shadows that cross them. Nothing is interpolated across a shadow's edge.
+//! A cluster's halves inherit the shadows that may fall on them; outlines of fragments are clipped
+//! by the shadows that cross them. Nothing is interpolated across the edge of a shadow.
 
 #![allow(
     clippy::indexing_slicing,
@@ -20,7 +20,7 @@ use crate::surfaces::hierarchy::SceneGeometry;
 use crate::surfaces::hierarchy::{Shaft, blocks};
 use footlight_show::geometry::Vec3;
 
-/// Working memory to light one chunk of a facet by a point source.
+/// Working memory for lighting one chunk of a facet by a point source.
 pub struct PointSourceIntegrator<'a> {
     setting: SceneGeometry<'a>,
     beam: &'a Beam,
@@ -48,8 +48,8 @@ impl<'a> PointSourceIntegrator<'a> {
         }
     }
 
-    /// Adds the source's light to a chunk: the mean over each fragment's outline if the receivers
-    /// are those of a picture, else that at the points.
+    /// Adds the source's light to a chunk: the mean over each outline if the receivers are
+    /// fragments of a picture, else the value at each point.
     pub fn shine(
         &mut self,
         receivers: &Receivers,
@@ -95,7 +95,7 @@ impl<'a> PointSourceIntegrator<'a> {
         Shaft::new(&cluster.corners, self.normal, position, None, touching)
     }
 
-    /// Light at points, given the occluders that may be before a cluster.
+    /// Light at points, given the possible occluders of a cluster.
     fn points(
         &mut self,
         cluster: &Cluster,
@@ -138,8 +138,8 @@ impl<'a> PointSourceIntegrator<'a> {
         }
     }
 
-    /// Light on the outlines of a picture's fragments, given the numbers of the shadows that may
-    /// fall on the cluster.
+    /// Light on the outlines of fragments, given the indices of the shadows that may fall on the
+    /// cluster.
     fn outlines(
         &mut self,
         picture: &Picture<'_>,
@@ -171,7 +171,7 @@ impl<'a> PointSourceIntegrator<'a> {
         }
     }
 
-    /// Mean irradiance on one fragment's outline without occluders: that at its point, unless the
+    /// Mean unoccluded irradiance on a fragment's outline: the value at its point, unless the
     /// source is near.
     fn unoccluded(&self, picture: &Picture<'_>, i: usize, point: Vec3) -> f64 {
         if !is_near(self.beam, picture, point) {
@@ -186,7 +186,7 @@ impl<'a> PointSourceIntegrator<'a> {
         if whole > 0.0 { sum / whole } else { 0.0 }
     }
 
-    /// Mean irradiance over one fragment's outline, which is zero in the shadows.
+    /// Mean irradiance over a fragment's outline, zero within the shadows.
     fn shadowed(&mut self, picture: &Picture<'_>, i: usize, point: Vec3, shadows: &[usize]) -> f64 {
         let unoccluded = self.unoccluded(picture, i, point);
         if unoccluded <= 0.0 {

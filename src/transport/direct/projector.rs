@@ -1,9 +1,9 @@
 //! A projection's image on a surface, averaged over each receiver's footprint.
 //!
-//! The light of a projection is that of an even point source ([`super::beam::Beam::even`], with
-//! visibility and distance) times the mean of the image over the footprint: a parallelogram on the
-//! surface, of a pixel or of a part of an element. At the edge of the frustum the share of the footprint
-//! that is inside counts. This module depends on neither shadows nor settings.
+//! The light of a projection is that of a uniform point source ([`super::beam::Beam::even`], with
+//! visibility and distance) times the mean of the image over the footprint, a parallelogram on the
+//! surface that stands for a pixel or part of an element. At the edge of the frustum the covered
+//! share of the footprint counts. This module depends on neither shadows nor settings.
 
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ pub struct Projector {
 }
 
 impl Projector {
-    /// `None` where [`super::beam::Beam::even`] is.
+    /// `None` when [`super::beam::Beam::even`] returns `None`.
     pub fn new(light: &Projection) -> Option<Projector> {
         Some(Projector {
             mount: light.mount,
@@ -36,15 +36,15 @@ impl Projector {
         })
     }
 
-    /// True when both project the same image from the same place: then they share visibility.
+    /// True when both project the same image from the same place and so share visibility.
     pub fn shares_projection(&self, other: &Projector) -> bool {
         self.mount == other.mount
             && self.half_size == other.half_size
             && Arc::ptr_eq(&self.gobo, &other.gobo)
     }
 
-    /// Mean of the image's plane over the parallelogram of sides `footprint` around `point`, as a
-    /// share of the peak; zero outside the frustum.
+    /// Mean of the image over the parallelogram with sides `footprint` centred at `point`, relative
+    /// to the peak; zero outside the frustum.
     pub fn share(&self, point: Vec3, footprint: [Vec3; 2]) -> f64 {
         let d = point - self.mount.position;
         let depth = self.axes.axis.dot(d);
@@ -54,7 +54,7 @@ impl Projector {
         let (x, y) = (self.axes.right.dot(d) / depth, self.axes.up.dot(d) / depth);
         let [a, b] = self.half_size;
         let place = [0.5 + 0.5 * x / a, 0.5 - 0.5 * y / b];
-        // The footprint's sides in the image, to first order.
+        // Sides of the footprint in the image, to first order.
         let side = |e: Vec3| {
             let near = self.axes.axis.dot(e);
             let [dx, dy] = [
@@ -66,8 +66,8 @@ impl Projector {
         self.mean(place, footprint.map(side))
     }
 
-    /// The projection's light at each of the receivers (a point and the sides of its footprint):
-    /// its `even` light there times the image's share.
+    /// Light of the projection at each receiver (a point and the sides of its footprint): its
+    /// `even` light there times the image's mean.
     pub fn project<'a>(
         &self,
         even: &[f32],
@@ -80,7 +80,7 @@ impl Projector {
         even.iter().zip(receivers).map(lit).collect()
     }
 
-    /// Mean over a parallelogram of the image, where the whole image is a unit square.
+    /// Mean of the image over a parallelogram; the image is the unit square.
     fn mean(&self, place: [f64; 2], sides: [[f64; 2]; 2]) -> f64 {
         let [u, v] = place;
         let [[px, py], [qx, qy]] = sides;
@@ -107,8 +107,8 @@ impl Projector {
     }
 }
 
-/// A pixel's footprint on a plane of `normal` that it shows at `point`, of which it covers
-/// `weight`.
+/// Footprint of a pixel on a plane of `normal` seen at `point`, scaled to the share `weight` of the
+/// pixel.
 pub fn pixel(camera: &Camera, point: Vec3, normal: Vec3, weight: f64) -> [Vec3; 2] {
     let ray = point - camera.origin;
     let depth = camera.forward.dot(ray) * weight.sqrt();
@@ -117,7 +117,7 @@ pub fn pixel(camera: &Camera, point: Vec3, normal: Vec3, weight: f64) -> [Vec3; 
     across.map(|e| (e - ray * (normal.dot(e) / normal.dot(ray))) * depth)
 }
 
-/// Share of an interval of length `size` around `x` that lies within 0 to 1.
+/// Share of an interval of length `size` centred at `x` that lies within 0 to 1.
 fn overlap(x: f64, size: f64) -> f64 {
     if size < 1e-9 {
         return if (0.0..=1.0).contains(&x) { 1.0 } else { 0.0 };
@@ -126,7 +126,7 @@ fn overlap(x: f64, size: f64) -> f64 {
     ((to - from) / size).max(0.0)
 }
 
-/// The projector of a light that throws an image.
+/// The projector of a light that projects an image.
 pub fn projector(light: &Light) -> Option<Projector> {
     match light {
         Light::Projection(projection) => Projector::new(projection),
@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn the_image_is_read_the_right_way_round_from_behind() {
-        // Left to right 0 to 3, and the top row brighter by 10.
+        // Values 0 to 3 from left to right; the top row is brighter by 10.
         let t = projector(4, 2, |x, y| x as f32 + if y == 0 { 10.0 } else { 0.0 });
         for x in 0..4 {
             for (y, height) in [(0, 0.5), (1, -0.5)] {
@@ -203,7 +203,7 @@ mod tests {
 
     #[test]
     fn footprints_of_many_texels_see_their_mean() {
-        // Stripes one texel wide, which single samples would see as black or white.
+        // Stripes one texel wide, which point samples would see as black or white.
         let t = projector(512, 512, |x, _| (x % 2) as f32);
         let texel = 2.0 / 512.0;
         let mut worst = [0.0_f64; 2];
@@ -222,11 +222,11 @@ mod tests {
     fn a_footprint_long_in_one_direction_is_blurred_in_that_only() {
         let t = projector(256, 256, |x, _| if x < 128 { 0.0 } else { 1.0 });
         let texel = 2.0 / 256.0;
-        // Twelve texels high, one wide, one texel beside the edge: still all light or none.
+        // Twelve texels high, one wide, one texel from the edge: still fully inside or outside.
         let tall = [vec3(texel, 0.0, 0.0), vec3(0.0, 0.0, 12.0 * texel)];
         assert!(t.share(vec3(1.5 * texel, 1.0, 0.1), tall) > 0.999);
         assert!(t.share(vec3(-1.5 * texel, 1.0, 0.1), tall) < 0.001);
-        // The same lying down sees the edge.
+        // Turned to lie flat, it crosses the edge.
         let flat = [vec3(12.0 * texel, 0.0, 0.0), vec3(0.0, 0.0, texel)];
         let found = t.share(vec3(1.5 * texel, 1.0, 0.1), flat);
         assert!((found - 0.625).abs() < 0.05, "{found}");
@@ -234,7 +234,8 @@ mod tests {
 
     #[test]
     fn footprints_add_up_to_the_image() {
-        // Whatever the footprints, the mean over a screen that holds the frustum is the image's.
+        // Whatever the footprints, the mean over a screen that contains the frustum is the image's
+        // mean.
         let t = projector(48, 32, |x, y| ((x * 5 + y * 3) % 7) as f32);
         let mean = t.gobo.texel(0.5, 0.5, 1e9, 0);
         for n in [7, 20, 150] {

@@ -1,14 +1,14 @@
-//! A smooth function fitted to a few samples near the corners and the middle of a square: a plane,
+//! A smooth function fitted to a few samples near the corners and the centre of a square: a plane
 //! and a quadratic term.
 //!
-//! Invariants: samples that do not determine a slope give no fit, as a slope extrapolated from
-//! places close together is far off; and a fit is linear in its values. This module does not depend
-//! on light.
+//! Invariants: samples that do not determine a slope give no fit, because a slope extrapolated from
+//! adjacent places has a large error; a fit is linear in its values. This module does not depend on
+//! light.
 
 use crate::direct::cluster::CORNERS;
 
-/// Least share that the places' narrow direction must have of their spread, as a product of both
-/// over the square of the sum: even places have a quarter.
+/// Least ratio of the product of the places' two principal spreads to the squared sum; evenly
+/// spread places have 0.25.
 const SPREAD: f64 = 0.03;
 
 /// A function on the square from -1 to 1.
@@ -16,15 +16,15 @@ const SPREAD: f64 = 0.03;
 pub struct QuadraticFit {
     /// Constant and slopes.
     plane: [f64; 3],
-    /// Constant of the bend, its part that grows with the distance from the middle, and its twist.
+    /// Constant of the quadratic term, its radial part, and its twist.
     bend: [f64; 3],
-    /// How far the plane is from the farthest value.
+    /// Greatest difference between the plane and a value.
     pub farthest: f64,
 }
 
 impl QuadraticFit {
-    /// Through values at places, the last of them near the middle and the others near the corners
-    /// of the square. None where the places lie along a line or close together.
+    /// Fits to values at places, the last near the centre and the others near the corners. `None`
+    /// when the places are collinear or close together.
     pub fn through(places: &[[f64; 2]; CORNERS], values: &[f64; CORNERS]) -> Option<QuadraticFit> {
         let plane = plane(places, values)?;
         let mut fit = QuadraticFit {
@@ -42,7 +42,7 @@ impl QuadraticFit {
         Some(fit)
     }
 
-    /// Its value at a place.
+    /// Value at a place.
     pub fn at(&self, [x, y]: [f64; 2]) -> f64 {
         let [level, east, north] = self.plane;
         let [middle, hill, twist] = self.bend;
@@ -50,7 +50,7 @@ impl QuadraticFit {
     }
 }
 
-/// Least-squares plane: its constant and two slopes.
+/// Least-squares plane: constant and two slopes.
 fn plane(places: &[[f64; 2]; CORNERS], values: &[f64; CORNERS]) -> Option<[f64; 3]> {
     let n = CORNERS as f64;
     let x = places.iter().map(|p| p[0]).sum::<f64>() / n;
@@ -73,8 +73,9 @@ fn plane(places: &[[f64; 2]; CORNERS], values: &[f64; CORNERS]) -> Option<[f64; 
     Some([level - east * x - north * y, east, north])
 }
 
-/// What the plane leaves: how the corners differ from the middle, and both diagonals from each
-/// other. It is bounded by a few times what is left, as the places stay in the square.
+/// Quadratic term from the residuals of the plane: the difference of the corners from the centre,
+/// and of the diagonals from each other. It is at most a few times the residuals, as the places
+/// stay in the square.
 fn bend(places: &[[f64; 2]; CORNERS], rest: &[f64; CORNERS]) -> [f64; 3] {
     let [corners @ .., [mx, my]] = places;
     let [outer @ .., inner] = rest;
@@ -119,7 +120,7 @@ mod tests {
                 f(p)
             );
         }
-        // The plane alone is off by the hill, wherever it is asked.
+        // The plane alone errs by the hill everywhere.
         let flat = QuadraticFit {
             bend: [0.0; 3],
             ..fit

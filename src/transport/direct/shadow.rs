@@ -1,9 +1,9 @@
-//! Shadows of a point source in the picture: the lit part of a fragment's outline, exactly.
+//! Shadows of a point source in the picture: the exact lit part of a fragment's outline.
 //!
 //! The shadow of a convex piece is bounded by its own plane and the planes through the source and
-//! its edges. On a facet, under a pinhole camera, each of these planes becomes a straight line of
-//! the picture, so that the lit part of an outline is found by clipping polygons in two dimensions,
-//! without samples. This module does not depend on intensity or colour.
+//! its edges. Under a pinhole camera, each of these planes meets a facet in a straight line of the
+//! picture, so the lit part of an outline is found by two-dimensional polygon clipping, without
+//! samples. This module does not depend on intensity or colour.
 
 #![allow(
     clippy::indexing_slicing,
@@ -18,30 +18,30 @@ use crate::surfaces::facet::Piece;
 use crate::surfaces::lists::Lists;
 use footlight_show::geometry::Vec3;
 
-/// Lit parts of one outline beyond which the shadows that are left are taken as whole or none
-/// for each part, at its centroid; a dozen occluders of one pixel stay far below.
+/// Lit parts of one outline above which each remaining shadow is tested at the centroid of each
+/// part only; a dozen occluders of one pixel stay far below.
 const MOST_PARTS: usize = 128;
 
 /// A facet's plane and the camera that projects it.
 #[derive(Clone, Copy, Debug)]
 pub struct Canvas<'a> {
-    /// Of the picture, in pixels.
+    /// Camera of the picture, in pixels.
     pub camera: &'a Camera,
-    /// The facet's front.
+    /// Unit normal of the facet's front.
     pub normal: Vec3,
-    /// Height of the facet's plane above the eye: negative for a facet that shows its front.
+    /// Height of the facet's plane above the eye; negative when the facet shows its front.
     pub height: f64,
 }
 
 impl Canvas<'_> {
-    /// The point of the facet's plane that shows at a place.
+    /// The point of the facet's plane seen at a place of the picture.
     pub fn point(&self, [x, y]: PlanePoint) -> Vec3 {
         let ray = self.camera.ray(x, y);
         self.camera.origin + ray * (self.height / self.normal.dot(ray))
     }
 
-    /// Where on the canvas `wall . (p - source) > offset`. With p = eye + ray h / (n . ray) and
-    /// n . ray < 0 this is linear in the ray, and the ray is linear in the picture.
+    /// Line on the canvas that bounds `wall . (p - source) > offset`. With p = eye + ray h / (n .
+    /// ray) and n . ray < 0 this is linear in the ray, and the ray is linear in the picture.
     fn line(&self, wall: Vec3, source: Vec3, offset: f64) -> Line {
         let c = self.camera;
         let own = wall.dot(c.origin - source) - offset;
@@ -49,20 +49,20 @@ impl Canvas<'_> {
     }
 }
 
-/// Shadows of pieces on a canvas, by the lines around each.
+/// Shadows of pieces on a canvas, each as its boundary lines.
 #[derive(Clone, Debug, Default)]
 pub struct Shadows {
     lines: Lists<Line>,
 }
 
 impl Shadows {
-    /// Forgets all.
+    /// Removes all shadows.
     pub fn clear(&mut self) {
         self.lines.clear();
     }
 
-    /// Adds the shadow of a piece from a point; its number, or `None` if its plane holds the
-    /// source within `touching`.
+    /// Adds the shadow of a piece from a point. Returns its index, or `None` when the piece's plane
+    /// contains the source within `touching`.
     pub fn cast(
         &mut self,
         canvas: &Canvas<'_>,
@@ -85,7 +85,7 @@ impl Shadows {
         Some(self.lines.end())
     }
 
-    /// What one shadow does to a rectangle of the picture.
+    /// Relation of a shadow to a rectangle of the picture.
     pub fn meets(&self, shadow: usize, rectangle: &Rectangle) -> Meeting {
         let mut all = true;
         for line in self.lines.get(shadow) {
@@ -103,29 +103,29 @@ impl Shadows {
     }
 }
 
-/// How a shadow lies to a rectangle.
+/// Relation of a shadow to a rectangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Meeting {
-    /// A line of the shadow has all of it outside.
+    /// The rectangle is entirely outside one of the lines.
     Misses,
-    /// Every line has all of it inside.
+    /// The rectangle is inside every line.
     Covers,
     /// Neither.
     Crosses,
 }
 
-/// How much of an outline is lit.
+/// Lit part of an outline.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lit {
-    /// All of it.
+    /// The whole outline.
     Wholly,
-    /// The parts that are left.
+    /// The remaining parts.
     Partly,
-    /// None of it.
+    /// No part.
     Not,
 }
 
-/// Cuts shadows away from an outline within `bounds`; returns what is left.
+/// Cuts shadows away from an outline within `bounds`; returns the lit part.
 pub fn shade(
     clipper: &mut PolygonClipper,
     bounds: &Rectangle,
@@ -181,7 +181,7 @@ mod tests {
         }
     }
 
-    /// Lit share of the pixel on the wall of a normal through (0, 0, -3).
+    /// Lit share of the pixel on the wall with `normal` through (0, 0, -3).
     fn lit(normal: Vec3, source: Vec3, pieces: &[Piece]) -> f64 {
         let camera = Camera::of_square(1.0);
         let canvas = Canvas {
@@ -209,11 +209,11 @@ mod tests {
 
     const FRONT: Vec3 = vec3(0.0, 0.0, 1.0);
 
-    /// A slat between a lamp and a wall, whose shadow is a tenth of a pixel wide: at the pixel's
-    /// middle there is either no shadow or nothing but shadow.
+    /// A slat between a lamp and a wall casts a shadow a tenth of a pixel wide: a point sample at
+    /// the pixel's centre would find no shadow or only shadow.
     #[test]
     fn a_shadow_narrower_than_a_pixel_takes_its_share() {
-        // The pixel shows x from -3 to 3 on the wall; the lamp is 4 before it, the slat 2.
+        // The pixel shows x from -3 to 3 on the wall; the lamp is 4 in front of it, the slat 2.
         let lamp = vec3(0.0, 0.0, 1.0);
         let slat = |x: f64| piece(rectangle((x - 0.15, x + 0.15), (-9.0, 9.0), -1.0).to_vec());
         let middle = vec3(0.0, 0.0, -3.0);
@@ -223,7 +223,7 @@ mod tests {
             assert_eq!(point, naive);
             assert!((lit(FRONT, lamp, &[slat]) - 0.9).abs() < 1e-12);
         }
-        // Overlapping shadows count once; what covers all leaves nothing.
+        // Overlapping shadows count once; a complete cover leaves nothing lit.
         assert!((lit(FRONT, lamp, &[slat(0.0), slat(0.1)]) - (0.9 - 0.1 / 3.0)).abs() < 1e-12);
         let cover = piece(vec![
             vec3(-9.0, -9.0, -1.0),
@@ -233,7 +233,7 @@ mod tests {
         assert_eq!(lit(FRONT, lamp, &[cover]), 0.0);
     }
 
-    /// More shadows than parts are kept for: still the right share, to the size of the parts.
+    /// More shadows than the part limit still give the right share, to the size of the parts.
     #[test]
     fn a_fence_of_many_bars_stays_within_bounds() {
         let lamp = vec3(0.0, 0.0, 1.0);
@@ -251,7 +251,7 @@ mod tests {
     }
 
     proptest! {
-        /// Random triangles before a tilted wall against counting 100 x 100 rays.
+        /// Compares random triangles in front of a tilted wall with counting 100 x 100 rays.
         #[test]
         fn agrees_with_counting(
             triangles in prop::collection::vec(

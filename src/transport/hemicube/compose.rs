@@ -1,4 +1,4 @@
-//! Composes a picture from solved lights: the sum, pixel by pixel, of each light times its strength.
+//! Composes an image from solved lights: pixel by pixel, the sum of each light times its strength.
 
 #![allow(
     clippy::indexing_slicing,
@@ -15,11 +15,11 @@ use footlight_stage::Light;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Fragments whose weights are found at once.
+/// Fragments whose weights are computed together.
 const RUN: usize = 4096;
 
-/// For each fragment the gather points around it with their interpolation weights, as `around`,
-/// given its number, adds them to a list.
+/// Gather points around each fragment with their interpolation weights; `around` adds those of the
+/// fragment with a given index to a list.
 pub fn gather_weights(
     fragments: &[Fragment],
     around: impl Fn(usize, &Fragment, &mut Vec<(u32, f32)>) + Sync,
@@ -35,8 +35,8 @@ pub fn gather_weights(
     Lists::concat(fragments.par_chunks(RUN).enumerate().map(run).collect())
 }
 
-/// Reflectance of each fragment, its texture averaged over what it covers; none where the scene has no
-/// textures.
+/// Reflectance of each fragment, its texture averaged over the covered area; empty when the scene
+/// has no textures.
 pub fn paints(surfaces: &Surfaces, fragments: &Fragments) -> Vec<[f32; 3]> {
     if surfaces
         .facets
@@ -63,7 +63,7 @@ pub fn paints(surfaces: &Surfaces, fragments: &Fragments) -> Vec<[f32; 3]> {
 }
 
 impl HemicubeRadiosity {
-    /// The picture of lights of given strengths, all of which are solved.
+    /// Image of lights of given strengths, all of which are solved.
     pub(super) fn compose(&self, strengths: &[[f64; 3]]) -> Image {
         let lit: Vec<(&Solution, [f64; 3])> = self
             .solutions

@@ -1,11 +1,12 @@
-//! Predicted cost of a step on a scene, before anything expensive is done.
+//! Predicted cost of a step on a scene, before any expensive work.
 //!
 //! The work is counted: hemicubes and their pixels, fragments, pairs of receiver and emitter, form
-//! factors. The counts come from the same layouts that the operator uses and from one rasterization
-//! of the view at one sample a pixel; no form factor and no shadow is computed. Each count has a
-//! unit cost, fitted to measurements of shipped scenes (`cargo run --release -p footlight-studies --bin cost` lists
-//! them); a change of the operator needs a new fit. The unit is the time of one small fixed task on
-//! the machine at hand ([`Transport::cost_scale`](crate::Transport::cost_scale)), so that no machine's speed is written here.
+//! factors. The counts come from the operator's own layouts and from one rasterisation of the view
+//! at one sample a pixel; no form factor or shadow is computed. Each count has a unit cost, fitted
+//! to measurements of shipped scenes (`cargo run --release -p footlight-studies --bin cost` lists
+//! them); a change of the operator needs a new fit. The unit is the time of a small fixed task on
+//! the current machine ([`Transport::cost_scale`](crate::Transport::cost_scale)), so the costs do
+//! not depend on the machine.
 
 #![allow(
     clippy::indexing_slicing,
@@ -50,32 +51,32 @@ const LIGHTS_COSTS: [f64; 5] = [6.0e-7, 9.0e-8, 1.0e-8, 2.5e-8, 1.05e-8];
 /// Units of cost for each of [`PICTURE`].
 const PICTURE_COSTS: [f64; 2] = [4.0e-8, 3.0e-9];
 
-/// The work that a step is, in countable pieces.
+/// The countable work of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Counts {
-    /// To prepare, as [`PREPARE`] names them.
+    /// Preparation, named by [`PREPARE`].
     pub prepare: [f64; 6],
-    /// To solve all lights, as [`LIGHTS`] names them.
+    /// Solution of all lights, named by [`LIGHTS`].
     pub lights: [f64; 5],
-    /// To compose one picture with all lights on, as [`PICTURE`] names them.
+    /// Composition of one image with all lights on, named by [`PICTURE`].
     pub picture: [f64; 2],
     /// Mesh elements.
     pub elements: usize,
-    /// Gather points that the view needs.
+    /// Gather points needed by the view.
     pub gather_points: usize,
 }
 
-/// What the view shows at one sample a pixel.
+/// Contents of the view at one sample a pixel.
 struct ViewCounts {
     /// Pixels of each facet.
     pixels: Vec<f64>,
-    /// Pixels that show one facet and whose neighbours show it too, not stretched on it.
+    /// Pixels that show one facet, as do their neighbours, and are not stretched on it.
     inside: f64,
-    /// The same, stretched.
+    /// Such pixels that are stretched.
     stretched: f64,
-    /// The others.
+    /// All other pixels.
     edges: f64,
-    /// Where each pixel's ray ends, with its facet.
+    /// End of each pixel's ray, with its facet.
     points: Vec<(usize, Vec3)>,
 }
 
@@ -83,7 +84,7 @@ impl Counts {
     /// Counts the work of a step.
     ///
     /// # Errors
-    /// [`TransportError`] for a setup that cannot be used.
+    /// [`TransportError`] for an unusable setup.
     pub fn of(setup: &Setup, step: HemicubeStep) -> Result<Counts, TransportError> {
         let Setup { scene, rig, view } = setup;
         let surfaces = Surfaces::shapes(scene)?;
@@ -101,11 +102,11 @@ impl Counts {
         let (inside, edges) = (
             in_view.inside * step.sampling.split.parts().pow(2) as f64
                 + in_view.stretched * step.sampling.stretched_split.parts().pow(2) as f64,
-            // An edge pixel shows two facets or three.
+            // An edge pixel shows two or three facets.
             in_view.edges * 2.2 * step.sampling.edge_split.parts().pow(2) as f64,
         );
         let fragments = inside + edges;
-        // Where nothing is interpolated every fragment is evaluated.
+        // Without interpolation every fragment is evaluated.
         let evaluated = if step.tolerance > 0.0 { 0.0 } else { fragments };
         let emitters = emitters(&surfaces, rig) as f64;
         let lights = rig.lights.len() as f64;
@@ -135,12 +136,12 @@ impl Counts {
         })
     }
 
-    /// In units of [`Transport::cost_scale`](crate::Transport::cost_scale).
+    /// Cost in units of [`Transport::cost_scale`](crate::Transport::cost_scale).
     pub fn cost(&self, sources: usize) -> Cost {
         let sum = |counts: &[f64], units: &[f64]| -> f64 {
             counts.iter().zip(units).map(|(c, u)| c * u).sum()
         };
-        // Of the lights a source has its share.
+        // A source has its share of the lights.
         let [fragments, lit] = self.picture;
         let alone = [fragments, lit / sources.max(1) as f64];
         Cost {
@@ -151,7 +152,7 @@ impl Counts {
         }
     }
 
-    /// What the step sets on this scene.
+    /// Parameters of the step for this scene.
     pub fn quality_parameters(&self, step: HemicubeStep) -> Vec<QualityParameter> {
         let of = |name, amount: f64| QualityParameter { name, amount };
         vec![
@@ -165,7 +166,7 @@ impl Counts {
     }
 }
 
-/// Convex emitting polygons and points of all lights.
+/// Number of convex emitting polygons and points of all lights.
 fn emitters(surfaces: &Surfaces, rig: &Rig) -> usize {
     let of = |light: &Light| match light {
         Light::Panel { material, .. } => {
@@ -178,7 +179,7 @@ fn emitters(surfaces: &Surfaces, rig: &Rig) -> usize {
 }
 
 impl ViewCounts {
-    /// Of the view; a large one is counted on a smaller picture and scaled.
+    /// Counts a view; a large one is counted at reduced size and scaled.
     fn of(surfaces: &Surfaces, view: &View) -> Result<ViewCounts, TransportError> {
         camera(view)?;
         let mut times = 1;
@@ -191,7 +192,7 @@ impl ViewCounts {
             ..view.clone()
         };
         let mut out = ViewCounts::at_once(surfaces, &small)?;
-        // Edges grow in length, all else in area.
+        // Edges scale with length, everything else with area.
         let times = times as f64;
         out.edges *= times;
         for area in [&mut out.inside, &mut out.stretched]
@@ -250,8 +251,9 @@ impl ViewCounts {
         Ok(out)
     }
 
-    /// The gather points of a layout that the picture needs, and about how many of them have a
-    /// hemicube of their own at a `reach` ([`HemicubeStep::reach`]): those near the rim, where joints are.
+    /// Number of gather points of a layout that the picture needs, and approximately how many of
+    /// them have their own hemicube at a `reach` ([`HemicubeStep::reach`]): those near the rim,
+    /// where joints are.
     fn gather_points(&self, layout: &Layout, reach: f64) -> (usize, f64) {
         let mut wanted = vec![false; layout.cells()];
         for (facet, point) in &self.points {
@@ -273,11 +275,12 @@ impl ViewCounts {
     }
 }
 
-/// Pixels of the largest picture that is counted itself.
+/// Pixels of the largest picture that is counted at full size.
 const MOST_PIXELS: usize = 1 << 21;
 
-/// How fast reflected light changes near a joint, times the distance from it.
+/// Rate of change of reflected light near a joint, times the distance from the joint.
 const CHANGE: f64 = 0.3;
 
-/// Reaches from a joint beyond which one gather point of 4, of 16 and of 64 has a hemicube.
+/// Distances from a joint, in reaches, beyond which one gather point in 4, 16 and 64 has a
+/// hemicube.
 const DENSITIES: [f64; 3] = [1.0, 2.0, 4.0];

@@ -1,9 +1,9 @@
-//! Mean direct light of each element: what it reflects first.
+//! Mean direct light of each element, the start of the iteration.
 //!
-//! Four samples of an element suffice far from the light. Near it, and where a beam's edge or a
-//! shadow crosses the element, they may miss its mean, and all reflected light would be wrong by as
-//! much. So an element whose samples differ by more than a share of the light's flux is divided
-//! into quarters, again and again, until they agree. Invariant: the samples depend on the light at
+//! Four samples per element suffice far from the light. Near it, and where a beam's edge or a
+//! shadow crosses the element, they may miss the mean, and all reflected light would have that
+//! error. Therefore an element whose samples differ by more than a share of the light's flux is
+//! repeatedly divided into quarters until they agree. Invariant: the samples depend on the light at
 //! unit strength alone, so that G stays linear.
 
 #![allow(
@@ -21,13 +21,14 @@ use crate::surfaces::hierarchy::SceneGeometry;
 use footlight_host::work::Work;
 use rayon::prelude::*;
 
-/// How far the samples of an element may differ, as a share of all that the elements reflect.
+/// Allowed difference between the samples of an element, relative to the flux that all elements
+/// reflect.
 const ALLOWED: f64 = 5e-4;
 
-/// How often a sample is quartered at most.
+/// Most subdivisions of a sample.
 const DEEPEST: usize = 4;
 
-/// A part of an element and the even light at it.
+/// A part of an element and its uniform light.
 #[derive(Clone)]
 struct Part {
     element: usize,
@@ -37,7 +38,7 @@ struct Part {
 
 impl HemicubeRadiosity {
     /// Mean direct irradiance of each element, for one light or for the planes of one projected
-    /// image, which share all but the texels.
+    /// image, which share everything except the texels.
     ///
     /// # Errors
     /// As [`irradiance`].
@@ -51,7 +52,7 @@ impl HemicubeRadiosity {
         Ok(lights.iter().map(|&l| self.means(l, &parts)).collect())
     }
 
-    /// Parts of the elements, as fine as the light needs.
+    /// Parts of the elements, as fine as the light requires.
     fn parts(&self, light: &Shining<'_>, work: Work<'_>) -> Result<Vec<Part>, TransportError> {
         let mut groups = self.first_parts(light, work)?;
         let power = |p: &Part| self.weight(p.element) * p.sample.area * f64::from(p.light);
@@ -71,7 +72,7 @@ impl HemicubeRadiosity {
         Ok(done)
     }
 
-    /// The greatest reflectance of an element, by which errors of its light are weighted.
+    /// Greatest reflectance of an element, which weights errors of its light.
     fn weight(&self, element: usize) -> f64 {
         let most = self.reflectance[element]
             .iter()
@@ -80,8 +81,8 @@ impl HemicubeRadiosity {
         f64::from(most)
     }
 
-    /// For each element the greatest difference of its light from that of its neighbours: what its
-    /// own samples miss may show in theirs.
+    /// For each element the greatest difference between its light and that of its neighbours, which
+    /// may reveal light that its own samples miss.
     fn neighbour_difference(&self, groups: &[Vec<Part>]) -> Vec<f64> {
         let mean = |g: &Vec<Part>| {
             let sum: f64 = g.iter().map(|p| f64::from(p.light)).sum();
@@ -97,8 +98,8 @@ impl HemicubeRadiosity {
         apart
     }
 
-    /// How unequal the parts of a group are, as reflected flux; at least half of the `difference`
-    /// from the neighbours.
+    /// Spread of the parts of a group, as reflected flux; at least half of the `difference` from
+    /// the neighbours.
     fn spread(&self, group: &[Part], difference: f64) -> f64 {
         let area: f64 = group.iter().map(|p| p.sample.area).sum();
         let flux: f64 = group
@@ -112,7 +113,7 @@ impl HemicubeRadiosity {
         weight * own.max(0.5 * area * difference)
     }
 
-    /// The samples that the mesh has, element by element.
+    /// The mesh's own samples, element by element.
     fn first_parts(
         &self,
         light: &Shining<'_>,
@@ -135,7 +136,7 @@ impl HemicubeRadiosity {
         Ok(samples.enumerate().map(group).collect())
     }
 
-    /// The quarters of each part, without those that are dark because they are inside a solid.
+    /// Quarters of each part, without those inside a solid, which are dark.
     fn quartered(
         &self,
         light: &Shining<'_>,
@@ -184,7 +185,7 @@ impl HemicubeRadiosity {
         SceneGeometry::new(&self.surfaces, &self.hierarchy)
     }
 
-    /// Mean over the parts of each element; of a projection, what its image leaves of them.
+    /// Mean over the parts of each element; for a projection, multiplied by its image.
     fn means(&self, light: usize, parts: &[Part]) -> Vec<f32> {
         let mut sums = vec![[0.0_f64; 2]; self.mesh.elements.len()];
         let even: Vec<f32> = parts.iter().map(|p| p.light).collect();

@@ -1,11 +1,10 @@
-//! Interior-point rejection: which points lie inside a solid, where no light can come.
+//! Interior-point rejection: points inside a solid, which no light can reach.
 //!
 //! Solids are seldom closed: a box on a floor has no bottom, and the floor continues beneath it. So
-//! a point is open if a visibility seed (the camera, a luminaire) or the void is visible from it, or
-//! if a surface visible from it is open in the same way, up to two surfaces away. Only the nearest
-//! seeds are tested: a recess with a lamp of its own has its seed there. A point that three bounces
-//! from its nearest lamps do not reach is rejected too: it is dark, or nearly. This module does not
-//! depend on meshes.
+//! a point is open if a visibility seed (the camera, a luminaire) or the void is visible from it,
+//! or if a surface visible from it is open by the same rule, up to two surfaces away. Only the
+//! nearest seeds are tested, so a recess with its own lamp has a seed there. A point more than
+//! three bounces from its nearest lamps is rejected too: it is nearly dark.
 
 #![allow(
     clippy::indexing_slicing,
@@ -16,13 +15,13 @@ use crate::direct::PreparedLight;
 use crate::surfaces::hierarchy::SceneGeometry;
 use footlight_show::geometry::{Vec3, frame};
 
-/// Seeds of one light at most; a panel of many faces has one on some of them.
+/// Most seeds of one light; a panel of many faces has seeds on some of them.
 const SEEDS_OF_A_LIGHT: usize = 4;
 
-/// Seeds tested for one point at most.
+/// Most seeds tested for one point.
 const TESTED: usize = 16;
 
-/// Surfaces in a row from which a seed may be visible.
+/// Most surfaces in a chain to a seed.
 const DEPTH: usize = 2;
 
 /// The visibility seeds of a scene: the camera and points of the luminaires.
@@ -61,7 +60,7 @@ fn nearest(seeds: &[Vec3], p: Vec3) -> impl Iterator<Item = Vec3> {
     known.map(|(_, b)| b)
 }
 
-/// Is a point on the front of `facet` inside a solid?
+/// True when a point on the front of `facet` is inside a solid.
 pub fn is_interior(setting: SceneGeometry<'_>, seeds: &[Vec3], facet: usize, point: Vec3) -> bool {
     !is_open(setting, seeds, facet, point, DEPTH)
 }
@@ -83,7 +82,7 @@ fn is_open(
     }
     let [u, v] = frame(normal);
     let lean = |a: f64, b: f64| normal + u * a + v * b;
-    // Unequal leanings, so that rays do not run along the edges of axis-aligned boxes.
+    // Unequal slopes, so that rays do not run along the edges of axis-aligned boxes.
     [
         lean(0.013, 0.021),
         lean(0.83, 0.37),
@@ -114,7 +113,7 @@ mod tests {
     use footlight_show::model::Spot;
     use footlight_show::units::Rgb;
 
-    /// A floor, and a box without a bottom on it; the wall at y = 1 goes on behind the box.
+    /// A floor, and a box without a bottom on it; the wall at y = 1 continues behind the box.
     fn scene() -> Surfaces {
         let floor = rectangle((-9.0, 9.0), (-9.0, 1.0), 0.0).to_vec();
         let wall = [(-9.0, 0.0), (9.0, 0.0), (9.0, 9.0), (-9.0, 9.0)];
@@ -154,8 +153,8 @@ mod tests {
         }
     }
 
-    /// One of forty lamps is in the box, from where no other is visible; every third of them would
-    /// not include it.
+    /// One of forty lamps is in the box, where no other is visible; every third of them would not
+    /// include it.
     #[test]
     fn a_lamp_in_a_recess_is_its_seed() {
         let surfaces = scene();

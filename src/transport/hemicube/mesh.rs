@@ -1,11 +1,11 @@
 //! Elements: each facet divided by a grid along its longest edge.
 //!
-//! A cell of the grid, clipped to the facet, is an element with a centre (of its hemicube) and up to
-//! four samples (of its direct light). Points inside a solid are left out, so that they do not
-//! darken what is interpolated next to them. Where something stands on the facet the cell is split
-//! along its contact edge (discontinuity meshing): each part is an element, and nothing is
-//! interpolated across. Black facets have no elements. Invariant: a mesh depends on the scene, the
-//! cell size, the visibility seeds and the requests alone. This module does not depend on lights.
+//! A cell of the grid, clipped to the facet, is an element with a centre (of its hemicube) and up
+//! to four samples (of its direct light). Points inside a solid are omitted, so that they do not
+//! darken the interpolation around them. A cell is split along contact edges, where other surfaces
+//! stand on the facet (discontinuity meshing): each part is an element, and nothing is interpolated
+//! across. Black facets have no elements. Invariant: a mesh depends on the scene, the cell size,
+//! the visibility seeds and the requests alone. This module does not depend on lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -28,29 +28,29 @@ use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::Vec3;
 use rayon::prelude::*;
 
-/// No element: nothing of the cell lies on the facet, or it is inside a solid.
+/// No element: the cell is off the facet or inside a solid.
 pub const NONE: u32 = u32::MAX;
 
-/// Marks a cell that is cut; the other bits number the root of its BSP.
+/// Flag of a cut cell; the other bits are the index of the root of its BSP.
 const CUT: u32 = 1 << 31;
 
-/// A surface that rises above a facet by less than this share of a cell does not cut it.
+/// Least rise of a surface above a facet, in cells, that cuts a cell.
 const LEAST_RISE: f64 = 0.1;
 
-/// A point nearer than this to a surface that stands on a cell (in cells) counts as on it.
+/// Distance from a surface that stands on a cell, in cells, within which a point counts as on it.
 const CONTACT_TOLERANCE: f32 = 1e-3;
 
 /// A BSP split of a cell by a surface that stands on it; lengths in cells of the grid.
 #[derive(Clone, Copy, Debug)]
 struct BspNode {
-    /// The contact edge, as [`SplitPlane::line`].
+    /// The contact edge; see [`SplitPlane::line`].
     line: [f32; 3],
-    /// As [`SplitPlane::lean`] and [`SplitPlane::rise`].
+    /// See [`SplitPlane::lean`] and [`SplitPlane::rise`].
     lean: f32,
     rise: f32,
-    /// What lies where the line is negative, and where it is not: entries as in [`Mesh::cells`].
+    /// Entries, like those of [`Mesh::cells`], where the line is negative and where it is not.
     sides: [u32; 2],
-    /// The same, as in [`Mesh::display_cells`].
+    /// Likewise, for [`Mesh::display_cells`].
     display_sides: [u32; 2],
 }
 
@@ -72,41 +72,41 @@ impl PointAboveFacet {
 /// Elements of all facets.
 #[derive(Clone, Debug)]
 pub struct Mesh {
-    /// One for each facet; `None` for those that reflect nothing.
+    /// One for each facet; `None` for facets that reflect nothing.
     pub grids: Vec<Option<Grid>>,
-    /// For each cell of all grids its element, or [`NONE`], or [`CUT`] and the number of a BSP node.
+    /// For each cell of all grids its element, [`NONE`], or [`CUT`] and the index of a BSP node.
     cells: Vec<u32>,
-    /// The same, with the nearest element of the grid where a cell has none: the visible rest of a
-    /// nearly hidden cell is lit like its neighbour.
+    /// Like `cells`, with the nearest element of the grid for a cell without one: the visible rest
+    /// of a nearly hidden cell is lit like its neighbour.
     display_cells: Vec<u32>,
-    /// For each cell, whether it or one next to it is cut.
+    /// For each cell, true when it or an adjacent cell is cut.
     near_cut: Vec<bool>,
     bsp_nodes: Vec<BspNode>,
-    /// In the order of their cells.
+    /// In cell order.
     pub elements: Vec<Element>,
 }
 
-/// What a mesh is to make of a cell of its layout.
+/// A request for a cell of a layout.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CellRequest {
-    /// Is it to be an element?
+    /// True when the cell should become an element.
     pub wanted: bool,
-    /// A point of it that a fragment shows, which is therefore not inside a solid.
+    /// A point of the cell that a fragment shows, which is therefore outside all solids.
     pub visible_point: Option<Vec3>,
 }
 
 impl CellRequest {
-    /// An element; no point is known to be visible.
+    /// Requests an element, with no known visible point.
     pub const WANTED: CellRequest = CellRequest {
         wanted: true,
         visible_point: None,
     };
 }
 
-/// A cell, numbered within all grids, with its elements.
+/// A cell, by its index in all grids, with its elements.
 type MadeCell = (usize, BspTree<Option<Element>>);
 
-/// The cells of a mesh before any is made an element.
+/// The cells of a mesh before elements are made.
 #[derive(Clone, Debug)]
 pub struct Layout {
     grids: Vec<Option<Grid>>,
@@ -114,15 +114,15 @@ pub struct Layout {
 }
 
 impl Layout {
-    /// Grids for about `target` elements over all facets that reflect, at least one each.
+    /// Grids with approximately `target` elements over all facets that reflect, at least one each.
     pub fn of_elements(surfaces: &Surfaces, target: usize) -> Layout {
         let side = mean_side(surfaces, target);
         Layout::with(surfaces, |_| side, false)
     }
 
-    /// Grids for a final gather: about `target` gather points over all facets that reflect, and on
-    /// each facet about one for each 5 x 5 of the `pixels` that show it, if that is more. The
-    /// outermost gather points stand on the rim, as light changes fastest next to a joint.
+    /// Grids for a final gather, with approximately `target` gather points over all facets that
+    /// reflect, or on each facet one for each 5 x 5 of the `pixels` that show it, if that is more.
+    /// The outermost gather points lie on the rim, as light changes fastest next to a joint.
     pub fn of_gather_points(surfaces: &Surfaces, target: usize, pixels: &[f64]) -> Layout {
         let side = mean_side(surfaces, target);
         let close = |f: usize| (surfaces.facets[f].area * 25.0 / pixels[f].max(1.0)).sqrt();
@@ -164,10 +164,10 @@ impl Layout {
         made.unwrap()
     }
 
-    /// Makes elements of the cells that are wanted (one request for each cell).
+    /// Makes elements of the requested cells, given one request for each cell.
     ///
     /// # Errors
-    /// Cancel.
+    /// On cancel.
     pub fn mesh(
         self,
         setting: SceneGeometry<'_>,
@@ -217,7 +217,7 @@ impl Layout {
     }
 }
 
-/// The BSPs of the cells of a facet's grid, in order.
+/// BSPs of the cells of a facet's grid, in order.
 fn trees(grid: &Grid, facet: usize, contacts: &Contacts<'_>) -> Vec<BspTree<Vec<Line>>> {
     let least = LEAST_RISE / grid.scale[0].max(grid.scale[1]);
     let mut edges = vec![Vec::new(); grid.counts[0] * grid.counts[1]];
@@ -238,7 +238,7 @@ fn trees(grid: &Grid, facet: usize, contacts: &Contacts<'_>) -> Vec<BspTree<Vec<
         .collect()
 }
 
-/// Side of a cell when `target` of them share the area of all facets that reflect.
+/// Side of a cell when `target` cells cover the area of all facets that reflect.
 fn mean_side(surfaces: &Surfaces, target: usize) -> f64 {
     let lit = surfaces.facets.iter().filter(|f| !f.is_black());
     let area: f64 = lit.map(|f| f.area).sum();
@@ -246,7 +246,7 @@ fn mean_side(surfaces: &Surfaces, target: usize) -> f64 {
 }
 
 impl Mesh {
-    /// The element at a point of a facet, or the nearest one where its cell has none; [`NONE`] if
+    /// The element at a point of a facet, or the nearest one if its cell has none; [`NONE`] if
     /// there is none.
     pub fn at(&self, facet: usize, p: Vec3) -> u32 {
         let Some(grid) = &self.grids[facet] else {
@@ -255,14 +255,14 @@ impl Mesh {
         self.element_for_display(grid.cell(p), grid.place(p).map(|x| x as f32))
     }
 
-    /// The BSP node that an entry of [`Mesh::cells`] or [`Mesh::display_cells`] numbers.
+    /// The BSP node of an entry of [`Mesh::cells`] or [`Mesh::display_cells`].
     fn bsp_node(&self, entry: u32) -> Option<&BspNode> {
         let is_node = entry & CUT != 0 && entry != NONE;
         is_node.then(|| &self.bsp_nodes[(entry & !CUT) as usize])
     }
 
-    /// The element whose light a place (in cells of its grid) of a cell shows: the cell's own, or
-    /// where it has none the nearest of the grid; [`NONE`] if there is none.
+    /// The element whose light a place of a cell (in cells of its grid) shows: the cell's own, or
+    /// the nearest of the grid; [`NONE`] if there is none.
     pub fn element_for_display(&self, cell: usize, place: [f32; 2]) -> u32 {
         let mut found = self.display_cells[cell];
         while let Some(node) = self.bsp_node(found) {
@@ -271,22 +271,22 @@ impl Mesh {
         found
     }
 
-    /// The element whose light every place of a cell shows, [`NONE`] included; `None` if the cell or
-    /// one next to it is cut.
+    /// The element whose light every place of a cell shows, possibly [`NONE`]; `None` if the cell
+    /// or an adjacent one is cut.
     pub fn element_for_display_if_uncut(&self, cell: usize) -> Option<u32> {
         (!self.near_cut[cell]).then_some(self.display_cells[cell])
     }
 
-    /// Is a cell one element or none, not split by a contact edge?
+    /// True when a cell is one element or none, not split by a contact edge.
     pub fn is_uncut(&self, cell: usize) -> bool {
         let own = self.cells[cell];
         own == NONE || own & CUT == 0
     }
 
-    /// Do the surfaces that stand on `cells` occlude the second place of the facet from a `point`
-    /// from which the first is visible? Only one between the two places and between the point and
-    /// the second can: it occludes the place if the ray from the point crosses it below its top. If
-    /// the ray passes above, something may stand on top of it, and the result is `None`.
+    /// True when surfaces that stand on `cells` hide the second place of the facet from a `point`
+    /// from which the first is visible. Only a surface between the two places and between the point
+    /// and the second can do so, if the ray from the point crosses it below its top. If the ray
+    /// passes above it, another object may stand on top, and the result is `None`.
     pub fn occludes(
         &self,
         cells: impl Iterator<Item = usize>,
@@ -295,7 +295,7 @@ impl Mesh {
     ) -> Option<bool> {
         let mut above = false;
         for cell in cells {
-            // Only the nodes on the path to the second place can be between.
+            // Only the nodes on the path to the second place can lie between.
             let mut found = self.display_cells[cell];
             while let Some(node) = self.bsp_node(found) {
                 let at = node.signed_distance(PointAboveFacet::on_facet(place));
@@ -314,7 +314,7 @@ impl Mesh {
         (!above).then_some(false)
     }
 
-    /// The element of a cell that a place belongs to; [`NONE`] if it has none.
+    /// The element of a cell at a place; [`NONE`] if there is none.
     fn own_element(&self, cell: usize, place: [f64; 2]) -> u32 {
         let mut found = self.cells[cell];
         while let Some(node) = self.bsp_node(found) {
@@ -335,8 +335,8 @@ impl Mesh {
             }
             BspTree::Split(SplitPlane { line, lean, rise }, sides) => {
                 let [low, high] = (*sides).map(|side| self.add_tree(side));
-                // A part without an element is hidden: where rounding shows it, its neighbour's light
-                // is taken.
+                // A part without an element is hidden; if rounding shows it, it takes its
+                // neighbour's light.
                 let display_sides = match (low.1, high.1) {
                     (NONE, NONE) => return (NONE, NONE),
                     (NONE, other) | (other, NONE) => [other, other],
@@ -355,9 +355,10 @@ impl Mesh {
         }
     }
 
-    /// Elements around a point of a facet and their bilinear weights, which sum to 1: of the cells
-    /// around it those that are elements on the same side of all contact edges there, or else its
-    /// own, or else the nearest of the grid's neighbourhood. Weights are all zero if there is none.
+    /// Elements around a point of a facet and their bilinear weights, which sum to 1: among the
+    /// surrounding cells, elements on the same side of all contact edges; failing that the cell's
+    /// own element; failing that the nearest one in the grid's neighbourhood. All weights are zero
+    /// if there is none.
     pub fn stencil(&self, facet: usize, p: Vec3) -> [(u32, f32); 4] {
         let mut out = [(0, 0.0); 4];
         let Some(grid) = &self.grids[facet] else {
@@ -370,7 +371,7 @@ impl Mesh {
             } else {
                 self.own_element(cell, grid.clamped(cell, place))
             };
-            // Where the way to the cell leaves this one, or, seen from there, comes in.
+            // Where the path to the cell leaves this one, or, seen from there, enters it.
             let way = || grid.clamped(home, grid.clamped(cell, place));
             let same = self.is_uncut(home)
                 || self.own_element(home, place) == self.own_element(home, way());
@@ -396,7 +397,7 @@ impl Mesh {
         out
     }
 
-    /// The element of a cell (column and row); `None` if the cell is cut or has none.
+    /// The element of a cell (column and row); `None` if the cell is cut or empty.
     pub fn uncut_element(&self, grid: &Grid, at: [usize; 2]) -> Option<usize> {
         let element = self.cells[grid.at(at)];
         (element & CUT == 0).then_some(element as usize)
@@ -413,13 +414,13 @@ impl Mesh {
         }
     }
 
-    /// Calls `take` once for each two adjacent uncut elements of a facet.
+    /// Calls `take` once for each pair of adjacent uncut elements of a facet.
     pub fn each_pair(&self, mut take: impl FnMut(usize, usize)) {
         for grid in self.grids.iter().flatten() {
             let [columns, rows] = grid.counts;
             let mut both = |a: [usize; 2], b: [usize; 2]| {
                 let [a, b] = [a, b].map(|at| self.cells[grid.at(at)]);
-                // Parts of a cut cell are divided by what stands there, as is their light.
+                // Parts of a cut cell are separated by the surface there, and so is their light.
                 if (a | b) & CUT == 0 {
                     take(a as usize, b as usize);
                 }
@@ -435,8 +436,8 @@ impl Mesh {
         }
     }
 
-    /// Calls `take` for each three adjacent uncut elements in a row along an axis of a facet's grid,
-    /// in the order of the one in the middle.
+    /// Calls `take` for each three adjacent uncut elements along an axis of a facet's grid, in the
+    /// order of the middle one.
     pub fn each_three(&self, axis: usize, mut take: impl FnMut([usize; 3])) {
         for grid in self.grids.iter().flatten() {
             let count = grid.counts[0] * grid.counts[1];
@@ -455,7 +456,7 @@ impl Mesh {
         }
     }
 
-    /// [`Mesh::cells`] with the nearest element, up to 2 cells away, where a cell has none.
+    /// [`Mesh::cells`] with the nearest element, up to 2 cells away, for cells without one.
     fn with_nearest_elements(&self) -> Vec<u32> {
         let mut filled = self.cells.clone();
         for grid in self.grids.iter().flatten() {
@@ -470,7 +471,7 @@ impl Mesh {
         filled
     }
 
-    /// For each cell, whether it or one next to it is cut.
+    /// For each cell, true when it or an adjacent cell is cut.
     fn cells_near_cuts(&self) -> Vec<bool> {
         let mut around = vec![false; self.cells.len()];
         for grid in self.grids.iter().flatten() {
@@ -510,7 +511,7 @@ impl Mesh {
 }
 
 impl BspNode {
-    /// Which of the two sides a place is on.
+    /// Index of the side of a place.
     fn side(&self, place: [f32; 2]) -> usize {
         usize::from(self.signed_distance(PointAboveFacet::on_facet(place)) >= 0.0)
     }

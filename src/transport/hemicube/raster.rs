@@ -1,13 +1,13 @@
-//! The hemicube rasterizer: all polygons around a point, drawn on the faces of a cube in single
+//! The hemicube rasteriser: all polygons around a point, drawn on the faces of a cube in single
 //! precision.
 //!
-//! Corners that polygons share are stored and transformed once. A face is an item buffer of facets:
-//! the nearest wins, of two in one plane the later one. Backs are drawn first, so that a wall of two
-//! faces back to back is visible on both sides, then large pieces before small ones. Backs and black
-//! facets are drawn as [`BLACK`]: they occlude and send nothing. Backs of convex solids are left
-//! out. Invariants: every outline is drawn wider by a five-hundredth of a pixel, and a polygon is
-//! clipped where it comes nearer than any of its points on the face can be, so that coordinates
-//! stay small. This module does not depend on elements and lights.
+//! Shared corners are stored and transformed once. A face is an item buffer of facets: the nearest
+//! wins, or the later one of two in one plane. Backs are drawn first, so that two coincident faces
+//! back to back are visible from both sides, then large pieces before small ones. Backs and black
+//! facets are drawn as [`BLACK`]: they occlude and send nothing. Backs of convex solids are
+//! omitted. Invariants: every outline is widened by a five-hundredth of a pixel, and a polygon is
+//! clipped nearer than any of its points on the face can be, so that coordinates stay small. This
+//! module does not depend on elements or lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -21,25 +21,25 @@ use std::collections::BTreeMap;
 /// Nothing was drawn.
 pub const NOTHING: u32 = u32::MAX;
 
-/// Something that sends no light.
+/// A surface that sends no light.
 pub const BLACK: u32 = u32::MAX - 1;
 
-/// Pixels that outlines are widened by.
+/// Pixels by which outlines are widened.
 const WIDER: f32 = 2e-3;
 
-/// Rounding of inverse depths in single precision, as a share of their terms.
+/// Rounding error of inverse depths in single precision, relative to their terms.
 const ROUNDING: f32 = 4e-7;
 
-/// The smallest float above which all floats are whole numbers.
+/// From this value on all floats are integers.
 const WHOLE: f32 = 8_388_608.0;
 
 /// The corners of all pieces.
 #[derive(Clone, Debug)]
 pub struct VertexBuffer {
     middle: Vec3,
-    /// x, y and z of each corner, from the middle of the scene.
+    /// x, y and z of each corner, relative to the centre of the scene.
     corners: [Vec<f32>; 3],
-    /// Of each piece, where its corners start in `loops`.
+    /// Start of each piece's corners in `loops`.
     starts: Vec<u32>,
     loops: Vec<u32>,
 }
@@ -74,26 +74,26 @@ impl VertexBuffer {
     }
 }
 
-/// First column of a row whose middle is above the horizon, of a face of `edge` pixels along its
-/// sides: only a triangle of the face is.
+/// First column of a row whose centre is above the horizon, on a face of `edge` pixels a side, of
+/// which only a triangle is.
 pub fn lead(edge: usize, row: usize) -> usize {
     edge - row
 }
 
-/// The item buffer of a face, from slope -2 to 1 both ways.
+/// Item buffer of a face, from slope -2 to 1 both ways.
 #[derive(Clone, Debug)]
 pub struct FaceBuffer {
     resolution: usize,
     /// Facet of each pixel, [`BLACK`] or [`NOTHING`].
     pub items: Vec<u32>,
-    /// One over the depth along the face's axis; 0 where nothing was drawn.
+    /// Inverse depth along the face's axis; 0 where nothing was drawn.
     pub inverse_depths: Vec<f32>,
     left: Vec<f32>,
     right: Vec<f32>,
 }
 
 impl FaceBuffer {
-    /// Of `resolution` x `resolution` pixels.
+    /// A buffer of `resolution` x `resolution` pixels.
     pub fn new(resolution: usize) -> FaceBuffer {
         FaceBuffer {
             resolution,
@@ -104,22 +104,22 @@ impl FaceBuffer {
         }
     }
 
-    /// Forgets everything drawn.
+    /// Clears the buffer.
     pub fn clear(&mut self) {
         self.items.fill(NOTHING);
         self.inverse_depths.fill(0.0);
     }
 
-    /// First pixel whose middle is at `x` or beyond, from 0 to the resolution.
+    /// First pixel whose centre is at `x` or beyond, from 0 to the resolution.
     fn from(&self, x: f32) -> usize {
         let x = smaller(greater(x, 0.0), self.resolution as f32);
-        // At this size floats are whole numbers: the sum is rounded to one, in its last bits.
+        // At this magnitude floats are integers: the sum is rounded to one, in its low bits.
         let whole = (x + WHOLE).to_bits() - WHOLE.to_bits();
         whole as usize
     }
 
-    /// Draws a convex outline in pixels; its inverse depth is `plane[0] + plane[1] column +
-    /// plane[2] row` at the pixels' middles, good to `slack`.
+    /// Draws a convex outline in pixels. Its inverse depth is `plane[0] + plane[1] column +
+    /// plane[2] row` at the centres of pixels, to within `slack`.
     fn draw(&mut self, vertices: &[[f32; 2]], plane: [f32; 3], slack: f32, item: u32) {
         let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
         for p in vertices {
@@ -129,7 +129,7 @@ impl FaceBuffer {
         }
         let (first, top) = (self.from(low[0] - WIDER), self.from(low[1] - WIDER));
         let (end, bottom) = (self.from(high[0] + WIDER), self.from(high[1] + WIDER));
-        // Most of a detailed scene is seen between the pixels' middles, or below the horizon.
+        // Most pieces of a detailed scene lie between the centres of pixels or below the horizon.
         if top >= bottom || first >= end || end <= lead(self.resolution, bottom - 1) {
             return;
         }
@@ -170,7 +170,7 @@ impl FaceBuffer {
             0.0
         };
         for row in self.from(a[1] - WIDER)..self.from(b[1] + WIDER) {
-            // An edge along the row: both its ends count.
+            // An edge along the row: both ends count.
             let (x, z) = if rise > 1e-6 {
                 let along = smaller(greater(row as f32 + 0.5 - a[1], 0.0), rise);
                 let x = a[0] + slope * along;
@@ -189,29 +189,29 @@ impl FaceBuffer {
 struct VisiblePiece {
     piece: u32,
     item: u32,
-    /// Faces that it may be on, one bit each.
+    /// Faces on which it may appear, one bit each.
     faces: u8,
-    /// Distance of its plane, and its normal over it, along the three axes.
+    /// Distance of its plane, and its normal divided by it, along the three axes.
     distance: f32,
     plane: [f32; 3],
 }
 
-/// The pieces around one point, in the axes of its cube.
+/// Pieces around one point, in the axes of its cube.
 #[derive(Debug)]
 pub struct HemicubeRasterizer<'a> {
     vertices: &'a VertexBuffer,
     turned: [Vec<f32>; 3],
     /// [`sides`] of each corner.
     sides: Vec<u8>,
-    /// The corners on the face at hand, in pixels; without meaning behind it.
+    /// Corners on the current face, in pixels; meaningless behind it.
     projected: [Vec<f32>; 2],
-    /// Backs, and fronts: drawn in this order.
+    /// Backs and fronts, drawn in this order.
     seen: [Vec<VisiblePiece>; 2],
     flat: Vec<[f32; 2]>,
 }
 
-/// A point is on the face of its largest coordinate: a polygon is not on a face when another
-/// coordinate is larger at all its corners. For each face the bits of [`sides`].
+/// A point lies on the face of its largest coordinate, so a polygon is not on a face if another
+/// coordinate is larger at all its corners. For each face, the bits of [`sides`].
 const REJECTED: [u8; 3] = [0b100_001, 0b000_110, 0b011_000];
 
 fn sides([x, y, z]: [f32; 3]) -> u8 {
@@ -233,8 +233,8 @@ impl<'a> HemicubeRasterizer<'a> {
         }
     }
 
-    /// Transforms everything into the `axes` of a cube at `point` of `facet`, whose sum points along
-    /// the facet's normal, and keeps the pieces that reach above the facet's plane.
+    /// Transforms everything into the `axes` of a cube at `point` of `facet`, whose sum points
+    /// along the facet's normal, and keeps the pieces that rise above the facet's plane.
     pub fn set_viewpoint(
         &mut self,
         surfaces: &Surfaces,
@@ -302,8 +302,8 @@ impl<'a> HemicubeRasterizer<'a> {
         [self.turned[0][c], self.turned[1][c], self.turned[2][c]]
     }
 
-    /// Draws what is kept on the face along axis 0, 1 or 2; the next axis leads to the right, the
-    /// one after it upwards, both from slope -2 to 1.
+    /// Draws the kept pieces on the face along axis 0, 1 or 2; the next axis points right and the
+    /// one after it up, both from slope -2 to 1.
     pub fn draw(&mut self, face: usize, buffer: &mut FaceBuffer) {
         let scale = buffer.resolution as f32 / 3.0;
         let (f, r, u) = (face, (face + 1) % 3, (face + 2) % 3);
@@ -335,7 +335,7 @@ impl<'a> HemicubeRasterizer<'a> {
         }
     }
 
-    /// Projects every corner: those that pieces share once, and several in one instruction.
+    /// Projects every corner once, several per instruction.
     fn project(&mut self, [f, r, u]: [usize; 3], scale: f32) {
         let shift = 2.0 * scale;
         let depths = &self.turned[f];
@@ -346,7 +346,8 @@ impl<'a> HemicubeRasterizer<'a> {
         }
     }
 
-    /// Takes a piece into `flat` that is wholly deeper than `near`; else it must be cut.
+    /// Copies a piece entirely deeper than `near` into `flat`; returns false if the piece must be
+    /// cut.
     fn gather(&mut self, piece: usize, face: usize, near: f32) -> bool {
         let corners = self.corners(piece);
         let depths = &self.turned[face];
@@ -360,7 +361,7 @@ impl<'a> HemicubeRasterizer<'a> {
         true
     }
 
-    /// The part of a piece that is deeper than `near`, in pixels, into `flat`.
+    /// Clips a piece to depths beyond `near`, into `flat`, in pixels.
     fn flatten(&mut self, piece: usize, [f, r, u]: [usize; 3], near: f32, scale: f32) {
         self.flat.clear();
         let corners = self.corners(piece);

@@ -1,10 +1,11 @@
-//! Round surfaces that are made of facets: light goes on smoothly across the edges between them.
+//! Round surfaces made of facets: light varies smoothly across their common edges.
 //!
-//! At a fragment of such a facet light is a mean of the facet's own and of its neighbours', each taken
-//! where the edge between them mirrors the fragment: half of both at the edge, its own alone in the
-//! facet's middle (after H. Gouraud, "Continuous Shading of Curved Surfaces", 1971). So shadows stay,
-//! and nothing is lit that no facet there is: the terminator has no leaks. Invariant: weights depend on
-//! the scene and the view alone. This module does not depend on lights.
+//! Light at a fragment of such a facet is a mean of the facet's own and that of its neighbours,
+//! each taken at the fragment's mirror image across the common edge: equal shares at the edge, the
+//! facet's own alone at its centre (after H. Gouraud, "Continuous Shading of Curved Surfaces",
+//! 1971). Shadows are preserved, and only places lit on a facet show light, so the terminator has
+//! no leaks. Invariant: weights depend on the scene and the view alone. This module does not depend
+//! on lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -19,32 +20,32 @@ use crate::surfaces::surface::Surfaces;
 use footlight_show::geometry::Vec3;
 use std::collections::BTreeMap;
 
-/// Cosine between the shading normals of two facets at their common corner that count as one.
+/// Least cosine between two facets' shading normals at a common corner for which they are equal.
 const ONE_NORMAL: f64 = 0.98;
 
 /// An edge across which a surface is round.
 struct RoundEdge {
     own: Edge,
-    /// From the edge to the facet's middle, metres.
+    /// Distance from the edge to the facet's centre, metres.
     depth: f64,
-    /// The facet beyond, the way into it, and from the edge to its middle.
+    /// The adjacent facet, the direction into it, and the distance from the edge to its centre.
     other: usize,
     inward: Vec3,
     other_depth: f64,
 }
 
-/// Places on the neighbours of facets whose light takes part in that of fragments.
+/// Places on adjacent facets whose light contributes to fragments.
 #[derive(Debug)]
 pub struct Rounding {
     receivers: Vec<Receiver>,
-    /// The same, for direct light.
+    /// The places as receivers of direct light.
     pub sorted: Receivers,
-    /// Of each fragment its places with their weights; what is left of 1 is its own.
+    /// Places of each fragment with their weights; the remainder to 1 is the fragment's own.
     of: Lists<(u32, f32)>,
 }
 
 impl Rounding {
-    /// For the fragments of a picture; `None` where it shows nothing round.
+    /// For the fragments of a picture; `None` if it shows nothing round.
     pub fn new(surfaces: &Surfaces, fragments: &Fragments) -> Option<Rounding> {
         let edges = round_edges(surfaces);
         let mut receivers = Vec::new();
@@ -64,13 +65,13 @@ impl Rounding {
         &self.receivers
     }
 
-    /// Bytes held, about.
+    /// Approximate bytes held.
     pub fn bytes(&self) -> usize {
         let each = 2 * size_of::<Receiver>() + size_of::<(u32, f32)>() + 2 * size_of::<usize>();
         self.receivers.len() * each + self.of.count() * size_of::<usize>()
     }
 
-    /// The facets and points that take part in a fragment's light, with their weights, which sum to 1.
+    /// Facets and points that contribute to a fragment's light, with their weights, which sum to 1.
     pub fn places(&self, number: usize, f: &Fragment) -> Vec<(usize, Vec3, f32)> {
         let others = self.of.get(number);
         let rest = 1.0 - others.iter().map(|(_, w)| w).sum::<f32>();
@@ -82,7 +83,7 @@ impl Rounding {
         own.chain(others.iter().map(place)).collect()
     }
 
-    /// Mixes light on the fragments with that on the places.
+    /// Mixes light on the fragments with light on the places.
     pub fn mix(&self, on_fragments: &mut [f32], on_places: &[f32]) {
         for (number, own) in on_fragments.iter_mut().enumerate() {
             let others = self.of.get(number);
@@ -125,7 +126,7 @@ impl RoundEdge {
         self.own.inward.dot(p - self.own.start).max(0.0)
     }
 
-    /// As far beyond the edge as `p` is before it, within the facet there.
+    /// Mirror image of `p` across the edge, within the adjacent facet.
     fn mirrored(&self, p: Vec3, other: &Facet) -> Vec3 {
         let along = self.own.along.dot(p - self.own.start);
         let foot = self.own.start + self.own.along * along.clamp(0.0, self.own.length);
@@ -138,7 +139,7 @@ impl RoundEdge {
     }
 }
 
-/// The edges of each facet across which it is round.
+/// Edges of each facet across which it is round.
 fn round_edges(surfaces: &Surfaces) -> Vec<Vec<RoundEdge>> {
     let bits = |p: Vec3| [p.x, p.y, p.z].map(|c| (c + 0.0).to_bits());
     let ends = |e: &Edge| [e.start, e.start + e.along * e.length];
@@ -179,7 +180,7 @@ fn round_edges(surfaces: &Surfaces) -> Vec<Vec<RoundEdge>> {
     out
 }
 
-/// From an edge to the facet's middle, metres.
+/// Distance from an edge to the facet's centre, metres.
 fn depth(facet: &Facet, edge: &Edge) -> f64 {
     let sum = facet.vertices.iter().fold(Vec3::ZERO, |sum, v| sum + *v);
     let middle = sum / facet.vertices.len() as f64;
@@ -214,7 +215,8 @@ mod tests {
         for (facet, own) in surfaces.facets.iter().zip(&edges) {
             assert_eq!(own.len(), if facet.is_smooth() { 2 } else { 0 });
             for edge in own {
-                // Anywhere on the facet: as far from the edge on both sides, on the neighbour's plane.
+                // Any point of the facet: at equal distance from the edge on both sides, on the
+                // neighbour's plane.
                 let p = edge.own.start + edge.own.along * 1.1 + edge.own.inward * 0.07;
                 let other = &surfaces.facets[edge.other];
                 let there = edge.mirrored(p, other);

@@ -24,8 +24,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 type DirectLight = (Vec<f32>, Vec<f32>);
 
 impl HemicubeRadiosity {
-    /// Solves those of the `wanted` lights that are not solved yet, as many at a time as a quarter
-    /// of the memory holds.
+    /// Solves the `wanted` lights that are not solved yet, in batches that fit into a quarter of
+    /// the memory.
     pub fn solve_lights(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError> {
         let missing: Vec<usize> = wanted
             .iter()
@@ -38,7 +38,7 @@ impl HemicubeRadiosity {
         let together = (work.memory / 4 / each.max(1)).max(1);
         let begun = (work.memory / 8 / self.bytes_of_begun(&missing).max(1)).max(1);
         let done = AtomicUsize::new(0);
-        // Direct light of bounced ones is made elsewhere, and so is their light in the haze.
+        // Direct light of bounced lights, and their light in haze, is computed elsewhere.
         let (whole, bounced): (Vec<usize>, Vec<usize>) = missing
             .iter()
             .partition(|&&l| !self.rig.lights[l].is_bounced());
@@ -82,7 +82,7 @@ impl HemicubeRadiosity {
         Ok(())
     }
 
-    /// Radiance of lights that haze scatters to the eye in each pixel, pixel by pixel; none without haze.
+    /// Radiance of lights that haze scatters to the eye, pixel by pixel; empty without haze.
     fn airlight(&self, lights: &[usize], work: Work<'_>) -> Result<Vec<f32>, TransportError> {
         let Some((haze, bvh)) = self.surfaces.haze.zip(self.bvh.as_ref()) else {
             return Ok(Vec::new());
@@ -126,8 +126,8 @@ impl HemicubeRadiosity {
         Ok(airlight.picture(&emitters, view, ends, work)?)
     }
 
-    /// The most bytes that one of `lights` takes while its direct light is found. A thread that
-    /// waits for the others begins another light, so that many may be begun at once.
+    /// Most bytes of one of `lights` during the computation of its direct light. A waiting thread
+    /// starts another light, so several may be in progress.
     fn bytes_of_begun(&self, lights: &[usize]) -> usize {
         let marks = lights
             .iter()
@@ -138,7 +138,7 @@ impl HemicubeRadiosity {
         marks.max().unwrap_or(0) + 2 * size_of::<f32>() * points
     }
 
-    /// Are both planes of one projected image? They share all but the texels.
+    /// True when both are planes of one projected image, which share everything except the texels.
     fn shares_projection(&self, a: usize, b: usize) -> bool {
         match (&self.projectors[a], &self.projectors[b]) {
             (Some(a), Some(b)) => a.shares_projection(b),
@@ -146,18 +146,18 @@ impl HemicubeRadiosity {
         }
     }
 
-    /// The direct light of one light, or of the planes of one projected image.
+    /// Direct light of one light, or of the planes of one projected image.
     fn lit(&self, lights: &[usize], work: Work<'_>) -> Result<Vec<DirectLight>, TransportError> {
         let shining = Shining::new(&self.surfaces, &self.lights[lights[0]]);
-        // All planes of an image, wanted or not, so that the precision of one does not depend on which
-        // others are rendered with it.
+        // All planes of an image, wanted or not, so that the precision of one does not depend on
+        // the others.
         let is_plane = |l: &usize| *l == lights[0] || self.shares_projection(lights[0], *l);
         let planes: Vec<usize> = (0..self.lights.len()).filter(is_plane).collect();
         let means = self.on_elements(&shining, &planes, work)?;
         let level = means.iter().map(|m| self.level(m)).fold(0.0, f64::max);
         let precision = self.precision(self.tolerance * level);
         if self.rig.lights[lights[0]].is_bounced() {
-            // Direct light of this one is made elsewhere.
+            // Direct light of this one is computed elsewhere.
             let none = || vec![0.0; self.fragments.all().len()];
             let wanted = planes.iter().zip(means).filter(|(l, _)| lights.contains(l));
             return Ok(wanted.map(|(_, means)| (none(), means)).collect());
@@ -183,7 +183,7 @@ impl HemicubeRadiosity {
             .collect())
     }
 
-    /// Precision where interpolated direct light may be off by `allowed`.
+    /// Precision for an allowed error of interpolated direct light.
     pub fn precision(&self, allowed: f64) -> IrradiancePrecision {
         IrradiancePrecision {
             allowed,
@@ -208,7 +208,7 @@ impl HemicubeRadiosity {
     }
 
     /// Root mean square, over the picture, of reflectance times irradiance, estimated from the
-    /// elements that the picture shows.
+    /// visible elements.
     fn level(&self, on_elements: &[f32]) -> f64 {
         let elements = self.mesh.elements.iter().zip(&self.visible_shares);
         let power = elements.zip(on_elements).map(|((e, share), direct)| {

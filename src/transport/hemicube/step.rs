@@ -1,17 +1,17 @@
-//! The scale of quality with hemicubes: the parameters of each step.
+//! The quality scale of hemicubes: parameters of each step.
 //!
 //! This module does not depend on a scene.
 
 use crate::surfaces::fragment::{Sampling, Split};
 use crate::{Quality, TransportError};
 
-/// The three steps, each slower and more exact than the one before on the reference scenes.
+/// The three steps, each slower and more accurate than the one before on the reference scenes.
 ///
-/// A facet has a gather point for each 5 x 5 of its pixels; more of them gain little against more
-/// elements and finer hemicubes. The first two steps interpolate between gather points
+/// A facet has a gather point for each 5 x 5 of its pixels; more of them improve accuracy less than
+/// more elements and finer hemicubes. The first two steps interpolate between gather points
 /// (`indirect::interpolation`); the second also splits pixels that are stretched on a surface. The
-/// finest interpolates no direct light and draws a hemicube for each gather point, so that its errors
-/// are those of the mesh and the hemicubes.
+/// finest interpolates no direct light and draws a hemicube for each gather point, so that its
+/// errors are those of the mesh and the hemicubes.
 pub const STEPS: [HemicubeStep; 3] = [
     HemicubeStep {
         elements: 2000,
@@ -48,25 +48,25 @@ pub const STEPS: [HemicubeStep; 3] = [
     },
 ];
 
-/// What a step of quality spends.
+/// Parameters of a quality step.
 #[derive(Clone, Copy, Debug)]
 pub struct HemicubeStep {
-    /// Elements aimed at.
+    /// Target number of elements.
     pub elements: usize,
-    /// Pixels along the edge of their hemicubes.
+    /// Pixels along the edge of the elements' hemicubes.
     pub resolution: usize,
     /// Cells of the finer grid of the final gather.
     pub gather_points: usize,
-    /// Pixels along the edge of its hemicubes.
+    /// Pixels along the edge of the final gather's hemicubes.
     pub gather_resolution: usize,
-    /// A gather point is interpolated where it is nearer to others than this share of the distance
-    /// over which their light changes; 0 for none.
+    /// A gather point is interpolated when it is nearer to others than this share of the distance
+    /// over which their light changes; 0 disables interpolation.
     pub reach: f64,
-    /// How exactly direct light is interpolated between the picture's fragments, as a share of
-    /// its root mean square in the picture; 0 for none.
+    /// Allowed error of direct light interpolated between fragments, relative to its root mean
+    /// square in the picture; 0 disables interpolation.
     pub tolerance: f64,
-    /// How near a panel must be for its light to be averaged over a pixel, as a share of the
-    /// distance within which that changes anything.
+    /// Distance within which a panel's light is averaged over a pixel, relative to the distance
+    /// within which this has an effect.
     pub near: f64,
     /// Nodes along a ray of sight in haze.
     pub nodes: usize,
@@ -75,10 +75,10 @@ pub struct HemicubeStep {
 }
 
 impl HemicubeStep {
-    /// The step of a quality.
+    /// Parameters of a quality step.
     ///
     /// # Errors
-    /// [`TransportError::Quality`] when there is none.
+    /// [`TransportError::Quality`] for an unknown step.
     pub fn of(quality: Quality) -> Result<HemicubeStep, TransportError> {
         let at = usize::from(quality.0).wrapping_sub(1);
         STEPS

@@ -1,5 +1,5 @@
-//! The scene as an outside renderer is given it: `scene.json`, which names the places of its numbers
-//! in `scene.bin` (32-bit floats, little-endian). The manual's page `farm` has the form.
+//! The scene files of an external renderer: `scene.json`, which refers to numbers in `scene.bin`
+//! (32-bit floats, little-endian). The manual's page `farm` specifies the format.
 
 use std::f64::consts::TAU;
 
@@ -14,17 +14,18 @@ use footlight_show::units::Rgb;
 use footlight_stage::texture::{Texture, Wrap};
 use footlight_stage::{Light, MeasuredLight, Polygon, Projection, Scene};
 
-/// The form of `scene.json`.
+/// Version of the `scene.json` format.
 pub const SCHEMA: u32 = 1;
-/// Its form with haze, which a program that knows only the first must not leave out in silence.
+/// Version with haze, which a program that supports only the first version must not ignore
+/// silently.
 const SCHEMA_OF_HAZE: u32 = 2;
 
 /// Bytes of a texel.
 const TEXEL_BYTES: usize = 4 * size_of::<f32>();
 
-/// Steps of a table of intensities from the axis to where the light ends.
+/// Steps of an intensity table from the axis to the end of the light.
 const STEPS: u32 = 256;
-/// Steps of such a table once round the axis.
+/// Steps of an intensity table around the axis.
 const TURN: u32 = 360;
 
 #[derive(Serialize)]
@@ -42,9 +43,9 @@ struct SceneFile<'a> {
 /// A medium that fills all space.
 #[derive(Serialize)]
 struct HazeRow {
-    /// 1/m, of scattering and absorption together.
+    /// Scattering plus absorption, 1/m.
     extinction: f64,
-    /// Part of the extinction that scatters.
+    /// Share of the extinction that scatters.
     albedo: f64,
     /// Mean cosine of the phase function of Henyey and Greenstein.
     forward: f64,
@@ -60,37 +61,36 @@ struct MaterialRow<'a> {
     gloss: Option<GlossRow>,
 }
 
-/// What a material reflects as a mirror does.
+/// Specular reflection of a material.
 #[derive(Serialize)]
 struct GlossRow {
     roughness: f64,
-    /// Reflectance from right above.
+    /// Reflectance at normal incidence.
     normal: [f64; 3],
     metal: bool,
 }
 
-/// An image of four floats a texel, row by row from the top: reflectance, and the share of light that is
-/// stopped.
+/// An image with four floats per texel, row by row from the top: reflectance and opacity.
 #[derive(Clone, Serialize)]
 struct TextureRow {
     width: usize,
     height: usize,
-    /// Bytes into `scene.bin`.
+    /// Offset in `scene.bin`, bytes.
     offset: usize,
-    /// How it goes on across and down: `repeat`, `mirror` or `clamp`.
+    /// Horizontal and vertical extension: `repeat`, `mirror` or `clamp`.
     wrap: [&'static str; 2],
-    /// Does light pass somewhere?
+    /// True when some texel lets light pass.
     cut: bool,
 }
 
-/// Triangles, nine floats each; behind them the same number for the normals at their corners.
+/// Triangles, nine floats each, followed by nine floats each for the normals at their corners.
 #[derive(Serialize)]
 struct Mesh {
     material: usize,
     triangles: usize,
-    /// Bytes into `scene.bin`.
+    /// Offset in `scene.bin`, bytes.
     offset: usize,
-    /// The same of six floats a triangle: the places of its corners in the texture.
+    /// Offset of the texture coordinates, six floats for each triangle.
     #[serde(skip_serializing_if = "Option::is_none")]
     places: Option<usize>,
 }
@@ -98,10 +98,10 @@ struct Mesh {
 #[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "lowercase")]
 enum LightRow {
-    /// A material that emits.
+    /// An emitting material.
     Panel { material: usize, radiance: [f64; 3] },
-    /// A point that shines round an axis: candela of each channel, and shares of it at equal steps
-    /// of the angle from 0 to `end`, radians.
+    /// A point source with axial symmetry: candela in each channel, and relative intensities at
+    /// equal steps of the angle from 0 to `end`, radians.
     Spot {
         position: [f64; 3],
         aim: [f64; 3],
@@ -109,8 +109,8 @@ enum LightRow {
         end: f64,
         shares: Vec<f64>,
     },
-    /// A point whose shares are a table: rows from the axis to `end`, columns once round it, from the
-    /// right over `up` to the right again.
+    /// A point source with a table of relative intensities: rows from the axis to `end`, columns
+    /// once around it, from the right through `up` back to the right.
     Measured {
         position: [f64; 3],
         aim: [f64; 3],
@@ -119,8 +119,8 @@ enum LightRow {
         end: f64,
         table: Grid,
     },
-    /// A point that throws an image: shares of the intensity, in a frustum of so many tangents to the
-    /// right and upwards.
+    /// A point source that projects an image: relative intensities in a frustum with these tangents
+    /// to the right and upwards.
     Projection {
         position: [f64; 3],
         aim: [f64; 3],
@@ -136,21 +136,21 @@ enum LightRow {
 struct Grid {
     width: usize,
     height: usize,
-    /// Bytes into `scene.bin`.
+    /// Offset in `scene.bin`, bytes.
     offset: usize,
 }
 
 #[derive(Serialize)]
 struct SourceRow<'a> {
     name: &'a str,
-    /// Number of a light, and what each channel of it is multiplied by.
+    /// Index of a light, and its factor in each channel.
     emitters: Vec<(usize, [f64; 3])>,
 }
 
 /// Both files of a setup.
 ///
 /// # Errors
-/// What of it the form cannot say.
+/// Describes the part of the setup that the format cannot express.
 pub fn files(setup: &Setup) -> Result<(Vec<u8>, Vec<u8>), String> {
     let scene = &setup.scene;
     let mut binary = Binary::default();
@@ -223,7 +223,7 @@ pub fn files(setup: &Setup) -> Result<(Vec<u8>, Vec<u8>), String> {
     Ok((json, binary.0))
 }
 
-/// Bytes that a setup's images and tables take in `scene.bin`.
+/// Bytes of a setup's images and tables in `scene.bin`.
 pub fn image_bytes(setup: &Setup) -> usize {
     let textures = setup.scene.materials.iter().filter_map(|material| {
         let [width, height] = material.texture.as_ref()?.pixels.size();
@@ -239,12 +239,12 @@ pub fn image_bytes(setup: &Setup) -> usize {
     textures.chain(lights).sum()
 }
 
-/// The numbers of `scene.bin`.
+/// Contents of `scene.bin`.
 #[derive(Default)]
 struct Binary(Vec<u8>);
 
 impl Binary {
-    /// Numbers, and where they begin.
+    /// Appends numbers; returns their offset.
     fn push(&mut self, numbers: impl Iterator<Item = f64>) -> usize {
         let offset = self.0.len();
         for number in numbers {
@@ -273,7 +273,7 @@ fn unwritten(what: &str) -> String {
     format!("the scene has {what}, which is not written for outside renderers")
 }
 
-/// Three points a triangle, and at each the normal and the place in the texture.
+/// Three points per triangle, with normals and texture coordinates.
 #[derive(Clone, Default)]
 struct Triangles {
     points: Vec<Vec3>,
@@ -293,7 +293,7 @@ fn by_material(scene: &Scene) -> Result<Vec<Triangles>, String> {
 }
 
 impl Triangles {
-    /// The triangles of a polygon, with the normals to shade by; `None` where it cannot be cut.
+    /// Adds the triangles of a polygon, with shading normals; `None` if it cannot be triangulated.
     fn add(&mut self, polygon: &Polygon) -> Option<()> {
         let flat = newell(&polygon.vertices).normalized();
         let cut = match polygon.vertices.len() {
@@ -312,7 +312,7 @@ impl Triangles {
     }
 }
 
-/// A point source that is the same all round its axis.
+/// A point source with axial symmetry.
 fn spot(
     position: Vec3,
     aim: Vec3,
@@ -330,14 +330,14 @@ fn spot(
     }
 }
 
-/// The unit vector upwards for who looks along a light's axis.
+/// Unit up vector of a light that looks along its axis.
 fn up(mount: &Mount) -> Result<[f64; 3], &'static str> {
     let axes = mount.axes().ok_or("a light that is aimed at itself")?;
     Ok(point(axes.up))
 }
 
 impl Binary {
-    /// A light as the form has it, or what the form has no words for.
+    /// A light in the file's format, or the feature that the format cannot express.
     fn light(&mut self, light: &Light) -> Result<LightRow, &'static str> {
         match light {
             Light::Panel { material, radiance } => Ok(LightRow::Panel {
@@ -359,7 +359,7 @@ impl Binary {
         }
     }
 
-    /// A photometric file that is the same all round its axis is a table as a spot's.
+    /// A photometric file with axial symmetry becomes a table like a spot's.
     fn measured(&mut self, measured: &MeasuredLight) -> Result<LightRow, &'static str> {
         let MeasuredLight {
             mount,

@@ -1,4 +1,4 @@
-//! The operator against fake programs.
+//! External renderers as fake programs.
 
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
@@ -78,7 +78,7 @@ fn a_linear_renderer_is_taken_at_its_word_and_its_cost_measured() {
     assert_eq!(outside.linearity().unwrap(), Linearity::default());
     assert!(outside.warnings().is_empty());
     assert_eq!(cost().per_image, 2.0);
-    // Negative light is rendered apart and subtracted.
+    // Negative light is rendered separately and subtracted.
     let settings = [vec![1.0, -0.5, 0.25], vec![-1.0, 0.0, 0.0], vec![0.0; 3]];
     let images = prepared.render(&settings, Work::silent()).unwrap();
     for (image, value) in images.iter().zip([0.75, -1.0, 0.0]) {
@@ -121,13 +121,13 @@ fn what_is_not_linear_is_warned_about_with_the_figure() {
     let found = outside_clipped.linearity().unwrap();
     assert_eq!((found.sum, found.double), (0.5, 1.0));
 
-    // Black is linear; light from nothing is not.
+    // Black is linear; light without any source is not.
     let black = outside(|_| done(3, 2, 0.0));
     prepare(&black, &["a", "b"]).unwrap();
     assert_eq!(black.linearity().unwrap(), Linearity::default());
 }
 
-/// A renderer that reads the scene may be noisy, but is to be right in the mean.
+/// A renderer that reads the scene may be noisy, but must be unbiased.
 #[test]
 fn noise_is_no_bias() {
     let reading = |light: fn(f64) -> f64| {
@@ -156,10 +156,10 @@ fn noise_is_no_bias() {
     };
     let linear = reading(|sum| sum);
     assert_eq!(linear.linearity(), Some(Linearity::default()));
-    // Four times the samples each, and the seconds in proportion.
+    // Four times the samples per step, and proportional time.
     assert_eq!(linear.samples(Quality(3)), Some(16.0));
     assert_eq!(linear.cost(&setup(&["a"]), Quality(3)).per_image, 8.0);
-    // Displayed rather than linear light.
+    // Displayed instead of linear light.
     let displayed = reading(f64::sqrt);
     let Some(Linearity { sum, double }) = displayed.linearity() else {
         panic!("not measured");
@@ -240,7 +240,7 @@ fn commands_without_their_marks_are_refused() {
     ));
 }
 
-/// A floor of two triangles, a spot on it, and an l-shaped panel.
+/// A floor of two triangles, a spot on it, and an L-shaped panel.
 fn lit_floor() -> Setup {
     use footlight_show::model::Spot;
     use footlight_show::units::Rgb;
@@ -333,7 +333,7 @@ fn the_scene_is_written_with_its_triangles_and_lights() {
     );
     let shares = spot["shares"].as_array().unwrap();
     let end = spot["end"].as_f64().unwrap();
-    // Half at half the beam, between two steps of the table.
+    // Half the intensity at half the beam angle, between two steps of the table.
     let at = 10.0_f64.to_radians() / end * (shares.len() - 1) as f64;
     let share = |i: usize| shares[i].as_f64().unwrap();
     let low = at.floor() as usize;
@@ -364,7 +364,7 @@ fn haze_is_written_under_a_schema_of_its_own() {
     assert_eq!(json["haze"], wanted);
 }
 
-/// A texture of two texels over the floor, the right one half transparent.
+/// A texture of two texels over the floor; the right one is half transparent.
 #[test]
 fn a_texture_is_written_with_its_places() {
     use footlight_stage::shading::{Corner, Shading};
@@ -465,7 +465,8 @@ fn a_known_renderer_is_called_by_its_name() {
     assert!(call.script.unwrap().contains("bpy.ops.render"));
 }
 
-/// An image of two texels, and a file of batwings, wider across than along.
+/// An image of two texels, and a photometric file with a batwing distribution, wider across than
+/// along.
 #[test]
 fn projections_and_photometric_files_are_written_with_their_numbers() {
     use footlight_show::geometry::mount::Mount;

@@ -1,4 +1,4 @@
-//! The seconds of a unit of cost on this machine, measured on a small room.
+//! Seconds per unit of cost on this machine, measured on a small room.
 
 use crate::{Quality, Setup, Transport, TransportError};
 use footlight_host::work::Work;
@@ -7,15 +7,15 @@ use footlight_show::model::Spot;
 use footlight_show::units::Rgb;
 use footlight_stage::{Emitter, Light, Material, Polygon, Rig, Scene, Source};
 
-/// How often the fixed task is run at most; the shortest time counts, as delays only add.
+/// Most runs of the fixed task; the shortest time counts, as delays only add.
 const REPEATS: usize = 3;
-/// Two times of it that differ by less than this share were not delayed.
+/// Relative difference within which two times count as undelayed.
 const ALIKE: f64 = 0.1;
 
-/// Seconds of a unit of cost here and now: a small room is prepared and rendered.
+/// Seconds per unit of cost, measured by preparing and rendering a small room.
 ///
 /// # Errors
-/// Those of the operator; on cancel.
+/// Errors of the operator; on cancel.
 pub fn cost_scale(
     operator: &dyn Transport,
     clock: &dyn Fn() -> f64,

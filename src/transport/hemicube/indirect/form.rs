@@ -1,8 +1,8 @@
-//! Rows of form factors, and the interreflections that they describe.
+//! Rows of form factors, and the interreflections between their elements.
 //!
-//! Invariant: each product is summed in the order of the row, column by column, so that a column's
-//! result does not depend on its neighbours or on the number of threads. This module does not
-//! depend on surfaces or lights.
+//! Invariant: each product is summed in row order, column by column, so that a column's result does
+//! not depend on its neighbours or on the number of threads. This module does not depend on
+//! surfaces or lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -13,10 +13,10 @@ use crate::surfaces::lists::Lists;
 use footlight_host::work::{Cancelled, Work};
 use rayon::prelude::*;
 
-/// Rows in a block, but for the last.
+/// Rows in each block except the last.
 pub const BLOCK: usize = 32;
 
-/// Some rows of a sparse matrix: columns, in ascending order, and their values.
+/// Rows of a sparse matrix: columns in ascending order, with their values.
 pub type Block = Lists<(u32, f32)>;
 
 /// Sets `out` to the product of each row with `block`, `width` values for each row.
@@ -40,7 +40,7 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// From blocks of [`BLOCK`] rows, the last of which may be shorter.
+    /// Joins blocks of [`BLOCK`] rows, the last of which may be shorter.
     pub fn of(blocks: Vec<Block>) -> Rows {
         let count = blocks.iter().map(Lists::count).sum();
         Rows { blocks, count }
@@ -68,20 +68,20 @@ impl Rows {
     }
 }
 
-/// Error of the iteration, as a share of the whole.
+/// Relative error of the iteration.
 const REST: f64 = 2e-4;
 
-/// Greatest bound on the share that survives a bounce: beyond it light is trapped between white
+/// Greatest bound on the share that survives a bounce: above it light is trapped between white
 /// walls, and the sum of all bounces has no useful limit.
 const TRAPPED: f64 = 0.999_95;
 
 /// Products that improve the bound.
 const TRIALS: usize = 8;
 
-/// How many bounces count, and how they are added up: Chebyshev's semi-iteration for eigenvalues
-/// of reflectance times form factors between minus and plus a bound. Bound and length depend on
-/// the rows and reflectances alone, hence the solution is a fixed polynomial in them, exactly
-/// linear in the light. It does not depend on how much light there is, or where.
+/// Number and coefficients of the bounces: Chebyshev's semi-iteration for eigenvalues of
+/// reflectance times form factors within plus or minus a bound. Bound and length depend on the rows
+/// and reflectances alone; the solution is therefore a fixed polynomial in them and exactly linear
+/// in the light.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounces {
     bound: f64,
@@ -89,10 +89,10 @@ pub struct Bounces {
 }
 
 impl Bounces {
-    /// For rows between elements of given reflectances. The bound is Collatz and Wielandt's: for
-    /// any positive x and a matrix without negative entries no eigenvalue exceeds the largest
-    /// (A x)_i / x_i; x is improved by a fixed number of products. A white wall in an open scene
-    /// thus costs little, where its reflectance alone would bound nothing.
+    /// For rows between elements of given reflectances. The bound is that of Collatz and Wielandt:
+    /// for any positive x and a matrix without negative entries no eigenvalue exceeds the largest
+    /// (A x)_i / x_i; a fixed number of products improves x. A white wall in an open scene is thus
+    /// cheap, although its reflectance alone would give no bound.
     pub fn new(rows: &Rows, reflectance: &[[f32; 3]]) -> Bounces {
         let most: Vec<f32> = reflectance
             .iter()
@@ -108,7 +108,7 @@ impl Bounces {
                 largest = largest.max(*y / *x);
             }
             bound = bound.min(f64::from(largest));
-            // Half of the old, so that what goes to and fro between two halves settles.
+            // Half of the old vector damps oscillation between two halves of the scene.
             for (y, x) in next.iter_mut().zip(&x) {
                 *y = 0.5 * (*y / largest.max(1e-6) + x);
             }
@@ -127,17 +127,17 @@ impl Bounces {
         }
     }
 
-    /// Products that a solution takes.
+    /// Number of products in a solution.
     pub fn steps(&self) -> usize {
         self.steps
     }
 
     /// Solves `B = E + R F B`: radiosities of elements (a block of `width` columns, channels
-    /// interleaved) from the light `first` that they reflect at first, form factors `F` and
-    /// reflectances `R`.
+    /// interleaved) from the initially reflected light `first`, form factors `F` and reflectances
+    /// `R`.
     ///
     /// # Errors
-    /// Cancel.
+    /// On cancel.
     pub fn interreflect(
         &self,
         rows: &Rows,
@@ -147,7 +147,7 @@ impl Bounces {
         work: Work<'_>,
     ) -> Result<Vec<f32>, Cancelled> {
         let quarter = self.bound * self.bound * 0.25;
-        // The first step, from nothing, is a plain one: it leaves what is reflected at first.
+        // The first step starts from zero and returns the initially reflected light.
         let mut before = vec![0.0_f32; first.len()];
         let mut now = first.to_vec();
         let mut omega = 2.0_f64;
@@ -191,7 +191,7 @@ mod tests {
         Rows::of(all.chunks(BLOCK).map(block).collect())
     }
 
-    /// n elements that see each other alike: B = E / (1 - rho) for equal E.
+    /// n elements with equal form factors: B = E / (1 - rho) for equal E.
     fn closed(n: usize) -> Rows {
         let row: Vec<(u32, f32)> = (0..n as u32).map(|e| (e, 1.0 / n as f32)).collect();
         rows(&vec![row; n])

@@ -1,5 +1,5 @@
 //! Hemicube passes over elements and gather points: rows of form factors, or their products with
-//! the radiosities where the rows do not fit into memory.
+//! the radiosities when the rows exceed memory.
 
 #![allow(
     clippy::indexing_slicing,
@@ -25,22 +25,22 @@ use footlight_show::geometry::Vec3;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Bytes that a gather point takes without its row, about: an element and its place in the grid.
+/// Approximate bytes of a gather point without its row: an element and its place in the grid.
 const GATHER_POINT_BYTES: usize = 256;
 
-/// The points of the final gather, which finds reflected irradiance there; fragments interpolate
+/// Points of the final gather, at which reflected irradiance is computed; fragments interpolate
 /// between them.
 pub struct GatherPoints {
-    /// Elements of a finer grid, which receive and do not send.
+    /// Elements of a finer grid, which receive light but do not send it.
     pub mesh: Mesh,
     table: FormFactorTable,
-    /// As [`HemicubeStep::reach`].
+    /// See [`HemicubeStep::reach`].
     reach: f64,
-    /// `None` where the rows together do not fit into memory: all are made again for each use.
+    /// `None` when the rows exceed memory; they are then recomputed for each use.
     stored: Option<StoredRows>,
 }
 
-/// Form factors of the gather points, and what follows from them.
+/// Form factors of the gather points, and derived data.
 struct StoredRows {
     /// For each pass, the gather points with a hemicube and their rows.
     passes: Vec<(Vec<u32>, Rows)>,
@@ -48,24 +48,24 @@ struct StoredRows {
     smoothing: Smoothing,
 }
 
-/// The scene and the elements that hemicubes see.
+/// The scene and the elements visible to hemicubes.
 #[derive(Clone, Copy)]
 pub struct GatherScene<'a> {
     /// The scene.
     pub setting: SceneGeometry<'a>,
-    /// Its corners.
+    /// Corners of the scene.
     pub vertices: &'a VertexBuffer,
     /// The elements that send light.
     pub to: &'a Mesh,
 }
 
 impl GatherPoints {
-    /// The gather points that the fragments need, with their form factors to the elements. If the
-    /// rows together would take more than a quarter of the memory, none is stored, and
-    /// [`GatherPoints::gather`] makes all of them again at each call.
+    /// Selects the gather points that the fragments need, with their form factors to the elements.
+    /// If the rows would take more than a quarter of the memory, none is stored, and
+    /// [`GatherPoints::gather`] recomputes them at each call.
     ///
     /// # Errors
-    /// [`TransportError::Memory`] when not even the gather points fit, and cancel.
+    /// On cancel; [`TransportError::Memory`] when even the gather points do not fit.
     pub fn new(
         gather_scene: GatherScene<'_>,
         seeds: &[Vec3],
@@ -122,7 +122,7 @@ impl GatherPoints {
         })
     }
 
-    /// Bytes held, about: gather points and stored rows.
+    /// Approximate bytes of gather points and stored rows.
     pub fn bytes(&self) -> usize {
         let passes = self.stored.iter().flat_map(|stored| &stored.passes);
         let rows: usize = passes.map(|(_, rows)| rows.bytes()).sum();
@@ -130,10 +130,11 @@ impl GatherPoints {
     }
 
     /// Reflected irradiance at each gather point, `width` values each, from the radiosities of the
-    /// elements, `width` values each. The same bits whether the rows are stored or not.
+    /// elements, `width` values each. The result is bitwise independent of whether the rows are
+    /// stored.
     ///
     /// # Errors
-    /// Cancel.
+    /// On cancel.
     pub fn gather(
         &self,
         gather_scene: GatherScene<'_>,
@@ -161,8 +162,8 @@ impl GatherPoints {
         Ok(out)
     }
 
-    /// Irradiance at some gather points, `width` values each, and their surface proximity: the
-    /// products of their rows with the radiosities, added up while the hemicubes are drawn.
+    /// Irradiance at some gather points, `width` values each, and their surface proximity: products
+    /// of their rows with the radiosities, summed while the hemicubes are drawn.
     fn gather_without_rows(
         &self,
         gather_scene: GatherScene<'_>,
@@ -192,8 +193,8 @@ fn set_rows(which: &[u32], values: &[f32], width: usize, all: &mut [f32]) {
     }
 }
 
-/// Sets for each cell the first point of it that a fragment shows, which is therefore not inside a
-/// solid.
+/// Sets each cell's point to the first one that a fragment shows, which is therefore outside all
+/// solids.
 pub fn record_visible_points(layout: &Layout, fragments: &Fragments, requests: &mut [CellRequest]) {
     for f in fragments.all() {
         if let Some(grid) = layout.grid(f.facet) {
@@ -204,18 +205,18 @@ pub fn record_visible_points(layout: &Layout, fragments: &Fragments, requests: &
     }
 }
 
-/// Rows made and the bytes that they take, over several calls of [`form_factors`]: for progress
-/// reports and the check of memory.
+/// Rows computed and their bytes, over several calls of [`form_factors`], for progress reports and
+/// the memory check.
 pub struct RowTally {
     task: &'static str,
     total: usize,
     done: AtomicUsize,
-    /// Of all rows so far.
+    /// Bytes of all rows so far.
     bytes: AtomicUsize,
 }
 
 impl RowTally {
-    /// No rows yet, of `total` at most in a task of this name.
+    /// No rows yet, of at most `total` in the task of this name.
     pub fn new(task: &'static str, total: usize) -> RowTally {
         RowTally {
             task,
@@ -225,17 +226,18 @@ impl RowTally {
         }
     }
 
-    /// Counts `rows` more as made, and reports it.
+    /// Counts `rows` more, and reports them.
     fn report(&self, rows: usize, work: Work<'_>) {
         let so_far = self.done.fetch_add(rows, Ordering::Relaxed) + rows;
         work.progress.report(self.task, so_far, self.total);
     }
 }
 
-/// Form factors from some elements of `from` to all elements, and the surface proximity at each.
+/// Form factors from selected elements of `from` to all elements, and the surface proximity at
+/// each.
 ///
 /// # Errors
-/// [`TransportError::Memory`] when they do not fit, and cancel.
+/// On cancel; [`TransportError::Memory`] when they do not fit.
 pub fn form_factors(
     gather_scene: GatherScene<'_>,
     from: &Mesh,
@@ -257,7 +259,7 @@ pub fn form_factors(
     Ok((Rows::of(blocks), proximity.concat()))
 }
 
-/// Runs `block` on [`BLOCK`] elements at a time, in parallel; its results in order.
+/// Runs `block` on [`BLOCK`] elements at a time, in parallel; returns the results in order.
 fn in_blocks<R: Send, E: From<Cancelled> + Send>(
     gather_scene: GatherScene<'_>,
     which: &[u32],
@@ -271,7 +273,7 @@ fn in_blocks<R: Send, E: From<Cancelled> + Send>(
         vertices,
         to,
     } = gather_scene;
-    // The work of one task: enough blocks that making a hemicube does not count.
+    // One task: enough blocks to make the cost of creating a hemicube negligible.
     let tasks = which.par_chunks(4 * BLOCK).map(|which| {
         let mut cube = Hemicube::new(setting, vertices, to, table);
         let mut results = Vec::new();
@@ -285,7 +287,7 @@ fn in_blocks<R: Send, E: From<Cancelled> + Send>(
     Ok(results?.into_iter().flatten().collect())
 }
 
-/// Form factors of some elements of `from`, found by a hemicube, and the surface proximity at each.
+/// Form factors of selected elements of `from` by hemicube, and the surface proximity at each.
 fn rows(
     cube: &mut Hemicube<'_>,
     from: &Mesh,

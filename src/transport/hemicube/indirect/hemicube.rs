@@ -1,12 +1,12 @@
-//! Hemicubes (as cubic tetrahedra): the form factors from a point to the elements.
+//! Hemicubes (as cubic tetrahedra): form factors from a point to the elements.
 //!
 //! After Cohen and Greenberg, "The Hemi-Cube" (1985), in the form of Beran-Koehn and Pavicic, "A
 //! Cubic Tetrahedral Adaptation of the Hemi-Cube Algorithm" (1991): a corner of the cube points
-//! along the normal, so that three faces cover the hemisphere, triangles above the horizon, from
-//! slope -2 to 1. Each is turned about the normal by a pseudo-random angle, so that aliasing becomes
-//! noise that averages out. Only the table of the pixels' form factors is normalised to sum to 1,
-//! never a row, so that open scenes lose the light that leaves them; in a closed room a row sums to
-//! 1, as outlines overlap. This module does not depend on lights.
+//! along the normal, so that three faces cover the hemisphere as triangles above the horizon, from
+//! slope -2 to 1. Each cube is rotated about the normal by a pseudo-random angle, which turns
+//! aliasing into noise that averages out. Only the table of pixel form factors is normalised to sum
+//! to 1, never a row, so that open scenes lose the light that leaves them; in a closed room a row
+//! sums to 1, as outlines overlap. This module does not depend on lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -20,27 +20,28 @@ use crate::surfaces::hierarchy::SceneGeometry;
 use footlight_show::geometry::{Vec3, frame};
 use footlight_show::hash::{GOLDEN, mix};
 
-/// The pixels' share of the hemisphere, one table for all faces of a resolution.
+/// Form factors of the pixels, one table for all faces of a resolution.
 #[derive(Clone, Debug)]
 pub struct FormFactorTable {
     resolution: usize,
     weights: Vec<f32>,
-    /// Those times the depth of a pixel's middle over its distance.
+    /// Form factors times the depth of the pixel's centre over its distance.
     nearness: Vec<f32>,
 }
 
-/// Points along a pixel's side at which its share is averaged.
+/// Points along a pixel's side at which its form factor is averaged.
 const FINE: usize = 4;
 
 impl FormFactorTable {
-    /// For `resolution` pixels along the edge of a cube, half as many more along that of a face.
+    /// For `resolution` pixels along the edge of a cube, which is two thirds of that of a face.
     pub fn new(resolution: usize) -> FormFactorTable {
         let resolution = resolution * 3 / 2;
         let n = (resolution * FINE) as f64;
         let at = |i: usize| (i as f64 + 0.5) * 3.0 / n - 2.0;
         let density = |x: f64, y: f64| (1.0 + x + y).max(0.0) / (1.0 + x * x + y * y).powi(2);
         let pixel = |column: usize, row: usize| -> f64 {
-            // A pixel whose middle is not above the horizon may see nothing: its share goes to all.
+            // A pixel with its centre below the horizon may see nothing: its share is distributed
+            // over all pixels.
             if column < lead(resolution, row) {
                 return 0.0;
             }
@@ -71,21 +72,21 @@ impl FormFactorTable {
 /// A row of form factors: elements and their shares, each element once.
 pub type Row = Vec<(u32, f32)>;
 
-/// How near the surfaces visible from a point are, and how much of its hemisphere the elements
-/// take.
+/// Proximity of the visible surfaces, and the share of the hemisphere that elements cover.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfaceProximity {
-    /// Mean over the hemisphere, weighted by form factor, of one over the distance of the visible
-    /// surface, black ones included (1/m); a direction without a surface counts as 0.
+    /// Mean inverse distance of the visible surfaces over the hemisphere, weighted by form factor,
+    /// black surfaces included (1/m); a direction without a surface counts as 0.
     pub mean_inverse_distance: f32,
-    /// Sum of the form factors to elements, 0 to 1: black surfaces and open directions have none.
+    /// Sum of the form factors to elements, 0 to 1; black surfaces and open directions contribute
+    /// none.
     pub form_factor_sum: f32,
 }
 
 impl SurfaceProximity {
-    /// One over the distance R over which reflected irradiance changes by about itself (1/m), see
-    /// `super::interpolation`: 0 where no surface is visible, infinite where all visible surfaces
-    /// are black, as elements may be visible from close by.
+    /// Inverse of the distance R over which reflected irradiance changes by approximately its own
+    /// value (1/m), see `super::interpolation`. It is 0 when no surface is visible, and infinite
+    /// when all visible surfaces are black, as elements may become visible nearby.
     pub fn inverse_change_distance(&self) -> f32 {
         if self.mean_inverse_distance > 0.0 {
             self.mean_inverse_distance / self.form_factor_sum
@@ -95,30 +96,29 @@ impl SurfaceProximity {
     }
 }
 
-/// A facet's grid relative to a point: cells are
-/// `point + slopes . ray / inverse depth`.
+/// A facet's grid relative to a point: cells are `point + slopes . ray / inverse depth`.
 #[derive(Clone, Copy, Debug, Default)]
 struct PlacedGrid {
-    /// The hemicube that it was placed for.
+    /// Identifies the hemicube for which it was placed.
     stamp: u64,
     slopes: [[f32; 3]; 2],
     /// The point, above the facet.
     point: PointAboveFacet,
-    /// By how much inverse depth grows along each axis.
+    /// Growth of inverse depth along each axis.
     nearness: [f32; 3],
 }
 
-/// Sub-samples of a pixel that shows a cell that is split or its neighbour, in pixels from its
-/// middle. A lamp splits the cells of the wall that it hangs on, so that the brightest elements are
-/// the smallest: one sample a pixel would miss them or overrate them.
+/// Sub-samples of a pixel that shows a split cell or its neighbour, in pixels from its centre. A
+/// lamp splits the cells of the wall behind it, so the brightest elements are the smallest: one
+/// sample a pixel would miss or overrate them.
 const SUB_SAMPLES: [[f32; 2]; 4] = [[-0.25, -0.25], [0.25, -0.25], [-0.25, 0.25], [0.25, 0.25]];
 
-/// Cells between two places that are tested for what stands on them: more would take as long as a
+/// Most cells between two places that are tested for surfaces on them: more would take as long as a
 /// ray.
 const MAX_CELLS_BETWEEN: usize = 9;
 
-/// Least inverse depth of a place, as a share of that of its pixel's middle: it may lie beyond the
-/// facet's horizon.
+/// Least inverse depth of a place relative to that of its pixel's centre: the place may lie beyond
+/// the facet's horizon.
 const MIN_INVERSE_DEPTH: f32 = 0.1;
 
 /// A facet's grid relative to a row of pixels.
@@ -128,15 +128,15 @@ struct GridRow {
     /// Slopes of a ray, in cells, at the row's start and along the two sides of the face.
     start: [f32; 2],
     slopes: [[f32; 2]; 2],
-    /// By how much inverse depth grows along the two sides.
+    /// Growth of inverse depth along the two sides.
     nearness: [f32; 2],
-    /// The last cell's far rim, along the two sides of the grid, and the first cell.
+    /// Far rim of the last cell along the two sides of the grid, and the first cell.
     counts: [f32; 2],
     first: usize,
 }
 
 impl GridRow {
-    /// Of the row at `y` of a face whose axes are `forward`, `right` and `up`.
+    /// For the row at `y` of a face with axes `forward`, `right` and `up`.
     fn new(placed: PlacedGrid, grid: &Grid, [forward, right, up]: [usize; 3], y: f32) -> GridRow {
         GridRow {
             point: placed.point,
@@ -148,12 +148,12 @@ impl GridRow {
         }
     }
 
-    /// What is seen at `x` on the face and `dy` off the row, at a depth.
+    /// Place seen at `x` on the face and `dy` from the row, at a depth.
     #[inline(always)]
     fn place(&self, [x, dy]: [f32; 2], depth: f32) -> [f32; 2] {
         let along = |k: usize| {
             let ray = self.start[k] + self.slopes[k][0] * x + self.slopes[k][1] * dy;
-            // The outermost cells take what rounding puts beyond them.
+            // The outermost cells take places that rounding moves beyond them.
             (self.point.place[k] + ray * depth)
                 .max(0.0)
                 .min(self.counts[k])
@@ -167,7 +167,7 @@ impl GridRow {
         self.first + v as usize * (self.counts[0] as usize + 1) + u as usize
     }
 
-    /// The cells in the rectangle between two places, if they are not too many to test.
+    /// Cells in the rectangle between two places; `None` when there are too many to test.
     fn between(&self, [a, b]: [[f32; 2]; 2]) -> Option<impl Iterator<Item = usize> + use<>> {
         let range = |k: usize| a[k].min(b[k]) as usize..=a[k].max(b[k]) as usize;
         let (columns, rows) = (range(0), range(1));
@@ -177,14 +177,14 @@ impl GridRow {
         (count <= MAX_CELLS_BETWEEN).then_some(cells)
     }
 
-    /// How much the inverse depth is greater so far from a pixel's middle.
+    /// Increase of the inverse depth at an offset from a pixel's centre.
     #[inline(always)]
     fn nearer(&self, [dx, dy]: [f32; 2]) -> f32 {
         self.nearness[0] * dx + self.nearness[1] * dy
     }
 }
 
-/// Working memory for one thread.
+/// Working memory of one thread.
 #[derive(Debug)]
 pub struct Hemicube<'a> {
     setting: SceneGeometry<'a>,
@@ -194,9 +194,9 @@ pub struct Hemicube<'a> {
     buffer: FaceBuffer,
     placed: Vec<PlacedGrid>,
     stamp: u64,
-    /// [`SUB_SAMPLES`], but for a test.
+    /// [`SUB_SAMPLES`] except in tests.
     places: [[f32; 2]; 4],
-    /// Share of each element, and a bit for each that has one.
+    /// Share of each element, and a bit for each element with a share.
     shares: Vec<f32>,
     touched: Vec<u64>,
 }
@@ -207,8 +207,8 @@ pub fn hash_to_unit(index: u64) -> f64 {
     (mixed >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Three orthogonal unit vectors whose sum points along `normal`, turned about it by a `turn` in
-/// 0..1 of the third of a circle after which they repeat.
+/// Three orthogonal unit vectors whose sum points along `normal`, rotated about it by `turn`, 0 to
+/// 1, of the third of a circle after which they repeat.
 fn corner(normal: Vec3, turn: f64) -> [Vec3; 3] {
     let [a, b] = frame(normal);
     let third = std::f64::consts::TAU / 3.0;
@@ -219,7 +219,7 @@ fn corner(normal: Vec3, turn: f64) -> [Vec3; 3] {
 }
 
 impl<'a> Hemicube<'a> {
-    /// Hemicubes that see the elements of `mesh`; `vertices` are those of the scene.
+    /// For the elements of `mesh`; `vertices` are those of the scene.
     pub fn new(
         setting: SceneGeometry<'a>,
         vertices: &'a VertexBuffer,
@@ -240,7 +240,7 @@ impl<'a> Hemicube<'a> {
         }
     }
 
-    /// Form factors from `point` of `facet` to every element; `turn` in 0..1 turns the cube.
+    /// Form factors from `point` of `facet` to every element; `turn`, 0 to 1, rotates the cube.
     pub fn row(&mut self, facet: usize, point: Vec3, turn: f64) -> Row {
         let mut row = Row::new();
         self.visit(facet, point, turn, |element, share| {
@@ -249,7 +249,7 @@ impl<'a> Hemicube<'a> {
         row
     }
 
-    /// The same, each element given to `take` once, in ascending order, with what haze leaves.
+    /// Passes each element with a form factor, after haze, to `take`, once and in ascending order.
     pub fn visit(
         &mut self,
         facet: usize,
@@ -292,14 +292,14 @@ impl<'a> Hemicube<'a> {
         }
     }
 
-    /// Sum over a face of each pixel's form factor over the distance of what it shows (1/m); pixels
-    /// below the horizon have a weight of 0.
+    /// Sum over a face of each pixel's form factor over the distance of its surface (1/m); pixels
+    /// below the horizon have weight 0.
     fn sum_of_inverse_distances(&self) -> f32 {
         let depths = self.buffer.inverse_depths.iter();
         depths.zip(&self.table.nearness).map(|(d, n)| d * n).sum()
     }
 
-    /// Adds the form factor of each pixel of a face to the element that it shows.
+    /// Adds the form factor of each pixel of a face to its visible element.
     fn resolve(&mut self, face: usize, point: Vec3, axes: [Vec3; 3]) {
         let n = self.table.resolution;
         let step = 3.0 / n as f32;
@@ -347,7 +347,7 @@ impl<'a> Hemicube<'a> {
                 }
                 for i in 0..4 {
                     let element = self.mesh.element_for_display(cells[i], around[i]);
-                    // A sub-sample behind what stands on the facet counts for the pixel's middle.
+                    // A sub-sample hidden by a surface on the facet takes the pixel's centre.
                     let way = [middle, around[i]];
                     let known = || {
                         self.mesh
@@ -374,7 +374,7 @@ impl<'a> Hemicube<'a> {
         }
     }
 
-    /// Adds to the share of an element, if it is one.
+    /// Adds to the share of `element`, unless it marks black or nothing.
     #[inline(always)]
     fn add_to_element(&mut self, element: u32, weight: f32) {
         if element != NONE {

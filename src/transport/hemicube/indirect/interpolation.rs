@@ -1,13 +1,14 @@
-//! Irradiance interpolation: gather points that need no hemicube of their own.
+//! Irradiance interpolation: gather points that need no hemicube.
 //!
-//! Over a distance d irradiance changes by about d / R of itself, where R is the harmonic mean
-//! distance of the visible surfaces (Ward, Rubinstein and Clear, "A Ray Tracing Solution for Diffuse
-//! Interreflection", 1988). Black surfaces send no light, but may uncover elements, so that here
-//! R = F / D: F is the sum of the form factors to elements, D the mean of one over the distance over
-//! all visible surfaces ([`SurfaceProximity`]). Where all visible surfaces are elements, R is Ward's.
-//! The first pass draws the hemicubes of one gather point in 64; each further pass halves the
-//! stride, draws those where d / R to a parent is too large, and interpolates the others. Invariant:
-//! the choice depends on the scene and the gather points alone, so that G stays linear.
+//! Over a distance d irradiance changes by approximately d / R of its value, where R is the
+//! harmonic mean distance of the visible surfaces (Ward, Rubinstein and Clear, "A Ray Tracing
+//! Solution for Diffuse Interreflection", 1988). Black surfaces send no light, but may uncover
+//! elements; hence R = F / D here, with F the sum of the form factors to elements and D the mean
+//! inverse distance of all visible surfaces ([`SurfaceProximity`]). If all visible surfaces are
+//! elements, R is Ward's. The first pass draws the hemicubes of one gather point in 64; each
+//! further pass halves the stride, draws those for which d / R to a parent is too large, and
+//! interpolates the others. Invariant: the choice depends on the scene and the gather points alone,
+//! so that G stays linear.
 
 #![allow(
     clippy::indexing_slicing,
@@ -24,30 +25,29 @@ const COARSEST: usize = 8;
 /// Greatest distance of a regular gather point from its place in the grid, in cells.
 const REGULAR_TOLERANCE: f64 = 0.1;
 
-/// A gather point without a hemicube, and the parents that it is interpolated from with their
-/// weights, which sum to 1.
+/// A gather point without a hemicube, and its parents with interpolation weights, which sum to 1.
 #[derive(Clone, Debug)]
 struct Interpolated {
     gather_point: u32,
     parents: Vec<(u32, f32)>,
 }
 
-/// The gather points that are interpolated.
+/// The interpolated gather points.
 #[derive(Clone, Debug)]
 pub struct Interpolation {
-    /// Parents before those that need them.
+    /// Parents precede the points that depend on them.
     interpolated: Vec<Interpolated>,
-    /// At each gather point; interpolated where the irradiance is.
+    /// Surface proximity at each gather point; interpolated where the irradiance is.
     pub proximity: Vec<SurfaceProximity>,
 }
 
 impl Interpolation {
-    /// Chooses the gather points that need a hemicube, in passes: `sample` draws those of a pass
-    /// and returns their surface proximity, in the order given. A gather point is interpolated
-    /// where its distance from each of its parents is below `reach` times that parent's R.
+    /// Selects the gather points that need a hemicube, in passes: `sample` draws those of a pass
+    /// and returns their surface proximity, in the given order. A gather point is interpolated when
+    /// its distance from each of its parents is below `reach` times that parent's R.
     ///
     /// # Errors
-    /// Those of `sample`.
+    /// Errors of `sample`.
     pub fn new<E>(
         mesh: &Mesh,
         reach: f64,
@@ -57,8 +57,7 @@ impl Interpolation {
             interpolated: Vec::new(),
             proximity: vec![SurfaceProximity::default(); mesh.elements.len()],
         };
-        // A point that has been moved from its place in the grid is neither interpolated nor a
-        // parent.
+        // A point moved from its place in the grid is neither interpolated nor a parent.
         let mut regular = vec![false; mesh.elements.len()];
         mesh.each_uncut(|grid, at, gather_point| {
             regular[gather_point] = is_regular(mesh, grid, at, gather_point)
@@ -75,7 +74,7 @@ impl Interpolation {
                 if !regular[gather_point] || !is_on_grid(stride) || done {
                     return;
                 }
-                // Parents lie on the coarser stride: earlier passes have dealt with them.
+                // Parents lie on the coarser stride, which earlier passes have handled.
                 let can_interpolate = |from: &Vec<(u32, f32)>| {
                     let near = |(n, _): &(u32, f32)| {
                         let other = *n as usize;
@@ -126,8 +125,8 @@ impl Interpolation {
     }
 
     /// Sets the rows of the interpolated gather points to the weighted sums of their parents' rows;
-    /// all other rows stay as they are and must be set before. `values` has a row of `width` values
-    /// for each gather point.
+    /// all other rows must be set before. `values` has a row of `width` values for each gather
+    /// point.
     pub fn fill(&self, values: &mut [f32], width: usize) {
         for Interpolated {
             gather_point,
@@ -149,14 +148,14 @@ fn is_regular(mesh: &Mesh, grid: &Grid, at: [usize; 2], gather_point: usize) -> 
     (0..2).all(|k| (place[k] - grid.stand(at[k], grid.counts[k])).abs() < REGULAR_TOLERANCE)
 }
 
-/// Is a cell a whole number of strides from the first along its line, or the last?
+/// True when a cell is a whole number of strides from the first along its line, or the last.
 fn is_on(at: usize, count: usize, stride: usize) -> bool {
     at.is_multiple_of(stride) || at + 1 == count
 }
 
-/// The two or four gather points that the one at a cell is interpolated between, with bilinear
-/// weights: along each axis where the cell is an odd number of strides from the first, those `stride`
-/// cells before and behind it, or else the last of the line. `None` if one of them is missing.
+/// The two or four gather points between which the one at a cell is interpolated, with bilinear
+/// weights. Along each axis on which the cell is an odd number of strides from the first, they are
+/// `stride` cells before and after it, or the last of the line. `None` if one of them is missing.
 fn parents(mesh: &Mesh, grid: &Grid, at: [usize; 2], stride: usize) -> Option<Vec<(u32, f32)>> {
     let mut from = vec![(at, 1.0)];
     for axis in 0..2 {
@@ -192,7 +191,7 @@ mod tests {
     use footlight_show::geometry::{Vec3, block, vec3};
     use std::convert::Infallible;
 
-    /// Elements and gather points of a room of 6 x 6 x 4 m with a table of half a metre in it.
+    /// Elements and gather points of a room of 6 x 6 x 4 m with a table half a metre in size.
     fn with_room<T>(task: impl Fn(SceneGeometry<'_>, &Mesh, &Mesh) -> T) -> T {
         let mut polygons = block([Vec3::ZERO, vec3(6.0, 6.0, 4.0)], true).to_vec();
         let table = [vec3(2.0, 3.0, 0.0), vec3(2.6, 3.6, 0.5)];
@@ -207,8 +206,7 @@ mod tests {
         task(setting, &elements, &gather_points)
     }
 
-    /// How many hemicubes are drawn at a `reach`, and the share of the ceiling at every gather
-    /// point.
+    /// Number of hemicubes drawn at a `reach`, and the share of the ceiling at every gather point.
     fn seen(
         setting: SceneGeometry<'_>,
         elements: &Mesh,
@@ -264,8 +262,8 @@ mod tests {
         });
     }
 
-    /// Where gather points see black surfaces only, an element may be visible between two of them,
-    /// so that each needs a hemicube; where they see nothing there is nothing to miss.
+    /// Where gather points see only black surfaces, an element may be visible between two of them,
+    /// so each needs a hemicube; where they see nothing, nothing can be missed.
     #[test]
     fn among_black_things_every_gather_point_has_a_hemicube() {
         with_room(|_, _, gather_points| {

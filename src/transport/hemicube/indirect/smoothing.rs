@@ -1,10 +1,10 @@
-//! Irradiance smoothing: reflected light is averaged over neighbouring gather points.
+//! Irradiance smoothing: reflected light is averaged over adjacent gather points.
 //!
-//! A small bright area covers a few pixels of a hemicube, more or less by chance, so that single
-//! gather points err and show as blotches. Neighbours are averaged where their distance times the
-//! mean inverse distance of the surfaces around them ([`SurfaceProximity`]) is small, and not near
-//! corners, where irradiance does change. Each gather point is compared with the two next to it
-//! along an axis of the grid, so that a slope stays and only curvature is reduced. Invariant:
+//! A small bright area covers a few pixels of a hemicube, more or less by chance, so single gather
+//! points err and show as blotches. Neighbours are averaged where their distance times the mean
+//! inverse distance of the surrounding surfaces ([`SurfaceProximity`]) is small, and not near
+//! corners, where irradiance does change. Each gather point is compared with its two neighbours
+//! along an axis of the grid, so slopes are preserved and only curvature is reduced. Invariant:
 //! weights depend on the scene and the gather points alone, so that G stays linear.
 
 #![allow(
@@ -15,14 +15,14 @@
 use crate::hemicube::indirect::hemicube::SurfaceProximity;
 use crate::hemicube::mesh::Mesh;
 
-/// Distance times mean inverse distance from which on gather points are not averaged. Half of it
-/// leaves visible blotches where small openings light a wall, at the same total error.
+/// Distance times mean inverse distance from which gather points are not averaged. Half this value
+/// leaves visible blotches where small openings light a wall, at equal total error.
 const REACH: f64 = 0.2;
 
-/// Times that neighbours are averaged.
+/// Number of smoothing passes.
 const ROUNDS: usize = 2;
 
-/// Three adjacent gather points: the one in the middle moves towards the first and the last by these
+/// Three adjacent gather points; the middle one moves towards the first and the last by these
 /// shares of the differences.
 #[derive(Clone, Copy, Debug)]
 struct Triple {
@@ -30,16 +30,16 @@ struct Triple {
     shares: [f32; 2],
 }
 
-/// Which gather points are averaged, and how much.
+/// The gather points to be averaged, with their weights.
 #[derive(Clone, Debug)]
 pub struct Smoothing {
-    /// Along the two axes of the facets' grids.
+    /// Triples along the two axes of the facets' grids.
     triples: [Vec<Triple>; 2],
 }
 
 impl Smoothing {
-    /// Finds all triples of adjacent uncut gather points along both axes of the grids, and how much
-    /// each is averaged; `proximity` has the surface proximity at each gather point.
+    /// Finds all triples of adjacent uncut gather points along both axes of the grids, and their
+    /// weights; `proximity` holds the surface proximity at each gather point.
     pub fn new(mesh: &Mesh, proximity: &[SurfaceProximity]) -> Smoothing {
         let triples = [0, 1].map(|axis| {
             let mut triples = Vec::new();
@@ -52,7 +52,7 @@ impl Smoothing {
                     .fold(0.0, f32::max);
                 let weight = 1.0 - before.max(behind) * f64::from(nearest) / REACH;
                 if weight > 0.0 {
-                    // At a weight of 1 all three count alike. Linear values stay as they are.
+                    // At weight 1 all three count equally. Linear values do not change.
                     let both = 2.0 * weight / (1.0 + 2.0 * weight) / (before + behind);
                     triples.push(Triple {
                         gather_points: gather_points.map(|n| n as u32),
@@ -65,7 +65,7 @@ impl Smoothing {
         Smoothing { triples }
     }
 
-    /// Averages `values`, which has a row of `width` values for each gather point, in place.
+    /// Smooths `values`, a row of `width` values for each gather point, in place.
     pub fn smooth(&self, values: &mut [f32], width: usize) {
         let mut old = values.to_vec();
         for triples in self.triples.iter().cycle().take(2 * ROUNDS) {
@@ -105,8 +105,8 @@ mod tests {
         (Surfaces::grey(polygons), spot)
     }
 
-    /// On the floor under a bright square of 0.2 m, 4 m above: less than a pixel of a hemicube. By
-    /// itself each gather point sees all of it, or nothing.
+    /// On the floor, 4 m below a bright square of 0.2 m, which is smaller than a pixel of a
+    /// hemicube: each gather point alone sees the whole square or nothing.
     #[test]
     fn a_small_bright_place_makes_no_blotches() {
         let (surfaces, spot) = room();

@@ -1,8 +1,8 @@
-//! The BSP of a mesh cell: lines where something stands on it split it into convex parts.
+//! The BSP of a mesh cell, split into convex parts by the surfaces that stand on it.
 //!
-//! Everything is in cells of the facet's grid. The longest segment within a part splits it first,
-//! and only if it is long enough there or runs across most of the part, and if both sides are large
-//! enough, so that a table's leg splits nothing. This module does not depend on space.
+//! Lengths are in cells of the facet's grid. The longest segment within a part splits it first, if
+//! it is long enough there or runs across most of the part, and if both sides are large enough; a
+//! table's leg thus splits nothing. This module does not depend on space.
 
 #![allow(
     clippy::indexing_slicing,
@@ -12,53 +12,53 @@
 use crate::surfaces::clipper::PlanePoint;
 use crate::surfaces::extent;
 
-/// `l[0] u + l[1] v + l[2]`, not negative on the left of the segment that it was drawn along.
+/// `l[0] u + l[1] v + l[2]`, not negative on the left of its segment.
 pub type Line = [f64; 3];
 
-/// A contact edge in cells of the grid: where a surface stands on a cell.
+/// A contact edge in cells of the grid: the line where a surface stands on a cell.
 #[derive(Clone, Copy, Debug)]
 pub struct CellContactEdge {
     /// Its ends.
     pub ends: [PlanePoint; 2],
-    /// The surface's normal: along the two sides in units of one over a cell, and upwards (1/m).
+    /// Normal of the surface: along the two sides in 1/cell, and upwards in 1/m.
     pub normal: [f64; 3],
-    /// The surface's height above the facet (m).
+    /// Height of the surface above the facet (m).
     pub rise: f64,
 }
 
-/// The plane that splits a cell: that of the surface which stands on its line.
+/// The plane that splits a cell: the surface that stands on its line.
 #[derive(Clone, Copy, Debug)]
 pub struct SplitPlane {
-    /// Where it meets the facet.
+    /// Intersection with the facet.
     pub line: Line,
-    /// `height(line, place) + lean * h` is zero for its places at a height of `h` metres.
+    /// `height(line, place) + lean * h` is zero for places of the plane at a height of `h` metres.
     pub lean: f64,
-    /// The surface's height above the facet (m).
+    /// Height of the surface above the facet (m).
     pub rise: f64,
 }
 
 /// Greatest depth of the BSP.
 const DEEPEST: usize = 4;
 
-/// Length of a segment within a part that cuts it, in cells, and the share of the part's own
-/// length along it that is enough for a shorter one.
+/// Least length, in cells, of a segment within a part that cuts it, and the share of the part's
+/// length along it that suffices for a shorter one.
 const LEAST_LENGTH: f64 = 0.25;
 const LEAST_SHARE: f64 = 0.5;
 
-/// Area of a part, in cells.
+/// Least area of a part, in cells.
 const LEAST_AREA: f64 = 0.01;
 
 /// The BSP of a cell.
 #[derive(Clone, Debug)]
 pub enum BspTree<T> {
-    /// Not split any further.
+    /// An undivided part.
     Leaf(T),
     /// Split by a plane; the part on its line's negative side first.
     Split(SplitPlane, Box<[BspTree<T>; 2]>),
 }
 
-/// Splits the square of side 1 at a corner along contact edges; each leaf has the lines that bound
-/// it, each not negative on its side.
+/// Splits the unit square at a corner along contact edges; each leaf has its boundary lines, each
+/// not negative on its side.
 pub fn split_cell(corner: PlanePoint, edges: &[CellContactEdge]) -> BspTree<Vec<Line>> {
     split(&square(corner), edges, Vec::new())
 }
@@ -94,8 +94,8 @@ fn split(
     BspTree::Split(plane, Box::new([side(0, line.map(|x| -x)), side(1, line)]))
 }
 
-/// Length of a segment within a region, its line, and the parts below and above that line, if it
-/// is to be cut along it.
+/// Length of a segment within a region, its line, and the parts below and above that line, if the
+/// line cuts the region.
 fn divided(
     region: &[PlanePoint],
     segment: [PlanePoint; 2],
@@ -114,13 +114,13 @@ fn divided(
     (divides && worth).then_some((length, line, parts))
 }
 
-/// How far a plane leans that stands on a line.
+/// Slope of a plane that stands on a line.
 fn lean(line: Line, [u, v, up]: [f64; 3]) -> f64 {
-    // The normal's part within the cell is across the line, which has unit slope.
+    // The normal's component in the cell is perpendicular to the line, which has unit slope.
     up / (line[0] * u + line[1] * v)
 }
 
-/// Height of a place over a line.
+/// Signed height of a place over a line.
 pub fn height(line: Line, [u, v]: PlanePoint) -> f64 {
     line[0] * u + line[1] * v + line[2]
 }
@@ -133,7 +133,7 @@ fn through([a, b]: [PlanePoint; 2]) -> Line {
     [p, q, -(p * a[0] + q * a[1])]
 }
 
-/// Length of a segment within a convex region whose corners run counter-clockwise.
+/// Length of a segment within a convex region with anticlockwise corners.
 fn length_within(region: &[PlanePoint], [a, b]: [PlanePoint; 2]) -> f64 {
     let (mut enter, mut leave) = (0.0_f64, 1.0_f64);
     let n = region.len();
@@ -236,7 +236,7 @@ mod tests {
         assert_eq!(leaves(&split_cell([0.0, 0.0], &[across])).len(), 2);
     }
 
-    /// A roof over cells of 2 m by .5 m, rising by 3 m for each metre across.
+    /// A roof over cells of 2 m by .5 m that rises by 3 m per metre across.
     #[test]
     fn a_plane_is_zero_at_its_own_points() {
         let ends = [[0.0, 0.5], [1.0, 0.5]];

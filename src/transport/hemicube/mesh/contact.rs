@@ -1,7 +1,7 @@
-//! Contact edges: the lines along which other surfaces touch a facet or pass through it.
+//! Contact edges: lines along which other surfaces touch or cross a facet.
 //!
-//! Light changes abruptly across such a line, so that a mesh cell must not reach over it. What
-//! hardly rises above the facet is ignored. This module does not depend on cells and lights.
+//! Light changes abruptly across such a line, so a mesh cell must not extend over it. Surfaces that
+//! hardly rise above the facet are ignored. This module does not depend on cells or lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -14,17 +14,17 @@ use crate::surfaces::hierarchy::Bounds;
 use crate::surfaces::surface::Surfaces;
 use footlight_show::geometry::{Vec3, vec3};
 
-/// Where a surface stands on a facet.
+/// A segment along which a surface stands on a facet.
 pub struct ContactEdge {
     /// Its ends in the facet's plane (m).
     pub ends: [Vec3; 2],
-    /// Normal of the surface that stands there.
+    /// Normal of that surface.
     pub normal: Vec3,
-    /// How far that surface rises above the facet (m).
+    /// Height of that surface above the facet (m).
     pub rise: f64,
 }
 
-/// All pieces, in the order in which a search meets them.
+/// All pieces, in search order.
 pub struct Contacts<'a> {
     surfaces: &'a Surfaces,
     /// Pieces with their bounds, by the least x.
@@ -42,7 +42,7 @@ impl<'a> Contacts<'a> {
         Contacts { surfaces, boxes }
     }
 
-    /// The contact edges of a facet with the surfaces that rise more than `least` (m) above it.
+    /// Contact edges of a facet with the surfaces that rise more than `least` (m) above it.
     pub fn of(&self, facet: usize, least: f64) -> Vec<ContactEdge> {
         let own = &self.surfaces.facets[facet];
         let touching = self.surfaces.touching();
@@ -72,7 +72,8 @@ impl<'a> Contacts<'a> {
     }
 }
 
-/// The segment in which a piece meets the plane of a facet, and its height, if it rises above it.
+/// Segment in which a piece meets the plane of a facet, and its height, if it rises above the
+/// plane.
 fn contact_segment(
     facet: &Facet,
     piece: &Piece,

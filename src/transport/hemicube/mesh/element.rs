@@ -1,6 +1,6 @@
 //! One element: the centre of its hemicube and the samples of its direct light.
 //!
-//! This module does not depend on other cells and lights.
+//! This module does not depend on other cells or lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -20,14 +20,14 @@ use footlight_show::geometry::{Vec3, frame};
 pub struct Element {
     /// Its facet.
     pub facet: usize,
-    /// Where its hemicube stands.
+    /// Position of its hemicube.
     pub centre: Vec3,
-    /// Where its direct light is averaged first.
+    /// Samples over which its direct light is first averaged.
     pub samples: Vec<Sample>,
 }
 
 impl Element {
-    /// What it reflects: the mean of its texture over its samples, by their areas.
+    /// Mean reflectance over its samples, weighted by area.
     pub fn reflectance(&self, surfaces: &Surfaces) -> [f64; 3] {
         let facet = &surfaces.facets[self.facet];
         let area: f64 = self.samples.iter().map(|sample| sample.area).sum();
@@ -57,9 +57,9 @@ pub struct Maker<'a> {
     pub facet: usize,
     /// Its grid.
     pub grid: &'a Grid,
-    /// The cell, numbered within the grid.
+    /// Index of the cell within the grid.
     pub cell: usize,
-    /// A point of it that a fragment shows, which is therefore not inside a solid.
+    /// A point of the cell that a fragment shows, which is therefore outside all solids.
     pub visible_point: Option<Vec3>,
 }
 
@@ -94,7 +94,8 @@ impl Maker<'_> {
             if let Some(p) = self.rim().filter(|_| is_uncut) {
                 centre = p;
             }
-            // A gather point only gathers: its samples matter where it cannot stand itself.
+            // A gather point only gathers: its samples matter only when its centre is inside a
+            // solid.
             if self.is_open(centre) {
                 return Some(self.made(centre, Vec::new()));
             }
@@ -106,11 +107,11 @@ impl Maker<'_> {
             .iter()
             .min_by(|a, b| distance(a).total_cmp(&distance(b)));
         let Some(nearest) = nearest else {
-            // All samples are inside a solid: a point that the picture shows stands for it.
+            // All samples are inside a solid: a visible point of the picture replaces them.
             let p = kept_inside(surfaces, facet, visible_point?);
             return Some(self.made(p, vec![whole.at(p)]));
         };
-        // Partly inside a solid: the open sample nearest to the centre takes its place.
+        // Partly inside a solid: the open sample nearest to the centre replaces it.
         let stands = if self.is_open(centre) {
             centre
         } else {
@@ -127,8 +128,8 @@ impl Maker<'_> {
         }
     }
 
-    /// Where a gather point stands, on the rim if it is an outermost one; `None` if the facet is
-    /// not there.
+    /// Position of a gather point, on the rim if it is an outermost one; `None` where the facet
+    /// does not reach.
     fn rim(&self) -> Option<Vec3> {
         let (grid, surfaces) = (self.grid, self.setting.surfaces);
         let facet = &surfaces.facets[self.facet];

@@ -1,4 +1,4 @@
-//! The grid of a facet: its cells, and what lies around a point of it.
+//! The grid of a facet: its cells and the neighbourhood of a point.
 //!
 //! This module does not depend on other facets.
 
@@ -11,7 +11,7 @@ use crate::surfaces::extent;
 use crate::surfaces::facet::Facet;
 use footlight_show::geometry::Vec3;
 
-/// Cells along one side of a facet at most.
+/// Most cells along one side of a facet.
 const MOST_CELLS: f64 = 2048.0;
 
 /// The grid of one facet.
@@ -20,23 +20,24 @@ pub struct Grid {
     pub(super) origin: Vec3,
     pub(super) along: Vec3,
     pub(super) across: Vec3,
-    /// One over the cell's sides.
+    /// Inverse of the cell's sides.
     pub(super) scale: [f64; 2],
     /// Cells along the two sides.
     pub counts: [usize; 2],
-    /// Samples of the outermost cells stand on the rim, not at the cells' centres.
+    /// True when samples of the outermost cells lie on the rim instead of the centres.
     pub(super) on_rim: bool,
-    /// Its first cell among those of all grids; the others follow, line by line.
+    /// Index of its first cell in all grids; the others follow line by line.
     pub first: usize,
 }
 
 impl Grid {
-    /// Over a facet, with cells of about `side` metres; its cells start at `first`.
+    /// A grid over a facet, with cells of approximately `side` metres; its cells start at `first`.
     pub(super) fn over(facet: &Facet, side: f64, on_rim: bool, first: usize) -> Grid {
         let n = facet.vertices.len();
         let edges = (0..n).map(|i| facet.vertices[(i + 1) % n] - facet.vertices[i]);
         let longest = edges.fold(Vec3::ZERO, |best, e| {
-            // A clear winner only, so that the opposite edges of a rectangle do not compete.
+            // Only a clearly longer edge wins, so that the choice between opposite edges of a
+            // rectangle is stable.
             if e.length() > best.length() * (1.0 + 1e-9) {
                 e
             } else {
@@ -75,15 +76,14 @@ impl Grid {
         [self.along * self.scale[0], self.across * self.scale[1]]
     }
 
-    /// A direction as the slope of what it is normal to: along the two sides by the cell, and
-    /// upwards by the metre.
+    /// Converts a normal to units of the grid: per cell along the two sides, per metre upwards.
     pub(super) fn normal(&self, normal: Vec3) -> [f64; 3] {
         let [along, across] = [self.along, self.across].map(|axis| normal.dot(axis));
         let up = normal.dot(self.along.cross(self.across));
         [along / self.scale[0], across / self.scale[1], up]
     }
 
-    /// The cell that holds a point of the facet.
+    /// The cell that contains a point of the facet.
     pub fn cell(&self, p: Vec3) -> usize {
         let [u, v] = self.place(p);
         // The cast saturates: below zero is zero.
@@ -102,23 +102,23 @@ impl Grid {
         self.first + j * self.counts[0] + i
     }
 
-    /// Column and row of a cell, numbered within the grid.
+    /// Column and row of a cell, by its index within the grid.
     pub(super) fn position(&self, local: usize) -> [usize; 2] {
         [local % self.counts[0], local / self.counts[0]]
     }
 
-    /// The least corner of a cell, numbered within the grid, in cells.
+    /// Least corner of a cell, by its index within the grid, in cells.
     pub(super) fn corner(&self, local: usize) -> [f64; 2] {
         self.position(local).map(|k| k as f64)
     }
 
-    /// The place of a cell nearest to a place.
+    /// The place within a cell nearest to a place.
     pub(super) fn clamped(&self, cell: usize, place: [f64; 2]) -> [f64; 2] {
         let low = self.corner(cell - self.first);
         [0, 1].map(|k| place[k].clamp(low[k], low[k] + 1.0))
     }
 
-    /// The cells, numbered within the grid, in the rectangle between two places.
+    /// Indices within the grid of the cells in the rectangle between two places.
     pub(super) fn between(&self, [a, b]: [[f64; 2]; 2]) -> impl Iterator<Item = usize> + use<> {
         let columns = self.counts[0];
         let range = |k: usize| {
@@ -130,7 +130,7 @@ impl Grid {
         across.flat_map(move |j| along.clone().map(move |i| j * columns + i))
     }
 
-    /// Centre of a cell, numbered within the grid.
+    /// Centre of a cell, by its index within the grid.
     pub(super) fn middle(&self, local: usize) -> Vec3 {
         let [i, j] = self.position(local);
         self.origin
@@ -138,7 +138,7 @@ impl Grid {
             + self.across * ((j as f64 + 0.5) / self.scale[1])
     }
 
-    /// Where cell `i` of `n` has its sample, in cells.
+    /// Position of the sample of cell `i` of `n`, in cells.
     pub fn stand(&self, i: usize, n: usize) -> f64 {
         match i {
             0 if self.on_rim && n > 1 => 0.0,
@@ -147,8 +147,8 @@ impl Grid {
         }
     }
 
-    /// The four cells whose samples are around a point, and their bilinear weights; beyond the
-    /// outermost samples the nearest count.
+    /// The four cells whose samples surround a point, and their bilinear weights; beyond the
+    /// outermost samples the nearest ones count.
     pub fn stencil(&self, p: Vec3) -> [(usize, f64); 4] {
         let [u, v] = self.place(p);
         let axis = |x: f64, n: usize| {

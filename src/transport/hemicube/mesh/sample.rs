@@ -1,7 +1,7 @@
-//! Sample points of a facet: the centroids of the parts that squares of its grid cut out of it.
+//! Sample points of a facet: centroids of the parts that squares of its grid cut out of it.
 //!
-//! Points keep a distance from the facet's edges, as visibility is undecided on them. This module
-//! does not depend on lights and visibility.
+//! Points keep a distance from the facet's edges, where visibility is undefined. This module does
+//! not depend on lights or visibility.
 
 #![allow(
     clippy::indexing_slicing,
@@ -15,24 +15,22 @@ use crate::surfaces::surface::{Surfaces, kept_inside};
 use footlight_show::geometry::{Vec3, newell, part_above};
 use std::sync::Arc;
 
-/// A square of a facet's grid, as far as the facet fills it and its bounds go, and the point that
-/// stands for it.
+/// The part of a grid square within the facet and its bounds, with a representative point.
 #[derive(Clone, Debug)]
 pub struct Sample {
-    /// Middle of its largest convex part.
+    /// Centroid of its largest convex part.
     pub point: Vec3,
-    /// Of all its parts, square metres.
+    /// Area of all its parts, m².
     pub area: f64,
-    /// Its least corner and its side, in cells of the grid.
+    /// Least corner and side of the square, in cells of the grid.
     corner: [f64; 2],
     side: f64,
-    /// Lines that are not negative on it.
+    /// Boundary lines, not negative on the sample.
     bounds: Arc<[Line]>,
 }
 
 impl Sample {
-    /// The square at a corner with this side, in cells, within bounds; `None` where there is no
-    /// facet.
+    /// The square at a corner with this side, in cells, within bounds; `None` outside the facet.
     pub fn new(
         surfaces: &Surfaces,
         facet: &Facet,
@@ -72,12 +70,12 @@ impl Sample {
         })
     }
 
-    /// The same with another point that stands for it.
+    /// The sample with another representative point.
     pub fn at(self, point: Vec3) -> Sample {
         Sample { point, ..self }
     }
 
-    /// Its four quarters, as far as the facet fills them.
+    /// Its four quarters, clipped to the facet.
     pub fn quarters<'a>(
         &self,
         surfaces: &'a Surfaces,
@@ -94,7 +92,7 @@ impl Sample {
             })
     }
 
-    /// The sides of its square, in space.
+    /// Sides of its square in space.
     pub fn sides(&self, grid: &Grid) -> [Vec3; 2] {
         [
             grid.along * (self.side / grid.scale[0]),

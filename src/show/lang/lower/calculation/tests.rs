@@ -9,7 +9,7 @@ fn parsed(text: &str) -> Parsed {
 
 const VALUES: &str = r##"
 show "Values"
-let half  = quick / slow                     // declared before the values that it uses
+let half  = quick / slow                     // above what it rests on
 let slow  = 12s
 let quick = slow/4
 let dim   = 2*20 + -(5)

@@ -1,4 +1,4 @@
-//! What a point sees, against closed forms and what is drawn naively.
+//! Hemicubes against closed forms and naive drawing.
 
 use super::*;
 use crate::direct::lambert::{LambertIntegrator, LightPolygon};
@@ -11,7 +11,7 @@ use crate::surfaces::surface::Surfaces;
 use footlight_show::geometry::{block, vec3};
 use std::collections::BTreeMap;
 
-/// A box 2 x 2 x 1 seen from inside, its lid as wide as `lid`.
+/// A box 2 x 2 x 1 from inside, its lid as wide as `lid`.
 fn room(lid: f64) -> Surfaces {
     let (x, y, z) = (
         vec3(2.0, 0.0, 0.0),
@@ -54,7 +54,7 @@ fn floor(surfaces: &Surfaces) -> usize {
         .unwrap()
 }
 
-/// From the middle of the floor to the lid; from beside a wall to that wall.
+/// From the centre of the floor to the lid; from a point next to a wall to that wall.
 #[test]
 fn closed_forms_are_met_better_with_resolution() {
     let surfaces = room(1.0);
@@ -89,7 +89,7 @@ fn a_closed_room_is_seen_whole_from_everywhere() {
     });
 }
 
-/// Under a ceiling without end at height h the mean of one over the distance is 2 / (3 h).
+/// Under an infinite ceiling at height h the mean inverse distance is 2 / (3 h).
 #[test]
 fn what_is_near_is_told() {
     let surfaces = room(1.0);
@@ -112,7 +112,7 @@ fn what_is_near_is_told() {
     });
 }
 
-/// A block on the floor, drawn with all its faces and without those that its fronts hide.
+/// A block on the floor, drawn with all its faces and without those hidden by its fronts.
 #[test]
 fn backs_of_solids_change_nothing() {
     let facets = room(1.0).facets.into_iter();
@@ -144,8 +144,8 @@ fn backs_of_solids_change_nothing() {
     }
 }
 
-/// A shelf cuts the wall that it hangs on, and the strip above it is less than a pixel high. Seen
-/// from the other wall one sample a pixel finds it or not.
+/// A shelf cuts the wall that it hangs on, and the strip above it is less than a pixel high. From
+/// the other wall, one sample a pixel may find or miss it.
 #[test]
 fn parts_of_a_cut_cell_are_seen_evenly() {
     let mut polygons = block([vec3(-3.0, -3.0, 0.0), vec3(3.0, 3.0, 4.0)], true).to_vec();
@@ -197,7 +197,8 @@ fn parts_of_a_cut_cell_are_seen_evenly() {
     assert!(ours < 0.5 * naive, "{ours} of {naive}");
 }
 
-/// Normalised rows would sum to 1 in any scene; ours lose what leaves by the open half.
+/// Normalised rows would sum to 1 in any scene; ours lose the light that leaves through the open
+/// half.
 #[test]
 fn what_leaves_an_open_scene_is_lost() {
     let surfaces = room(0.5);
@@ -206,14 +207,14 @@ fn what_leaves_an_open_scene_is_lost() {
         let row = cube.row(floor(&surfaces), Vec3::ZERO, 0.3);
         let sum: f64 = row.iter().map(|r| f64::from(r.1)).sum();
         assert!((sum - (1.0 - lid)).abs() < 0.006, "{sum}");
-        // A row that is normalised gives the walls what goes out through the lid, too.
+        // A normalised row also gives the walls the light that leaves through the lid.
         let normalised: f64 = row.iter().map(|r| f64::from(r.1) / sum).sum();
         assert!(normalised / (1.0 - lid) - 1.0 > 0.35, "{normalised}");
     });
 }
 
-/// Under a ceiling of 30 x 30 tiles, 4 m up: a tile far away is less than a pixel or a few, found
-/// or not, and what all are seen of together is right all the same.
+/// Under a ceiling of 30 x 30 tiles, 4 m up, a distant tile covers less than a pixel or a few and
+/// may be missed; the sum over all tiles is still right.
 #[test]
 fn far_single_pairs_are_coarse_and_their_sum_is_not() {
     let (count, side) = (30, 0.4);
