@@ -32,7 +32,7 @@ pub struct Shown {
 
 /// A display for the sequence during playback.
 pub trait Canvas: Send {
-    /// Shows a frame, taking as long as needed; false when nobody watches any more.
+    /// Shows a frame, taking as long as needed; false when the viewer has left.
     fn frame(&self, picture: &Shown) -> bool;
 
     /// Ends the playback.

@@ -1,4 +1,5 @@
-//! A show's text: what is accepted, the wording of errors, and the printed reports.
+//! A show's text: what is accepted, the wording of errors, and the printed reports; and the prose
+//! of the sources' comments.
 
 #![allow(
     clippy::unwrap_used,
@@ -9,6 +10,7 @@
 
 mod bad_input;
 mod colours;
+mod comments;
 mod editors;
 mod errors;
 mod figure4;

@@ -64,7 +64,7 @@ fn cut_surfaces_are_whole_again() {
     assert_eq!(summary.merged, summary.faces);
 }
 
-/// Every light of the file lights the hall. (The window lights everything in front of its own wall:
+/// Every light of the file lights the hall. (The window lights everything in front of its wall:
 /// a third to a half of the image.)
 #[test]
 fn every_light_lights_the_hall() {

@@ -372,7 +372,7 @@ impl Plot {
                     ((x - 9.0, y + 15.0), Anchor::End),
                     ((x, y - 12.0), Anchor::Middle),
                     ((x, y + 20.0), Anchor::Middle),
-                    // Under the top of the plot, beside a falling line.
+                    // Under the top of the plot, next to a falling line.
                     ((x + 12.0, y + 1.0), Anchor::Start),
                     ((x - 12.0, y + 1.0), Anchor::End),
                 ];
