@@ -21,7 +21,8 @@
 //!
 //! This crate does not know images, light transport or the engine. It imports downwards only.
 //!
-//! [`Show`]: footlight_show::model::Show [`Diagnostic`]: footlight_show::diagnostic::Diagnostic
+//! [`Show`]: footlight_show::model::Show
+//! [`Diagnostic`]: footlight_show::diagnostic::Diagnostic
 
 pub mod mvr;
 mod names;
