@@ -350,7 +350,7 @@ impl SetupImages {
         (found, missing)
     }
 
-    /// Which images of settings need no rendering, as far as can be told without reading any.
+    /// For each setting, true when its image needs no rendering, judged without reading images.
     pub fn at_hand(
         &self,
         image_cache: &ImageCache,

@@ -32,8 +32,7 @@ const SCHEMA: u32 = 0;
 /// Default lease of a claim without renewal: longer than network file systems cache a file.
 pub const LEASE: Duration = Duration::from_secs(60);
 
-/// Why a folder of the pool is refused: a link may have come with a stranger's show, and lead
-/// anywhere.
+/// Reason to refuse a folder of the pool: a link in a downloaded show may lead anywhere.
 const LINK: &str = "a link";
 
 /// Approximate bytes of a file beyond its pixels.

@@ -48,7 +48,7 @@ pub fn names(engine: &Engine, with_keys: bool) -> Vec<String> {
         .collect()
 }
 
-/// Writes all results of a run except key images; returns what could not be made, and why. Without
+/// Writes all results of a run except key images; returns the failures with their reasons. Without
 /// a `playback`, results that need key images are skipped. Cue images and page that are already
 /// `written` stay.
 pub fn write(
@@ -128,7 +128,7 @@ pub fn write_first(engine: &mut Engine, to: &mut Results<'_>) -> Result<Option<T
     Ok(missing.is_none().then_some(tone))
 }
 
-/// Which files to write for cues.
+/// Files to write for each cue.
 #[derive(Clone, Copy)]
 struct CueFiles {
     /// One image each.

@@ -184,8 +184,8 @@ pub fn check_rig(scene: &Scene, rig: &Rig) -> Result<(), TransportError> {
 /// Prepares the rig's lights.
 ///
 /// # Errors
-/// [`TransportError::Scene`] for a spot with impossible angles or aim, and for an image, which
-/// lights nothing ([`crate::layered`] adds it to the picture).
+/// [`TransportError::Scene`] for a spot with impossible angles or aim, and for a bank
+/// given as an image, which [`crate::layered`] adds.
 pub fn luminaires(surfaces: &Surfaces, rig: &Rig) -> Result<Vec<PreparedLight>, TransportError> {
     rig.lights
         .iter()

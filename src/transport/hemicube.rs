@@ -1,6 +1,6 @@
 //! Radiosity by hemicubes.
 //!
-//! Direct light is exact at every fragment of the picture; reflected light is the radiosity of mesh
+//! Direct light is exact at every fragment of the image; reflected light is the radiosity of mesh
 //! elements, gathered by hemicubes. Every light is solved once at unit strength: settings, colours
 //! and filters only scale it, so that G is linear by construction. Invariant: mesh, order of
 //! summation and number of iterations depend on setup and quality alone. The only part of the other
@@ -93,15 +93,15 @@ pub struct HemicubeRadiosity {
     bounces: Bounces,
     gather_points: GatherPoints,
     fragments: Fragments,
-    /// `None` when the picture shows no round surface.
+    /// `None` when the image shows no round surface.
     rounding: Option<Rounding>,
     /// Reflectance of each fragment; empty when the scene has no textures.
     paints: Vec<[f32; 3]>,
     /// Gather points around each fragment, with their weights.
     gather_weights: Lists<(u32, f32)>,
-    /// Share of the picture of each element.
+    /// Share of the image of each element.
     visible_shares: Vec<f64>,
-    /// Allowed error of interpolated direct light, relative to its level in the picture.
+    /// Allowed error of interpolated direct light, relative to its level in the image.
     tolerance: f64,
     /// See `IrradiancePrecision::near`.
     near: f64,
@@ -140,7 +140,7 @@ impl HemicubeRadiosity {
             "the hierarchy of triangles",
             bvh.as_ref().map_or(0, Bvh::bytes),
         )?;
-        // Bands of the picture are computed separately and then copied together.
+        // Bands of the image are computed separately and then copied together.
         let pixels = view.width.saturating_mul(view.height);
         let bands = pixels.saturating_mul(2 * size_of::<Fragment>());
         budget.check("the picture", bands)?;
@@ -272,7 +272,7 @@ fn weights(
     })
 }
 
-/// Share of the picture of each element.
+/// Share of the image of each element.
 fn visible_shares(mesh: &Mesh, fragments: &Fragments) -> Vec<f64> {
     let mut shares = vec![0.0; mesh.elements.len()];
     let mut all = 0.0;

@@ -1,6 +1,6 @@
 //! Banks given as images: images rendered elsewhere, added to those of another operator.
 //!
-//! An image is light that arrives in the picture and does not depend on the stage: G is the sum of
+//! An image is light that arrives in the view and does not depend on the stage: G is the sum of
 //! the images, each times its setting, and of the inner operator's image of the other lights.
 //! Invariant: the inner operator receives no image; if all lights are images it is not called, and
 //! the quality scale has one step.

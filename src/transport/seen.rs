@@ -1,4 +1,4 @@
-//! The surface that a view shows at a point, from which its picture tells the illuminance.
+//! The surface that a view shows at a point, from which its image tells the illuminance.
 
 use crate::direct::projector::pixel as footprint;
 use crate::gather::bvh::Bvh;
@@ -26,10 +26,10 @@ pub struct SeenSurface {
     pub reflectance: [f64; 3],
 }
 
-/// Reason for which the picture gives no illuminance at a point.
+/// Reason for which the image gives no illuminance at a point.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Hidden {
-    /// The point lies outside the picture.
+    /// The point lies outside the image.
     #[error("lies outside the view")]
     Outside,
     /// No visible surface is at the point.

@@ -1,5 +1,5 @@
 //! The scene and its view, as both renderers use them: facets, their convex pieces and solids, the
-//! hierarchy over the pieces, the camera, and the fragments of facets in the picture.
+//! hierarchy over the pieces, the camera, and the fragments of facets in the image.
 //!
 //! This module depends on neither meshes nor rays; its only knowledge of lights is the set of
 //! emitting materials.

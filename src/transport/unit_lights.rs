@@ -19,7 +19,7 @@ pub trait UnitLights: Send {
     /// Bytes held.
     fn bytes(&self) -> usize;
 
-    /// Pixels of a picture.
+    /// Pixels of an image.
     fn pixels(&self) -> usize;
 
     /// Solves the `wanted` lights that are not solved yet.

@@ -30,7 +30,7 @@ pub struct Case {
     pub scene: Scene,
     pub rig: Rig,
     pub view: View,
-    /// Settings of the mixed picture.
+    /// Settings of the mixed image.
     pub mix: Vec<f64>,
 }
 

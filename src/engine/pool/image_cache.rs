@@ -145,8 +145,8 @@ impl ImageCache {
         out
     }
 
-    /// Which of `wanted`, all of one scene and quality, exist or are sums of existing images,
-    /// according to names and headers: no image is read. A damaged one is rendered after all.
+    /// For each image of `wanted`, all of one scene and quality, true when it exists or is a sum of
+    /// existing images, according to names and headers. A damaged image is still rendered.
     pub fn has(&self, wanted: &[Wanted], store: &dyn Store) -> Vec<bool> {
         let (at_hand, combinations) = self.combinations(&wanted.iter().collect::<Vec<_>>(), store);
         let known = |(one, sum): (&Wanted, Option<Terms>)| {

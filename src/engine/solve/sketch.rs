@@ -183,7 +183,7 @@ impl Fitting {
         Ok((fitting, stood))
     }
 
-    /// Which of the coordinates contribute visible light.
+    /// For each coordinate, true when it contributes visible light.
     fn seen(&self) -> Vec<bool> {
         let peak = |image: &Image| {
             let weighted = image

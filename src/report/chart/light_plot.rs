@@ -23,7 +23,7 @@ pub struct LightPlot {
 /// A light at its position.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PlottedLight {
-    /// Where it hangs.
+    /// Position, metres.
     pub at: Vec3,
     /// The point at which it is focused.
     pub aim: Option<Vec3>,

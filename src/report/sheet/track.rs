@@ -278,7 +278,7 @@ impl<'s> Track<'s> {
     }
 }
 
-/// How a bank comes from `was` to `is`; `moves` is true for each move along a path.
+/// Kind of a bank's change from `was` to `is`; `moves` is true for each move along a path.
 fn held(moves: &[bool], back: bool, used: bool, block: bool, was: &[f64], is: &[f64]) -> Held {
     let up = was.iter().zip(is).any(|(w, i)| i > w);
     let down = was.iter().zip(is).any(|(w, i)| i < w);

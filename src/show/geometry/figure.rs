@@ -4,7 +4,7 @@
 use super::solid::Solid;
 use super::{Vec3, vec3};
 
-/// Where a person stands and looks.
+/// A standing person.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
     /// Between the feet, metres.

@@ -1,6 +1,6 @@
-//! How a luminaire hangs: where it is, what it is focused on, how it is turned about its axis.
+//! Position, focus and rotation of a luminaire.
 //!
-//! This is the one convention of axes for luminaires that are not round. An observer at the
+//! All luminaires without axial symmetry use this convention of axes. An observer at the
 //! luminaire who looks along its axis, head up, has `right` to the right and `up` above. Where the
 //! axis is vertical, `right` is +X (stage left), as if the luminaire had been lowered from looking
 //! upstage. A turn goes anticlockwise for this observer, from right towards up.
@@ -10,7 +10,7 @@ use crate::geometry::{Vec3, vec3};
 /// Position, focus and turn.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Mount {
-    /// Where the luminaire hangs.
+    /// Position, metres.
     pub position: Vec3,
     /// The point at which it is focused.
     pub aim: Vec3,

@@ -67,7 +67,7 @@ pub enum TimelineError {
     Level {
         /// The move.
         id: NodeId,
-        /// Which parameter.
+        /// Index of the parameter.
         parameter: usize,
         /// Time at which it is farthest outside, to the microsecond.
         time: Time,
@@ -79,7 +79,7 @@ pub enum TimelineError {
     Beam {
         /// The move.
         id: NodeId,
-        /// Which head.
+        /// Index of the head.
         head: usize,
         /// When.
         time: Time,
@@ -99,11 +99,11 @@ pub enum TimelineError {
 /// Legal but probably a mistake.
 #[derive(Clone, Debug, PartialEq)]
 pub enum TimelineWarning {
-    /// A path does not begin at the level that the parameter has.
+    /// A path does not begin at the current level of its parameter.
     Jump {
         /// The move.
         id: NodeId,
-        /// Which parameter.
+        /// Index of the parameter.
         parameter: usize,
         /// When.
         time: Time,
@@ -118,7 +118,7 @@ pub enum TimelineWarning {
         id: NodeId,
         /// The move that comes first.
         by: NodeId,
-        /// Which parameter.
+        /// Index of the parameter.
         parameter: usize,
         /// When the move would have started.
         time: Time,
@@ -129,7 +129,7 @@ pub enum TimelineWarning {
         id: NodeId,
         /// The move that takes over.
         by: NodeId,
-        /// Which parameter.
+        /// Index of the parameter.
         parameter: usize,
         /// When.
         time: Time,
@@ -147,7 +147,7 @@ pub enum TimelineWarning {
     Late {
         /// The move.
         id: NodeId,
-        /// Which head.
+        /// Index of the head.
         head: usize,
         /// When the move starts.
         time: Time,
@@ -162,7 +162,7 @@ pub enum TimelineWarning {
     Seen {
         /// The move.
         id: NodeId,
-        /// Which head.
+        /// Index of the head.
         head: usize,
         /// When the move starts.
         time: Time,
@@ -175,9 +175,9 @@ pub enum TimelineWarning {
         id: NodeId,
         /// The move that brings the first one back.
         by: NodeId,
-        /// From.
+        /// Start of the darkness.
         time: Time,
-        /// To.
+        /// Its end.
         until: Time,
     },
 }

@@ -1,7 +1,7 @@
 //! Receivers of direct light, sorted facet by facet into trees of small flat clusters.
 //!
 //! A cluster has two bounding rectangles: one of its points (and of the outlines of fragments) in
-//! the facet's plane, and one of the outlines in the picture. Invariants: the trees depend on the
+//! the facet's plane, and one of the outlines in the image. Invariants: the trees depend on the
 //! receivers alone; the two halves tile their cluster. This module does not depend on light.
 
 #![allow(
@@ -45,7 +45,7 @@ pub struct Cluster {
     pub range: std::ops::Range<usize>,
     /// Corners of the bounding rectangle in space.
     pub corners: [Vec3; 4],
-    /// Bounding rectangle in the picture, pixels; empty for points that belong to no picture.
+    /// Bounding rectangle in the image, pixels; empty for points that belong to no image.
     pub picture: Rectangle,
     /// Bounding rectangle of the points alone, in the [`frame`] of their plane.
     inner: Rectangle,
@@ -106,7 +106,7 @@ impl Receivers {
         Receivers::sorted(surfaces, receivers, None)
     }
 
-    /// Sorts the fragments of a picture.
+    /// Sorts the fragments of an image.
     pub fn of_fragments(surfaces: &Surfaces, fragments: &Fragments) -> Receivers {
         let receivers: Vec<Receiver> = fragments
             .all()
@@ -178,7 +178,7 @@ struct Member {
     place: [f64; 2],
 }
 
-/// Bounding rectangles of outlines in the facet's plane and in the picture.
+/// Bounding rectangles of outlines in the facet's plane and in the image.
 #[derive(Clone, Copy)]
 struct Extent {
     reach: Rectangle,

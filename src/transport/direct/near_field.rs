@@ -28,11 +28,11 @@ const FINE: f64 = 0.05;
 /// Most halvings of a triangle; one that contains the foot of the source is never fine enough.
 const DEPTH: usize = 24;
 
-/// Part of a picture that shows one facet, with the outlines of its fragments.
+/// Part of an image that shows one facet, with the outlines of its fragments.
 pub struct Picture<'a> {
     receivers: &'a Receivers,
     fragments: &'a Fragments,
-    /// The facet's plane in the picture.
+    /// The facet's plane in the image.
     pub canvas: Canvas<'a>,
 }
 
@@ -116,7 +116,7 @@ pub fn is_near(beam: &Beam, picture: &Picture<'_>, point: Vec3) -> bool {
     picture.footprint(point) > NEAR * d.length()
 }
 
-/// Mean unoccluded irradiance times area, and area, of a convex outline in a picture, per unit of
+/// Mean unoccluded irradiance times area, and area, of a convex outline in an image, per unit of
 /// the light's own intensity. Every part of a pixel has equal weight.
 pub fn light(beam: &Beam, canvas: &Canvas<'_>, part: &[PlanePoint]) -> (f64, f64) {
     let (mut light, mut whole) = (0.0, 0.0);
@@ -135,13 +135,13 @@ pub fn light(beam: &Beam, canvas: &Canvas<'_>, part: &[PlanePoint]) -> (f64, f64
     (light, whole)
 }
 
-/// Area of a triangle in the picture.
+/// Area of a triangle in the image.
 fn area([a, b, c]: [PlanePoint; 3]) -> f64 {
     let [u, v] = [b, c].map(|p| [p[0] - a[0], p[1] - a[1]]);
     0.5 * (u[0] * v[1] - u[1] * v[0]).abs()
 }
 
-/// A corner in the picture, and relative to the source.
+/// A corner in the image, and relative to the source.
 #[derive(Clone, Copy)]
 struct Corner {
     place: PlanePoint,
@@ -157,7 +157,7 @@ impl Corner {
     }
 }
 
-/// Mean irradiance over a triangle of the picture.
+/// Mean irradiance over a triangle of the image.
 fn over(source: (&Beam, &Canvas<'_>), [a, b, c]: [Corner; 3], depth: usize) -> f64 {
     let ways = [a, b, c].map(|corner| corner.way);
     let [u, v, w] = ways;

@@ -259,7 +259,7 @@ impl<'a> Panel<'a> {
     }
 
     /// Irradiance at a receiver from some pairs: at its point, or the mean over its outline in the
-    /// picture where one of them is near.
+    /// image where one of them is near.
     fn on(
         &mut self,
         picture: Option<&Picture<'_>>,

@@ -1,4 +1,4 @@
-//! Direct light of a point source: exact shadows on the fragments of a picture, or at points.
+//! Direct light of a point source: exact shadows on the fragments of an image, or at points.
 //!
 //! A cluster's halves inherit the shadows that may fall on them; outlines of fragments are clipped
 //! by the shadows that cross them. Nothing is interpolated across the edge of a shadow.
@@ -49,7 +49,7 @@ impl<'a> PointSourceIntegrator<'a> {
     }
 
     /// Adds the source's light to a chunk: the mean over each outline if the receivers are
-    /// fragments of a picture, else the value at each point.
+    /// fragments of an image, else the value at each point.
     pub fn shine(
         &mut self,
         receivers: &Receivers,

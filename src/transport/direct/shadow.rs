@@ -1,8 +1,8 @@
-//! Shadows of a point source in the picture: the exact lit part of a fragment's outline.
+//! Shadows of a point source in the image: the exact lit part of a fragment's outline.
 //!
 //! The shadow of a convex piece is bounded by its own plane and the planes through the source and
 //! its edges. Under a pinhole camera, each of these planes meets a facet in a straight line of the
-//! picture, so the lit part of an outline is found by two-dimensional polygon clipping, without
+//! image, so the lit part of an outline is found by two-dimensional polygon clipping, without
 //! samples. This module does not depend on intensity or colour.
 
 #![allow(
@@ -25,7 +25,7 @@ const MOST_PARTS: usize = 128;
 /// A facet's plane and the camera that projects it.
 #[derive(Clone, Copy, Debug)]
 pub struct Canvas<'a> {
-    /// Camera of the picture, in pixels.
+    /// Camera of the image, in pixels.
     pub camera: &'a Camera,
     /// Unit normal of the facet's front.
     pub normal: Vec3,
@@ -34,14 +34,14 @@ pub struct Canvas<'a> {
 }
 
 impl Canvas<'_> {
-    /// The point of the facet's plane seen at a place of the picture.
+    /// The point of the facet's plane seen at a place of the image.
     pub fn point(&self, [x, y]: PlanePoint) -> Vec3 {
         let ray = self.camera.ray(x, y);
         self.camera.origin + ray * (self.height / self.normal.dot(ray))
     }
 
     /// Line on the canvas that bounds `wall . (p - source) > offset`. With p = eye + ray h / (n .
-    /// ray) and n . ray < 0 this is linear in the ray, and the ray is linear in the picture.
+    /// ray) and n . ray < 0 this is linear in the ray, and the ray is linear in the image.
     fn line(&self, wall: Vec3, source: Vec3, offset: f64) -> Line {
         let c = self.camera;
         let own = wall.dot(c.origin - source) - offset;
@@ -85,7 +85,7 @@ impl Shadows {
         Some(self.lines.end())
     }
 
-    /// Relation of a shadow to a rectangle of the picture.
+    /// Relation of a shadow to a rectangle of the image.
     pub fn meets(&self, shadow: usize, rectangle: &Rectangle) -> Meeting {
         let mut all = true;
         for line in self.lines.get(shadow) {

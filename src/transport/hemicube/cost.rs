@@ -251,7 +251,7 @@ impl ViewCounts {
         Ok(out)
     }
 
-    /// Number of gather points of a layout that the picture needs, and approximately how many of
+    /// Number of gather points of a layout that the image needs, and approximately how many of
     /// them have their own hemicube at a `reach` ([`HemicubeStep::reach`]): those near the rim,
     /// where joints are.
     fn gather_points(&self, layout: &Layout, reach: f64) -> (usize, f64) {
@@ -275,7 +275,7 @@ impl ViewCounts {
     }
 }
 
-/// Pixels of the largest picture that is counted at full size.
+/// Pixels of the largest image that is counted at full size.
 const MOST_PIXELS: usize = 1 << 21;
 
 /// Rate of change of reflected light near a joint, times the distance from the joint.

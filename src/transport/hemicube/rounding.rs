@@ -45,7 +45,7 @@ pub struct Rounding {
 }
 
 impl Rounding {
-    /// For the fragments of a picture; `None` if it shows nothing round.
+    /// For the fragments of an image; `None` if it shows nothing round.
     pub fn new(surfaces: &Surfaces, fragments: &Fragments) -> Option<Rounding> {
         let edges = round_edges(surfaces);
         let mut receivers = Vec::new();

@@ -207,7 +207,7 @@ impl HemicubeRadiosity {
         projector.project(even, seen)
     }
 
-    /// Root mean square, over the picture, of reflectance times irradiance, estimated from the
+    /// Root mean square, over the image, of reflectance times irradiance, estimated from the
     /// visible elements.
     fn level(&self, on_elements: &[f32]) -> f64 {
         let elements = self.mesh.elements.iter().zip(&self.visible_shares);

@@ -63,7 +63,7 @@ pub struct HemicubeStep {
     /// over which their light changes; 0 disables interpolation.
     pub reach: f64,
     /// Allowed error of direct light interpolated between fragments, relative to its root mean
-    /// square in the picture; 0 disables interpolation.
+    /// square in the image; 0 disables interpolation.
     pub tolerance: f64,
     /// Distance within which a panel's light is averaged over a pixel, relative to the distance
     /// within which this has an effect.

@@ -1,4 +1,4 @@
-//! The camera of a view: rays through places of the picture.
+//! The camera of a view: rays through places of the image.
 
 use crate::TransportError;
 use footlight_show::geometry::{Vec3, View};

@@ -1,7 +1,7 @@
 //! Clipping of convex polygons by straight lines in two dimensions.
 //!
 //! The visible part of a pixel, its part lit by a spot, and the part of a panel visible from a
-//! point are all found by clipping in the plane of the picture or of the panel, without samples.
+//! point are all found by clipping in the plane of the image or of the panel, without samples.
 //! All parts of one outline share one list of corners, so that clipping allocates nothing. This
 //! module does not depend on surfaces or light.
 
@@ -15,7 +15,7 @@ use std::ops::Range;
 use crate::surfaces::camera::Camera;
 use footlight_show::geometry::{Vec3, greater, smaller};
 
-/// A place in the picture, pixels, or on a panel's plane, metres.
+/// A place in the image, pixels, or on a panel's plane, metres.
 pub type PlanePoint = [f64; 2];
 
 /// A half-plane: positive values of `c + x * a + y * b`, as `[c, a, b]`.
@@ -26,7 +26,7 @@ pub fn value(line: &Line, at: PlanePoint) -> f64 {
     line[0] + line[1] * at[0] + line[2] * at[1]
 }
 
-/// The half-plane of the picture, in pixels, in which `normal . ray` is positive.
+/// The half-plane of the image, in pixels, in which `normal . ray` is positive.
 pub fn line(camera: &Camera, normal: Vec3) -> Line {
     let line = [
         normal.dot(camera.ray(0.0, 0.0)),

@@ -1,7 +1,7 @@
-//! Exact visibility within a square of the picture: the visible facets and their areas.
+//! Exact visibility within a square of the image: the visible facets and their areas.
 //!
 //! A piece covers the region within the lines of its edges, except where other pieces are nearer.
-//! The inverse depth of a plane is linear in the picture, so that one plane is nearer than another
+//! The inverse depth of a plane is linear in the image, so that one plane is nearer than another
 //! on a half-plane, and every cut is along a straight line, also for facets that intersect or
 //! extend behind the camera. Of coplanar facets the later wins, as in the rasteriser. This module
 //! does not depend on lights.
@@ -30,7 +30,7 @@ pub struct Silhouettes<'a> {
     lines: Vec<Line>,
 }
 
-/// A piece in the picture: its boundary lines, and its inverse depth as a linear function.
+/// A piece in the image: its boundary lines, and its inverse depth as a linear function.
 #[derive(Clone, Debug)]
 struct Layer {
     facet: usize,
@@ -107,7 +107,7 @@ impl Share {
     }
 }
 
-/// A square of the picture.
+/// A square of the image.
 #[derive(Clone, Copy, Debug)]
 pub struct Square {
     /// Left and upper edges.

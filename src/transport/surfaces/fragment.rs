@@ -39,11 +39,11 @@ pub struct Fragment {
     pub point: Vec3,
     /// Share of the pixel's square.
     pub weight: f32,
-    /// Covered region of the picture.
+    /// Covered region of the image.
     pub outline: Outline,
 }
 
-/// Covered region of a fragment in the picture, pixels.
+/// Covered region of a fragment in the image, pixels.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outline {
     /// A square: its centre and half its side.
@@ -157,7 +157,7 @@ impl Sampling {
 /// True when a pixel is stretched on the plane of a facet, seen along the ray through its centre.
 ///
 /// Its sides project to u and v there. The ellipse with these conjugate half axes has principal
-/// half axes a and b with a^2 + b^2 = u^2 + v^2 and a b = |u x v|. A plane parallel to the picture
+/// half axes a and b with a^2 + b^2 = u^2 + v^2 and a b = |u x v|. A plane parallel to the image
 /// stretches nothing, however far from the centre it is seen.
 pub fn is_stretched(facet: &Facet, camera: &Camera, ray: Vec3) -> bool {
     let slope = facet.normal.dot(ray);
@@ -223,7 +223,7 @@ pub fn fragments(
 /// Data shared by all bands.
 struct Rasterized<'a> {
     surfaces: &'a Surfaces,
-    /// Camera of the picture, one unit a pixel.
+    /// Camera of the image, one unit a pixel.
     camera: Camera,
     silhouettes: Silhouettes<'a>,
     sampling: Sampling,
@@ -412,7 +412,7 @@ impl Band<'_> {
         }
     }
 
-    /// The square of `side` sub-pixels, in pixels of the picture.
+    /// The square of `side` sub-pixels, in pixels of the image.
     fn square(&self, [x, y]: [usize; 2], side: usize) -> Square {
         let s = SUBPIXELS as f64;
         Square {

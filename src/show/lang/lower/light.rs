@@ -14,15 +14,15 @@ use crate::model::Spot;
 use crate::model::{ImportedLuminaire, LightKind, Luminaire, Output, Strength};
 use crate::units::Rgb;
 
-/// A kind of light: what the language says of it.
+/// Clauses of a kind of light.
 struct Form {
     /// The word that opens it.
     word: &'static str,
     /// Its name in messages.
     phrase: &'static str,
-    /// The clauses it needs, all of them; the first says where it is.
+    /// Required clauses; the first is its position.
     needs: &'static [&'static str],
-    /// The clauses it may have besides.
+    /// Optional clauses.
     takes: &'static [&'static str],
     /// Reason why it has no other clause, for kinds where `example` does not show it.
     reason: &'static str,

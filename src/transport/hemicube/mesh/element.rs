@@ -107,7 +107,7 @@ impl Maker<'_> {
             .iter()
             .min_by(|a, b| distance(a).total_cmp(&distance(b)));
         let Some(nearest) = nearest else {
-            // All samples are inside a solid: a visible point of the picture replaces them.
+            // All samples are inside a solid: a visible point of the image replaces them.
             let p = kept_inside(surfaces, facet, visible_point?);
             return Some(self.made(p, vec![whole.at(p)]));
         };

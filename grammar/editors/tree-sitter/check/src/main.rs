@@ -44,7 +44,7 @@ fn main() {
         let text = random.show(&statements);
         assert!(is_grammatical(&text), "random show {i} is none:\n{text}");
         demand(&mut parser, &format!("random show {i}"), &text);
-        // One word less: what the language cannot read mostly has no tree either.
+        // One word less: a text with errors mostly has an erroneous tree too.
         let less = random.less(&text);
         let (own, tree) = (!is_grammatical(&less), has_error(&mut parser, &less));
         refused += usize::from(own);
@@ -201,7 +201,7 @@ impl Random {
             for (range, _) in lang::tokens(statement) {
                 let gap = &statement[at..range.start];
                 out += gap;
-                // Where no blank stands two words may be one; `steps` may be the unit of a number.
+                // Without a blank two words may be one; `steps` may be the unit of a number.
                 if !gap.is_empty() && &statement[range.clone()] != "steps" {
                     out += ["", " ", "\n  ", " /* a { \" */ ", " // b }\n  ", "\t"][self.below(6)];
                 }
