@@ -346,7 +346,6 @@ fn pipe() -> Option<Pipe> {
     is_read.then(|| Box::new(open) as Pipe)
 }
 
-/// The folder of a file.
 fn folder_of(file: &Path) -> &Path {
     match file.parent() {
         Some(parent) if parent != Path::new("") => parent,

@@ -14,7 +14,6 @@ use footlight_host::files::{AtomicWriter, Disk, FileError, Store as _};
 use footlight_report::film::Encoder;
 use footlight_report::format::ending;
 
-/// The program.
 const PROGRAM: &str = "ffmpeg";
 
 /// Arguments for every film: frames come from [`footlight_picture::y4m`], coded for a display by

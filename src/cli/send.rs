@@ -126,7 +126,6 @@ fn lost(error: io::Error) -> Error {
     Error::Device(format!("the network: {error}"))
 }
 
-/// A usage error.
 fn usage<T>(message: impl Into<String>) -> Result<T, Error> {
     Err(Error::Usage(message.into()))
 }

@@ -93,7 +93,6 @@ fn read(path: &Path, settings: &Settings) -> Result<TaskList, Error> {
     Ok(list)
 }
 
-/// A path without `..`.
 fn without_dots(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();
     for part in path.components() {

@@ -223,7 +223,6 @@ impl Texts {
 /// A show, one of its texts, and a byte of that.
 type Place<'s> = (&'s OpenShow, Arc<String>, usize);
 
-/// The place at a position.
 fn place<'s>(workspace: &'s Workspace, position: &TextDocumentPositionParams) -> Option<Place<'s>> {
     let (show, text) = workspace.at(&position.text_document.uri)?;
     let at = Lines::new(&text, workspace.encoding).byte(position.position);

@@ -146,7 +146,6 @@ pub fn declarations<'d>(document: &'d Document, name: &str) -> Vec<&'d str> {
     texts.flat_map(|text| declared(text, name)).collect()
 }
 
-/// Declarations of a name in a text.
 fn declared<'t>(text: &'t str, name: &str) -> Vec<&'t str> {
     let find = |what: &str| lang::edit::locate(text, what);
     let of_kind = |kind: &&str| find(&format!("{kind} {name}"));

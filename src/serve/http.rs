@@ -36,7 +36,6 @@ const PAUSE: Duration = Duration::from_millis(50);
 /// Interval of repeated updates, so that neither side waits for one that is gone.
 const PULSE: Duration = Duration::from_secs(10);
 
-/// A request.
 #[derive(Debug, Default, PartialEq)]
 struct Request {
     is_post: bool,

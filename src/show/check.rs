@@ -338,7 +338,6 @@ impl Words<'_> {
         }
     }
 
-    /// Head and axis of a parameter.
     fn axis(&self, parameter: usize) -> Option<(Head, Axis)> {
         match self.show.parameters().get(parameter)?.role {
             Role::Pose(head, axis) => Some((*self.show.heads().get(head)?.1, axis)),

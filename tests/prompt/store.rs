@@ -95,7 +95,6 @@ impl Session {
         self.rendered.swap(0, Ordering::Relaxed)
     }
 
-    /// All key images.
     fn keys(&mut self) -> Vec<Image> {
         self.show.engine_mut().playback().unwrap().images().to_vec()
     }

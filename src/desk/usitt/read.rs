@@ -302,7 +302,6 @@ impl Reader {
         Ok(())
     }
 
-    /// The channel of this number.
     fn channel(&mut self, number: u32, record: &Record<'_>) -> Result<&mut Channel, Refused> {
         if self.show.channels.len() >= MOST_CHANNELS && !self.show.channels.contains_key(&number) {
             return record.refuse(

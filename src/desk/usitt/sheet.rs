@@ -92,7 +92,6 @@ fn banks(
 }
 
 impl Sheet<'_> {
-    /// Names the heads.
     fn find_heads(&mut self, names: &mut Names, losses: &mut Vec<Loss>) {
         for (channel, bank) in &self.banks {
             let turns = self.desk.channels.get(channel).and_then(|c| c.head);
@@ -462,7 +461,6 @@ fn words(list: &[String]) -> Vec<&str> {
     list.iter().map(String::as_str).collect()
 }
 
-/// The knots of a curve from 0 to 1.
 fn knots(curve: &Curve) -> Option<String> {
     let points = if curve.points.is_empty() {
         &curve.steps

@@ -67,7 +67,6 @@ pub struct Sight {
     pub spread: f64,
 }
 
-/// A pixel of a tile.
 struct TilePixel {
     /// Column and row in the tile.
     place: [usize; 2],

@@ -20,7 +20,6 @@ pub const SCHEMA: u32 = 1;
 /// silently.
 const SCHEMA_OF_HAZE: u32 = 2;
 
-/// Bytes of a texel.
 const TEXEL_BYTES: usize = 4 * size_of::<f32>();
 
 /// Steps of an intensity table from the axis to the end of the light.
@@ -281,7 +280,6 @@ struct Triangles {
     places: Vec<[f64; 2]>,
 }
 
-/// The triangles of each material.
 fn by_material(scene: &Scene) -> Result<Vec<Triangles>, String> {
     let mut out = vec![Triangles::default(); scene.materials.len()];
     for polygon in &scene.polygons {

@@ -145,7 +145,6 @@ fn mean(least: usize, mut run: impl FnMut()) -> f64 {
     (now() - begin) / runs as f64
 }
 
-/// Processor seconds of this process.
 fn processor_seconds() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/self/schedstat").ok()?;
     let nanoseconds: f64 = text.split(' ').next()?.parse().ok()?;

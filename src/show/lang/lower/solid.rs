@@ -16,7 +16,6 @@ use crate::units::Rgb;
 /// Default sides of round solids: few for a cylinder, which still looks round on a stage; for a
 /// disc as many as a disc light has.
 const SIDES: [(&str, usize); 3] = [("cylinder", 12), ("disc", 16), ("sphere", 15)];
-/// The most sides.
 const MOST_SIDES: u32 = 64;
 /// The least length of a solid's edge, metres.
 const LEAST: f64 = 1e-4;
