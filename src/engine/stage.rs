@@ -30,8 +30,10 @@ pub struct StageFile {
 pub struct StageMaterial {
     /// Its name.
     pub name: String,
-    /// Reflectance; the mean for a texture.
+    /// Reflectance; the mean for a texture, and that of its gloss for a metal.
     pub reflectance: Rgb,
+    /// Roughness of its gloss, 0 to 1, and true for a metal.
+    pub gloss: Option<(f64, bool)>,
     /// Emitted luminance, cd/m2.
     pub luminance: f64,
     /// Total area of its polygons, m².
@@ -76,7 +78,11 @@ impl StageMaterial {
         let materials = scene.materials.iter().zip(areas);
         let described = materials.map(|(material, area)| StageMaterial {
             name: material.name.clone(),
-            reflectance: material.reflectance,
+            reflectance: match &material.gloss {
+                Some(gloss) if gloss.is_metal => gloss.normal,
+                _ => material.reflectance,
+            },
+            gloss: material.gloss.as_ref().map(|g| (g.roughness, g.is_metal)),
             luminance: material.emission.luminance(),
             area,
             texture: material

@@ -109,7 +109,11 @@ fn beside(material: &StageMaterial) -> String {
     let cut = passes(material.alpha).map(str::to_owned);
     let glow =
         (material.luminance > 0.0).then(|| format!("shines {:.3} cd/m2", material.luminance));
-    let parts: Vec<String> = [texture, cut, glow].into_iter().flatten().collect();
+    let gloss = material.gloss.map(|(roughness, is_metal)| {
+        let metal = if is_metal { "metal, " } else { "" };
+        format!("{metal}gloss {roughness:.2}")
+    });
+    let parts: Vec<String> = [texture, cut, gloss, glow].into_iter().flatten().collect();
     parts.join(", ")
 }
 
@@ -186,14 +190,14 @@ material  reflectance     m2
 floor     0.50 0.40 0.30  12
 lamp      0.00 0.00 0.00  10.17  shines 2.000 cd/m2
 gauze     0.80 0.80 0.80  6      thinned by alpha
-cloth     0.30 0.10 0.10  5.75
+cloth     0.30 0.10 0.10  5.75   gloss 0.20
 ";
 
     /// The whole message: a bent face, a missing texture, a gauze by `d`, a lamp.
     #[test]
     fn a_stage_file_is_described() {
         let materials = "newmtl floor\nKd 0.5 0.4 0.3\nnewmtl lamp\nKe 2 2 2\n\
-             newmtl gauze\nKd 0.8 0.8 0.8\nd 0.25\nnewmtl cloth\nKd 0.6 0.2 0.2\nmap_Kd gone.png\n";
+             newmtl gauze\nKd 0.8 0.8 0.8\nd 0.25\nnewmtl cloth\nKd 0.6 0.2 0.2\nPr 0.2\nmap_Kd gone.png\n";
         let object = "mtllib a.mtl\n\
              v 0 0 0\nv 4 0 0\nv 4 0 -3\nv 0 0 -3\nv 0 2 -3\nv 4 2.5 -2\nv 4 2 0\nv 0 2 0\n\
              usemtl floor\nf 1 2 3 4\nusemtl lamp\nf 8 5 6 7\nusemtl gauze\nf 1 4 5 8\n\

@@ -109,11 +109,11 @@ fn varnish_reflects_as_glass_does() {
     }
 }
 
-/// Share of uniform light that a rough lobe reflects to the eye, by Simpson's rule over the
-/// half-space.
-fn share(roughness: f64, cosine: f64) -> f64 {
+/// Radiance that a rough lobe on a horizontal plate reflects to the eye from all directions, by
+/// the rule of midpoints over the half-space.
+fn reflected(roughness: f64, eye: Vec3, radiance: impl Fn(Vec3) -> f64) -> f64 {
     let square = roughness.powi(4);
-    let eye = vec3((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
+    let cosine = eye.z;
     let passed = |c: f64| 2.0 / (1.0 + (1.0 + square * (1.0 / (c * c) - 1.0)).sqrt());
     let value = |light: Vec3| {
         let half = (eye + light).normalized();
@@ -128,10 +128,52 @@ fn share(roughness: f64, cosine: f64) -> f64 {
             (j as f64 + 0.5) / n as f64 * TAU,
         );
         let light = vec3(tilt.sin() * turn.cos(), tilt.sin() * turn.sin(), tilt.cos());
-        value(light) * tilt.sin()
+        value(light) * tilt.sin() * radiance(light)
     };
     let sum: f64 = (0..n * n).map(|k| of(k / n, k % n)).sum();
     sum * 0.5 * PI * TAU / (n * n) as f64
+}
+
+/// Share of even light that a rough lobe reflects to an eye at this cosine.
+fn share(roughness: f64, cosine: f64) -> f64 {
+    let eye = vec3((1.0 - cosine * cosine).sqrt(), 0.0, cosine);
+    reflected(roughness, eye, |_| 1.0)
+}
+
+/// A wall that a lamp lights and a small panel before it, each in a wide lobe, against the integral.
+#[test]
+fn wide_gloss_blurs_what_it_shows() {
+    let view = view(0.8);
+    let lamp = vec3(1.5, 1.0, 3.0);
+    let mut wall = plate(0.1, 0.0, Gloss::varnish(0.3));
+    wall.wall(&upright([-20.0, 20.0]), 0.5);
+    wall.bulb(lamp, 700.0);
+    let lit = |way: Vec3| {
+        let at = way * (5.0 / way.y.max(1e-9));
+        let from = at - lamp;
+        let is_wall = way.y > 0.0 && at.z < 30.0 && at.x.abs() < 20.0;
+        f64::from(u8::from(is_wall)) * 0.5 / PI * 700.0 * from.y / from.length().powi(3)
+    };
+    let mut panel = plate(0.1, 0.0, Gloss::varnish(0.3));
+    let corners = [(-0.2, 3.7), (0.2, 3.7), (0.2, 4.3), (-0.2, 4.3)];
+    panel.panel(&[corners.map(|(x, z)| vec3(x, 5.0, z)).to_vec()], 9.0);
+    let shining = |way: Vec3| {
+        let at = way * (5.0 / way.y.max(1e-9));
+        let is_panel = way.y > 0.0 && (at.z - 4.0).abs() < 0.3 && at.x.abs() < 0.2;
+        9.0 * f64::from(u8::from(is_panel))
+    };
+    let eye = view.from.normalized();
+    let exact = [reflected(0.3, eye, lit), reflected(0.3, eye, shining)];
+    for ((name, room), exact) in [("wall", &wall), ("panel", &panel)].into_iter().zip(exact) {
+        for quality in [1, 2] {
+            let found = room.radiances(&view, quality);
+            let middle = |i: usize| (6..10).map(move |j| j * SIZE[0] + i);
+            let around: Vec<f64> = (10..14).flat_map(middle).map(|at| found[at]).collect();
+            let ratio = mean(&around) / exact;
+            println!("{name} in wide gloss, quality {quality}: {ratio:.4}");
+            assert!((ratio - 1.0).abs() < 0.02, "{name} {quality}: {ratio}");
+        }
+    }
 }
 
 /// In a uniformly emitting box, a white plate returns its diffuse part and the lobe's, together no

@@ -159,7 +159,8 @@ impl Airlight<'_> {
             .iter()
             .map(|pixel| {
                 let sights = pixel.sights.iter();
-                let sides = sights.map(|(_, sight)| self.rays_along_side(emitter, sight));
+                let seen = sights.filter(|(_, sight)| sight.eye == camera.origin);
+                let sides = seen.map(|(_, sight)| self.rays_along_side(emitter, sight));
                 sides.max().unwrap_or(1)
             })
             .collect();
@@ -255,6 +256,7 @@ impl Airlight<'_> {
                         seen * weight as f32,
                         Sight {
                             eye,
+                            spread: camera.step_x.max(0.5 * lobe.spread()),
                             ..sight(way, length)
                         },
                     ))
