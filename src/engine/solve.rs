@@ -24,7 +24,7 @@ use footlight_transport::seen::Hidden;
 use super::{Document, Engine, Error, LiveControl};
 use footlight_picture::Image;
 
-pub use self::lux::{Illuminance, illuminance};
+pub use self::lux::{Illuminance, illuminance, illuminance_of};
 pub use self::sketch::{Sketched, sketched};
 
 /// Differences of levels below this, a hundredth of a percent, are ignored; levels are written to

@@ -36,6 +36,7 @@ pub mod explain;
 pub mod farm;
 pub mod film;
 pub mod format;
+pub mod illuminance;
 pub mod layers;
 mod manifest;
 pub mod measured;

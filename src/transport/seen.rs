@@ -2,11 +2,11 @@
 
 use crate::direct::projector::pixel as footprint;
 use crate::gather::bvh::Bvh;
-use crate::gather::ray_scene::{DARK, RayScene};
-use crate::surfaces::camera::camera;
+use crate::gather::ray_scene::{DARK, RayScene, SurfacePoint};
+use crate::surfaces::camera::{Camera, camera};
 use crate::surfaces::surface::Surfaces;
 use crate::{Setup, TransportError};
-use footlight_host::work::Work;
+use footlight_host::work::{Cancelled, Work, in_order};
 use footlight_show::geometry::Vec3;
 use footlight_stage::Light;
 
@@ -60,18 +60,13 @@ pub fn seen(
     points: &[Vec3],
     work: Work<'_>,
 ) -> Result<Vec<Result<SeenSurface, Hidden>>, TransportError> {
-    let (surfaces, camera) = (Surfaces::new(&setup.scene)?, camera(&setup.view)?);
+    let surfaces = Surfaces::new(&setup.scene)?;
     let bvh = Bvh::new(&surfaces, work)?;
-    let scene = RayScene {
-        surfaces: &surfaces,
-        bvh: &bvh,
-        offset: surfaces.size * OFFSET,
-    };
-    let emits = |material: usize| {
-        let of = |l: &Light| matches!(l, Light::Panel { material: m, .. } if *m == material);
-        setup.rig.lights.iter().any(of)
-    };
-    let [width, height] = [setup.view.width as f64, setup.view.height as f64];
+    let eye = Eye::new(setup, &surfaces, &bvh)?;
+    let (camera, [width, height]) = (
+        &eye.camera,
+        [setup.view.width as f64, setup.view.height as f64],
+    );
     let at = |point: &Vec3| {
         let way = *point - camera.origin;
         let depth = way.dot(camera.forward);
@@ -80,34 +75,116 @@ pub fn seen(
         if !(depth > 0.0 && (0.0..width).contains(&x) && (0.0..height).contains(&y)) {
             return Err(Hidden::Outside);
         }
-        let (place, _) = scene.look(camera.origin, way);
+        let (place, _) = eye.scene.look(camera.origin, way);
         let facet = surfaces.facets.get(place.facet as usize);
         let near = place.facet != DARK && (place.point - *point).length() <= NEAR;
         let facet = facet.filter(|_| near).ok_or(Hidden::NoSurface)?;
         let corners = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0), (1.0, 1.0)];
         let on_plane = |(dx, dy): (f64, f64)| {
-            let (other, far) =
-                scene.look(camera.origin, camera.ray(x.floor() + dx, y.floor() + dy));
+            let (other, far) = eye.look(x.floor() + dx, y.floor() + dy);
             let own = surfaces.facets.get(other.facet as usize);
             own.is_some_and(|own| own.material == facet.material)
                 && facet.height(other.point).abs() <= 1e-3 * far
         };
-        let is_glossy = surfaces.lobe(place.facet).is_some();
-        if emits(facet.material) || surfaces.is_sheet(place.facet) || is_glossy {
-            return Err(Hidden::OwnLight);
-        }
-        if !corners.into_iter().all(on_plane) {
+        let reflectance = eye.reflectance(place);
+        if reflectance != Err(Hidden::OwnLight) && !corners.into_iter().all(on_plane) {
             return Err(Hidden::Edge);
         }
-        let sides = || footprint(&camera, place.point, facet.normal, 1.0);
+        let pixel = y as usize * setup.view.width + x as usize;
+        reflectance.map(|reflectance| SeenSurface { pixel, reflectance })
+    };
+    Ok(points.iter().map(at).collect())
+}
+
+/// The reflectance that each pixel of the setup's view shows, row by row from the top; `None` where the pixel
+/// shows no matt surface, a black one, or more than one material.
+///
+/// # Errors
+/// Like [`seen`].
+pub fn reflectances(
+    setup: &Setup,
+    work: Work<'_>,
+) -> Result<Vec<Option<[f64; 3]>>, TransportError> {
+    let surfaces = Surfaces::new(&setup.scene)?;
+    let bvh = Bvh::new(&surfaces, work)?;
+    let eye = Eye::new(setup, &surfaces, &bvh)?;
+    let (columns, rows) = (setup.view.width, setup.view.height);
+    let corners = |y: usize| -> Vec<Option<usize>> {
+        let corner = |x: usize| eye.material(eye.look(x as f64, y as f64).0);
+        (0..=columns).map(corner).collect()
+    };
+    let row = |y: &usize| -> Result<Vec<Option<[f64; 3]>>, Cancelled> {
+        work.check()?;
+        let (above, below) = (corners(*y), corners(*y + 1));
+        let pixel = |(x, (above, below)): (usize, (&[Option<usize>], &[Option<usize>]))| {
+            let (place, _) = eye.look(x as f64 + 0.5, *y as f64 + 0.5);
+            let own = eye.material(place)?;
+            let is_one = above.iter().chain(below).all(|other| *other == Some(own));
+            eye.reflectance(place).ok().filter(|_| is_one)
+        };
+        let pairs = above.windows(2).zip(below.windows(2));
+        Ok(pairs.enumerate().map(pixel).collect())
+    };
+    let found = in_order(&(0..rows).collect::<Vec<usize>>(), work.threads, row);
+    let found: Result<Vec<Vec<_>>, Cancelled> = found.into_iter().collect();
+    Ok(found?.concat())
+}
+
+/// The eye of a view, among surfaces.
+struct Eye<'a> {
+    setup: &'a Setup,
+    camera: Camera,
+    scene: RayScene<'a>,
+}
+
+impl<'a> Eye<'a> {
+    fn new(
+        setup: &'a Setup,
+        surfaces: &'a Surfaces,
+        bvh: &'a Bvh,
+    ) -> Result<Eye<'a>, TransportError> {
+        let camera = camera(&setup.view)?;
+        let scene = RayScene {
+            surfaces,
+            bvh,
+            offset: surfaces.size * OFFSET,
+        };
+        Ok(Eye {
+            setup,
+            camera,
+            scene,
+        })
+    }
+
+    /// The surface at a place of the picture, in pixels, and its distance.
+    fn look(&self, x: f64, y: f64) -> (SurfacePoint, f64) {
+        self.scene.look(self.camera.origin, self.camera.ray(x, y))
+    }
+
+    fn material(&self, place: SurfacePoint) -> Option<usize> {
+        let facet = self.scene.surfaces.facets.get(place.facet as usize);
+        facet.map(|facet| facet.material)
+    }
+
+    /// The reflectance of a matt surface.
+    fn reflectance(&self, place: SurfacePoint) -> Result<[f64; 3], Hidden> {
+        let surfaces = self.scene.surfaces;
+        let facet = surfaces.facets.get(place.facet as usize);
+        let facet = facet.ok_or(Hidden::NoSurface)?;
+        let emits =
+            |l: &Light| matches!(l, Light::Panel { material: m, .. } if *m == facet.material);
+        let is_glossy = surfaces.lobe(place.facet).is_some();
+        let is_lamp = self.setup.rig.lights.iter().any(emits);
+        if is_lamp || surfaces.is_sheet(place.facet) || is_glossy {
+            return Err(Hidden::OwnLight);
+        }
+        let sides = || footprint(&self.camera, place.point, facet.normal, 1.0);
         let reflectance = surfaces.reflectance_at(facet, place.point, sides);
         if reflectance.iter().any(|r| *r < DARKEST) {
             return Err(Hidden::Black);
         }
-        let pixel = y as usize * setup.view.width + x as usize;
-        Ok(SeenSurface { pixel, reflectance })
-    };
-    Ok(points.iter().map(at).collect())
+        Ok(reflectance)
+    }
 }
 
 #[cfg(test)]

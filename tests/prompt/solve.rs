@@ -408,6 +408,18 @@ cue 1 at 0:00 { snap left 50 right 10 tint 0 }
     );
     let wanted = (40.0_f64 / 62.5).sqrt();
     assert!((levels(&show)[0] - wanted).abs() < 2e-3, "{said}");
+    // A picture reads it too.
+    let said = told(&mut show, "picture --bank left --lux -1,0,0 --lux");
+    assert!(said.contains("\n-1,0,0: 62.5 lux"), "{said}");
+    let least = said.split("illuminance ").nth(1).unwrap();
+    assert!(least.starts_with("0.0 to 62."), "{said}");
+    for (line, reason) in [
+        ("picture --lux 9,9,9", "9,9,9 lies outside the view"),
+        ("picture --lux 0:01", "`0:01` is not a point"),
+    ] {
+        let said = told(&mut show, line);
+        assert!(said.starts_with("error") && said.contains(reason), "{said}");
+    }
     // More than possible: as near as it comes, from the current levels.
     show.execute("release").unwrap();
     let said = told(&mut show, "solve lux 900 at -1,0,0 left --cue 1");

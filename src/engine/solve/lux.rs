@@ -11,7 +11,8 @@ use footlight_picture::Image;
 use footlight_show::geometry::Vec3;
 use footlight_show::linalg::{Matrix, Vector};
 use footlight_show::units::Rgb;
-use footlight_transport::seen::{SeenSurface, seen};
+use footlight_transport::Setup;
+use footlight_transport::seen::{SeenSurface, reflectances, seen};
 
 /// Levels for an illuminance, and the result.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,19 +38,7 @@ pub fn illuminance(
     banks: &[&str],
 ) -> Result<Illuminance, Error> {
     let mut unknowns = unknowns((engine.document(), live), banks, true)?;
-    let setup = engine.document().setup().ok_or(Error::NoSetup)?;
-    if setup.scene.haze.is_some() {
-        return Err(SolveError::Haze.into());
-    }
-    let places: Vec<Vec3> = points.iter().map(|(_, place)| *place).collect();
-    let found = seen(setup, &places, engine.work())?.into_iter().zip(points);
-    let found = found.map(|(surface, (point, _))| {
-        surface.map_err(|hidden| SolveError::Hidden {
-            point: (*point).to_owned(),
-            hidden,
-        })
-    });
-    let surfaces = found.collect::<Result<Vec<SeenSurface>, SolveError>>()?;
+    let surfaces = surfaces_at(engine, points)?;
     let lit = |image| {
         surfaces
             .iter()
@@ -85,6 +74,50 @@ pub fn illuminance(
         solved,
         lux: pairs.collect(),
     })
+}
+
+/// The illuminance that a picture of the engine's view shows in each pixel, row by row from the top, and at some
+/// points of the view, each with its name for messages. NaN where a pixel shows no matt surface, a black one, or
+/// more than one material.
+///
+/// # Errors
+/// [`Error::Solve`] for haze, and for a point that is not seen.
+pub fn illuminance_of(
+    engine: &Engine,
+    image: &Image,
+    points: &[(&str, Vec3)],
+) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    let at = surfaces_at(engine, points)?;
+    let at = at.iter().map(|surface| falling(image, surface)).collect();
+    let seen = reflectances(setup(engine)?, engine.work())?.into_iter();
+    let lux = |(pixel, reflectance): (usize, Option<[f64; 3]>)| {
+        reflectance.map_or(f64::NAN, |reflectance| {
+            falling(image, &SeenSurface { pixel, reflectance })
+        })
+    };
+    Ok((seen.enumerate().map(lux).collect(), at))
+}
+
+/// A scene in which pictures show illuminance.
+fn setup(engine: &Engine) -> Result<&Setup, Error> {
+    let setup = engine.document().setup().ok_or(Error::NoSetup)?;
+    match setup.scene.haze {
+        Some(_) => Err(SolveError::Haze.into()),
+        None => Ok(setup),
+    }
+}
+
+/// The surfaces that the view shows at points.
+fn surfaces_at(engine: &Engine, points: &[(&str, Vec3)]) -> Result<Vec<SeenSurface>, Error> {
+    let places: Vec<Vec3> = points.iter().map(|(_, place)| *place).collect();
+    let found = seen(setup(engine)?, &places, engine.work())?;
+    let found = found.into_iter().zip(points).map(|(surface, (point, _))| {
+        surface.map_err(|hidden| SolveError::Hidden {
+            point: (*point).to_owned(),
+            hidden,
+        })
+    });
+    Ok(found.collect::<Result<Vec<SeenSurface>, SolveError>>()?)
 }
 
 /// Illuminance of a surface from its radiance, lux when the lights are measured.

@@ -1,18 +1,23 @@
 //! One picture.
 
+use std::fmt::Write as _;
+
 use clap::{Args, ValueHint};
 
+use super::solve::point;
 use super::usage;
 use crate::argument::{self, FromView, Moment, Output, check_quality, number, step};
 use crate::error::Error;
 use crate::repl::{Repl, Reply};
-use footlight_engine::UnlitBank;
+use footlight_engine::{UnlitBank, solve};
 use footlight_picture::Image;
 use footlight_picture::exr::Precision;
 use footlight_picture::tone::{self, Tone};
 use footlight_report::film::Shown;
-use footlight_report::format::{self, PICTURE, ending};
+use footlight_report::format::{self, DRAWING, PICTURE, ending};
 use footlight_report::words::count;
+use footlight_report::{self as report, illuminance};
+use footlight_show::geometry::Vec3;
 use footlight_show::model::Pose;
 use footlight_show::units::{CueNumber, Time};
 use footlight_transport::Quality;
@@ -93,12 +98,48 @@ pub struct Picture {
     /// An .exr in 32 bits a number (default: 16, the relative error 2^-11)
     #[arg(long)]
     float: bool,
+    /// Show illuminance in false colours, and print it at points of the view such as `2,1,0`
+    #[arg(long, value_name = "X,Y,Z", num_args = 0..=1, default_missing_value = "")]
+    #[arg(value_parser = place, conflicts_with_all = ["exposure", "float"])]
+    lux: Vec<Option<(String, Vec3)>>,
     /// Write a .png (as displayed) or an .exr (linear)
     #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
     output: Option<Output>,
 }
 
+/// A point, or nothing.
+fn place(text: &str) -> Result<Option<(String, Vec3)>, String> {
+    let text = text.trim();
+    match point(text) {
+        None if text.is_empty() => Ok(None),
+        None => Err(format!(
+            "`{text}` is not a point; write it as 2,1,0, and a time before `--lux`"
+        )),
+        Some(place) => Ok(Some((text.to_owned(), place))),
+    }
+}
+
+/// The illuminance in a picture.
+fn lux(repl: &mut Repl, asked: &Picture) -> Result<Reply, Error> {
+    let path = repl.optional_output(asked.output.as_ref(), &DRAWING)?;
+    let (image, _, what) = asked.shot.image(repl)?;
+    let points = asked.lux.iter().flatten();
+    let points: Vec<(&str, Vec3)> = points.map(|(name, at)| (name.as_str(), *at)).collect();
+    let (values, at) = solve::illuminance_of(&repl.engine, &image, &points)?;
+    let title = format!("{}, {what}", repl.engine.show().title);
+    let drawn = illuminance::drawing(&title, image.width(), values);
+    let (drawing, mut text) = drawn.map_err(report::Error::from)?;
+    text = format!("{what}: {}, {text}", made_of(repl, asked));
+    for ((name, _), lux) in points.iter().zip(at) {
+        let _ = write!(text, "\n{name}: {lux:.1} lux");
+    }
+    repl.drawing(&drawing, path, text)
+}
+
 pub fn picture(repl: &mut Repl, asked: &Picture) -> Result<Reply, Error> {
+    if !asked.lux.is_empty() {
+        return lux(repl, asked);
+    }
     let path = repl.optional_output(asked.output.as_ref(), &PICTURE)?;
     // An .exr is linear, and exposure does not apply.
     let shown = path.is_none_or(|p| ending(p) != "exr");

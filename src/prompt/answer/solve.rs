@@ -102,7 +102,7 @@ pub fn solve(repl: &mut Repl, asked: &Solve) -> Result<Reply, Error> {
 }
 
 /// Parses `2,1,0`.
-fn point(word: &str) -> Option<Vec3> {
+pub(super) fn point(word: &str) -> Option<Vec3> {
     let parts: Vec<Option<f64>> = word.split(',').map(|part| part.parse().ok()).collect();
     match parts[..] {
         [Some(x), Some(y), Some(z)] => Some(vec3(x, y, z)),
