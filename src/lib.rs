@@ -69,6 +69,7 @@
 
 /// The manual. Each page answers one question.
 ///
+/// - [`tutorial`](manual::tutorial): how do I begin?
 /// - [`language`](manual::language): how do I write a cue sheet?
 /// - [`commands`](manual::commands): what can I type?
 /// - [`editors`](manual::editors): how do I write shows in my editor?
@@ -85,6 +86,8 @@
 /// - [`embedding`](manual::embedding): how do I call it from my own program?
 #[cfg(doc)]
 pub mod manual {
+    #[doc = include_str!("manual/tutorial.md")]
+    pub mod tutorial {}
     #[doc = include_str!("../grammar/README.md")]
     pub mod language {}
     #[doc = include_str!("manual/commands.md")]

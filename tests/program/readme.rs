@@ -1,5 +1,5 @@
-//! README and manual are correct: the README's commands run, its show is the shipped one, every
-//! verb has its line, every link has a target.
+//! The README and the manual keep their word: the tutorial goes as written, every verb has its line, every link
+//! leads somewhere, and both read easily.
 
 use std::fs;
 use std::path::PathBuf;
@@ -13,6 +13,10 @@ fn root() -> PathBuf {
 
 fn readme() -> String {
     fs::read_to_string(root().join("README.md")).unwrap()
+}
+
+fn tutorial() -> String {
+    fs::read_to_string(root().join("src/manual/tutorial.md")).unwrap()
 }
 
 /// The code blocks of a language, in order.
@@ -35,9 +39,10 @@ fn the_two_commands_stand_at_the_top() {
 }
 
 #[test]
-fn the_first_show_is_the_shipped_one() {
-    let shipped = fs::read_to_string(root().join("examples/first.lxq")).unwrap();
-    assert_eq!(blocks(&readme(), "lxq")[0].trim_end(), shipped.trim_end());
+fn the_tutorials_show_is_the_shipped_one() {
+    let shipped = fs::read_to_string(root().join("examples/letter/letter.lxq")).unwrap();
+    let shows = blocks(&tutorial(), "lxq");
+    assert_eq!(shows.last().unwrap().trim_end(), shipped.trim_end());
 }
 
 #[test]
@@ -69,36 +74,122 @@ fn every_link_leads_to_a_file() {
         let text = fs::read_to_string(&page).unwrap();
         let links = text.split("](").skip(1);
         for link in links.map(|l| l.split(')').next().unwrap()) {
-            let found = page.parent().unwrap().join(link).exists();
+            let path = link.split('#').next().unwrap();
+            let found = page.parent().unwrap().join(path).exists();
             assert!(found || link.starts_with("https://"), "{link}");
         }
     }
 }
 
-/// Runs every `footlight` line in a fresh folder.
+/// Follows the tutorial in an empty folder: writes its shows, types its commands, compares the answers.
 #[test]
-fn its_commands_run() {
+fn the_tutorial_goes_as_written() {
     let folder = tempfile::tempdir().unwrap();
-    for name in ["first.lxq", "first.obj", "first.mtl"] {
-        fs::create_dir_all(folder.path().join("examples")).unwrap();
-        let to = folder.path().join("examples").join(name);
-        fs::copy(root().join("examples").join(name), to).unwrap();
+    let (mut answer, mut ran) = (String::new(), 0);
+    for block in tutorial().split("```").skip(1).step_by(2) {
+        let (language, text) = block.split_once('\n').unwrap();
+        match language {
+            "lxq" => fs::write(folder.path().join("show.lxq"), text).unwrap(),
+            "sh" => {
+                answer.clear();
+                for line in text.lines() {
+                    let arguments = line.strip_prefix("footlight ").unwrap();
+                    let mut command = Command::cargo_bin("footlight").unwrap();
+                    command.current_dir(folder.path()).arg("--quiet");
+                    let output = command.args(arguments.split(' ')).output().unwrap();
+                    assert!(output.status.success(), "{line}: {output:?}");
+                    answer += std::str::from_utf8(&output.stdout).unwrap();
+                    ran += 1;
+                }
+            }
+            _ if text.starts_with("lxq> ") || text.starts_with("footlight serve") => {}
+            _ => assert_eq!(text, answer),
+        }
     }
-    let mut ran = 0;
-    for line in blocks(&readme(), "sh").concat().lines() {
-        let Some(arguments) = line.strip_prefix("footlight ") else {
-            continue;
-        };
-        let mut command = Command::cargo_bin("footlight").unwrap();
-        command
-            .current_dir(folder.path())
-            .args(arguments.split_whitespace());
-        let output = command.write_stdin("show\nquit\n").output().unwrap();
-        let said = String::from_utf8_lossy(&output.stderr);
-        assert!(output.status.success(), "{line}: {said}");
-        ran += 1;
+    assert_eq!(ran, 6);
+    for name in ["cue2.png", "cue3.png", "out/show/contact-sheet.png"] {
+        let picture = fs::read(folder.path().join(name)).unwrap();
+        assert_eq!(&picture[1..4], b"PNG");
     }
-    assert_eq!(ran, 4);
-    let picture = fs::read(folder.path().join("first.png")).unwrap();
-    assert_eq!(&picture[1..4], b"PNG");
+}
+
+/// Reading ease after Flesch: 60 and more is plain English.
+#[test]
+fn readme_and_tutorial_read_easily() {
+    for (name, page) in [("README", readme()), ("tutorial", tutorial())] {
+        let ease = reading_ease(&page);
+        println!("{name}: {ease:.1}");
+        assert!(ease >= 60.0, "{name}: {ease:.0}");
+    }
+    for (word, syllables) in [
+        ("table", 2),
+        ("file", 1),
+        ("wanted", 2),
+        ("named", 1),
+        ("the", 1),
+    ] {
+        assert_eq!(vowel_groups(word), syllables, "{word}");
+    }
+    let hard = "Illumination discontinuities necessitate computationally prohibitive subdivision.";
+    assert!(reading_ease(hard) < 0.0 && reading_ease("The cat sat on the mat.") > 100.0);
+}
+
+/// 206.835 - 1.015 words a sentence - 84.6 syllables a word, of prose alone.
+fn reading_ease(page: &str) -> f64 {
+    let mut prose = String::new();
+    for text in page.split("```").step_by(2) {
+        for paragraph in text.split("\n\n") {
+            let lines = paragraph.lines().map(str::trim);
+            let is_prose = |line: &&str| !line.starts_with(['|', '#', '!']);
+            prose.extend(lines.filter(is_prose).flat_map(|line| [line, " "]));
+            prose += ". ";
+        }
+    }
+    // A link's target is no text, and neither is code.
+    let targets = prose.split("](").enumerate().map(|(i, part)| match i {
+        0 => part,
+        _ => part.split_once(')').map_or("", |(_, rest)| rest),
+    });
+    let prose: String = targets.collect();
+    let prose: String = prose.split('`').step_by(2).collect();
+    let (mut words, mut syllables, mut sentences) = (0.0, 0.0, 0.0);
+    let mut is_open = false;
+    for word in prose.split_whitespace() {
+        if word.contains(char::is_alphabetic) {
+            words += 1.0;
+            syllables += f64::from(vowel_groups(word));
+            is_open = true;
+        }
+        if is_open && word.ends_with(['.', '!', '?', ':']) {
+            sentences += 1.0;
+            is_open = false;
+        }
+    }
+    206.835 - 1.015 * words / sentences - 84.6 * syllables / words
+}
+
+/// Syllables of a word: its groups of vowels, without a silent e.
+fn vowel_groups(word: &str) -> u32 {
+    let word = word.to_lowercase();
+    let word = word.trim_matches(|c: char| !c.is_alphabetic());
+    let is_vowel = |c: char| "aeiouy".contains(c);
+    let stem = match word {
+        _ if word.ends_with("le") => word
+            .strip_suffix("le")
+            .filter(|stem| stem.ends_with(is_vowel)),
+        _ if word.ends_with("ed") => word
+            .strip_suffix("ed")
+            .filter(|stem| !stem.ends_with(['t', 'd'])),
+        _ if word.ends_with("es") => {
+            let stem = word.strip_suffix("es");
+            stem.filter(|stem| !stem.ends_with(['s', 'x', 'z', 'c', 'g', 'h']))
+        }
+        _ => word.strip_suffix('e'),
+    };
+    let (mut groups, mut inside) = (0, false);
+    for c in stem.unwrap_or(word).chars() {
+        groups += u32::from(is_vowel(c) && !inside);
+        inside = is_vowel(c);
+    }
+    groups.max(1)
 }
