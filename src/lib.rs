@@ -82,6 +82,7 @@
 /// - [`live`](manual::live): how does a show get to a visualiser, or to real lamps?
 /// - [`serve`](manual::serve): how do others see my show while I write it?
 /// - [`farm`](manual::farm): can another renderer or other machines make the pictures?
+/// - [`renderer`](manual::renderer): how do I write a renderer for it?
 /// - [`security`](manual::security): can I open a show that a stranger sent me?
 /// - [`embedding`](manual::embedding): how do I call it from my own program?
 #[cfg(doc)]
@@ -112,6 +113,8 @@ pub mod manual {
     pub mod serve {}
     #[doc = include_str!("manual/farm.md")]
     pub mod farm {}
+    #[doc = include_str!("manual/renderer.md")]
+    pub mod renderer {}
     #[doc = include_str!("manual/security.md")]
     pub mod security {}
     #[doc = include_str!("manual/embedding.md")]

@@ -371,7 +371,7 @@ impl OutsideOperator {
         (self.view.width, self.view.height)
     }
 
-    /// The settings file of one image; the manual's page `farm` specifies the format.
+    /// The settings file of one image; the manual's page `renderer` specifies the format.
     fn request(&self, setting: &[f64]) -> Result<Vec<u8>, OutsideError> {
         let call = &self.renderer.call;
         let view = &self.view;

@@ -334,7 +334,7 @@ fn the_example_renders() {
 #[cfg(unix)]
 #[test]
 fn the_manual_shows_the_settings() {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/manual/farm.md");
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/manual/renderer.md");
     let page = std::fs::read_to_string(page).unwrap();
     let shown = page.split("```json\n").nth(1).unwrap();
     let shown = shown.split("```").next().unwrap();
@@ -369,7 +369,7 @@ fn the_manual_shows_the_settings() {
 #[cfg(unix)]
 #[test]
 fn the_manual_shows_a_scene_and_a_renderer_of_it() {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/manual/farm.md");
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/manual/renderer.md");
     let page = std::fs::read_to_string(page).unwrap();
     let block = |begin: &str| {
         let found = page.split("```").find(|block| block.starts_with(begin));

@@ -1,5 +1,5 @@
 //! The scene files of an external renderer: `scene.json`, which refers to numbers in `scene.bin`
-//! (32-bit floats, little-endian). The manual's page `farm` specifies the format.
+//! (32-bit floats, little-endian). The manual's page `renderer` specifies the format.
 
 use std::f64::consts::TAU;
 
