@@ -344,8 +344,9 @@ impl Repl {
         let warnings = match document.diagnostics().warnings() {
             0 => String::new(),
             n => format!(
-                "{}: `check` tells them\n",
-                report::words::count(n, "warning")
+                "{}; type `check` to see {}\n",
+                report::words::count(n, "warning"),
+                if n == 1 { "it" } else { "them" }
             ),
         };
         format!(

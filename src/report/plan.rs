@@ -89,8 +89,7 @@ fn why(left_out: &LeftOut, unit: ErrorUnit) -> String {
                 ErrorUnit::Steps => (1.0, "steps"),
             };
             return format!(
-                "basis settings need no refined image: {used} leave a predicted error of {} {unit}, \
-                 and {} {unit} is enough",
+                "{used} directions are enough: the predicted error is {} {unit}, you asked for {} {unit}",
                 number(by * error),
                 number(by * tolerance)
             );
@@ -123,16 +122,15 @@ pub fn describe(plan: &PlanReport) -> String {
     let curved = plan.segments.iter().filter(|s| s.degree > 1).count();
     let _ = writeln!(
         text,
-        "{}, {} of them curved; {}; rank {}: so many refined pictures make every key",
+        "{} ({curved} curved), {}; at most {} needed",
         count(plan.segments.len(), "segment"),
-        curved,
         count(plan.keys.len(), "key"),
-        plan.rank
+        count(plan.rank, "refined picture")
     );
     if plan.head_poses > 0 {
         let _ = writeln!(
             text,
-            "moving heads: {} of the light that surfaces reflect, in poses that all others are mixed of",
+            "moving heads: {} of reflected light, each for one pose; the other poses are mixed from them",
             count(plan.head_poses, "picture")
         );
     }

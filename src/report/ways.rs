@@ -42,7 +42,7 @@ fn name(way: &WayForecast) -> String {
     let quality = way.quality;
     let mixtures = count(way.mixed, "mixture");
     match (way.way, way.alone, way.mixed) {
-        (_, 0, 0) => "what is there".to_owned(),
+        (_, 0, 0) => "stored pictures are enough".to_owned(),
         (Way::Alone, ..) => format!("every bank alone at quality {quality}"),
         (_, 0, _) => format!("{mixtures} at quality {quality}"),
         (_, _, 0) => format!("coarse pictures up to quality {quality}"),

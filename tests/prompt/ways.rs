@@ -255,7 +255,7 @@ fn every_verb_says_the_same_of_one_pool() {
     assert!(ran.contains("error    2.00 % at cue"), "{ran}");
     let plan = say(&mut show, "plan");
     assert!(plan.contains("0 refined pictures of 2"), "{plan}");
-    assert!(plan.contains("what is there"), "{plan}");
+    assert!(plan.contains("stored pictures are enough"), "{plan}");
     let spectrum = say(&mut show, "plot spectrum -o s.svg");
     assert!(
         spectrum.contains("0 refined pictures of 2 reach 2.00 %"),

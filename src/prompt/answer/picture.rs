@@ -149,12 +149,12 @@ pub fn picture(repl: &mut Repl, asked: &Picture) -> Result<Reply, Error> {
     let (image, _, what) = asked.shot.image(repl)?;
     let below = match tone::negative(&image) {
         0 => String::new(),
-        n => format!("; {} a little below zero, shown as 0", count(n, "value")),
+        n => format!("; {} slightly below zero shown as black", count(n, "value")),
     };
     let tone = shown.then(|| exposed(repl, asked, &image)).transpose()?;
     let exposure = match tone {
         _ if is_dark(repl, asked, &image) => ", dark: no light in sight".to_owned(),
-        Some(tone) => format!(", exposure {:.2}{}", tone.exposure, chosen(repl, asked)),
+        Some(tone) => format!(", exposure {:.2} stops{}", tone.exposure, chosen(repl, asked)),
         None => String::new(),
     };
     let text = format!("{what}: {}{exposure}{below}", made_of(repl, asked));
@@ -187,8 +187,8 @@ fn made_of(repl: &Repl, asked: &Picture) -> String {
         return "the sum of the banks".to_owned();
     }
     match repl.engine.estimate().refined() {
-        0 => "coarse alone, nothing refined yet".to_owned(),
-        n => format!("coarse, and {}", count(n, "refined picture")),
+        0 => "coarse pictures".to_owned(),
+        n => format!("coarse pictures and {}", count(n, "refined picture")),
     }
 }
 
