@@ -89,7 +89,8 @@ fn why(left_out: &LeftOut, unit: ErrorUnit) -> String {
                 ErrorUnit::Steps => (1.0, "steps"),
             };
             return format!(
-                "{used} directions are enough: the predicted error is {} {unit}, you asked for {} {unit}",
+                "mixtures for {used} directions are enough: the predicted error is {} {unit}, you asked \
+                 for {} {unit}",
                 number(by * error),
                 number(by * tolerance)
             );
@@ -223,6 +224,6 @@ mod tests {
         };
         let Item { name, why, .. } = item(&left_out, ErrorUnit::Light);
         assert_eq!(name, "3");
-        assert!(why.ends_with("error of 1.25 %, and 2 % is enough"), "{why}");
+        assert!(why.ends_with("error is 1.25 %, you asked for 2 %"), "{why}");
     }
 }
