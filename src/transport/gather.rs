@@ -30,6 +30,7 @@ pub mod ray_scene;
 pub mod sampling;
 mod step;
 mod systematic;
+mod triangle;
 
 pub use path_estimator::PathEstimator;
 pub use step::{GatherStep, cost};

@@ -10,6 +10,7 @@ use crate::direct::projector::Projector;
 use crate::gather::lamp_patches::LampPatches;
 use crate::gather::ray_scene::{MOST_LAYERS, RayScene, SurfacePoint};
 use crate::gather::sampling::cosine_direction;
+use crate::gather::triangle::{Part, Triangle, area_of, point_of};
 use crate::surfaces::facet::Facet;
 use crate::surfaces::lobe::Lobe;
 use crate::surfaces::surface::Surfaces;
@@ -44,11 +45,6 @@ pub struct AreaLight {
     areas: Vec<f64>,
     /// Centre by area, and the greatest distance from it, metres.
     ball: Option<(Vec3, f64)>,
-}
-
-struct Triangle {
-    corners: [Vec3; 3],
-    normal: Vec3,
 }
 
 /// A lit point of a surface.
@@ -370,7 +366,7 @@ impl AreaLight {
         let mut parts = ArrayVec::<(&Triangle, Part, f64), CLOSED_FORM>::new();
         let mut area = 0.0;
         for triangle in &self.triangles {
-            let part = triangle.part_above(at);
+            let part = triangle.part_above(at.point, [at.facet, at.normal]);
             let own = part.area();
             if own > 0.0 {
                 out.unoccluded += closed_form(part.corners(), at.normal);
@@ -477,97 +473,6 @@ impl AreaLight {
         let triangle = &self.triangles[at];
         (triangle, point_of(triangle.corners, own, v))
     }
-}
-
-impl Triangle {
-    /// Part of the triangle above the horizons of a point, relative to it; empty when the triangle
-    /// faces away.
-    fn part_above(&self, at: Receiver) -> Part {
-        let mut part = Part::default();
-        let ways = self.corners.map(|c| c - at.point);
-        if ways[0].dot(self.normal) < 0.0 {
-            part.corners[..3].copy_from_slice(&ways);
-            part.count = 3;
-            part.clip(at.facet);
-            if at.normal != at.facet {
-                part.clip(at.normal);
-            }
-        }
-        part
-    }
-}
-
-/// A triangle cut by at most two planes through the point to which its corners are relative.
-#[derive(Clone, Copy, Debug, Default)]
-struct Part {
-    corners: [Vec3; 5],
-    count: usize,
-}
-
-impl Part {
-    fn corners(&self) -> &[Vec3] {
-        &self.corners[..self.count]
-    }
-
-    /// Keeps the part above the plane of this normal.
-    fn clip(&mut self, normal: Vec3) {
-        if self.corners().iter().all(|c| c.dot(normal) > 0.0) {
-            return;
-        }
-        let whole = std::mem::take(self);
-        for (i, a) in whole.corners().iter().enumerate() {
-            let b = whole.corners[(i + 1) % whole.count];
-            let (high, next) = (a.dot(normal), b.dot(normal));
-            if high > 0.0 {
-                self.add(*a);
-            }
-            if (high > 0.0) != (next > 0.0) {
-                self.add(*a + (b - *a) * (high / (high - next)));
-            }
-        }
-    }
-
-    fn add(&mut self, corner: Vec3) {
-        if let Some(free) = self.corners.get_mut(self.count) {
-            *free = corner;
-            self.count += 1;
-        }
-    }
-
-    /// Triangles of a fan.
-    fn fan(&self) -> impl Iterator<Item = [Vec3; 3]> + '_ {
-        let first = self.corners[0];
-        let pairs = self.corners().get(1..).unwrap_or_default().windows(2);
-        pairs.map(move |pair| [first, pair[0], pair[1]])
-    }
-
-    fn area(&self) -> f64 {
-        self.fan().map(area_of).sum()
-    }
-
-    /// A point uniform over the area, for `left` uniform from 0 to the area.
-    fn at(&self, mut left: f64, v: f64) -> Vec3 {
-        let mut last = self.corners[0];
-        for corners in self.fan() {
-            let own = area_of(corners);
-            last = point_of(corners, (left / own.max(f64::MIN_POSITIVE)).min(1.0), v);
-            if left <= own {
-                break;
-            }
-            left -= own;
-        }
-        last
-    }
-}
-
-fn area_of([a, b, c]: [Vec3; 3]) -> f64 {
-    0.5 * (b - a).cross(c - a).length()
-}
-
-/// A point of a triangle, uniform over its area, for uniform `u` and `v`.
-fn point_of([a, b, c]: [Vec3; 3], u: f64, v: f64) -> Vec3 {
-    let root = u.clamp(0.0, 1.0).sqrt();
-    a + (b - a) * (root * (1.0 - v)) + (c - a) * (root * v)
 }
 
 #[cfg(test)]
