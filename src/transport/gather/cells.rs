@@ -26,9 +26,9 @@ use std::ops::Range;
 pub const CAMERA_RAY: u32 = 16;
 /// Relative number of points of a cell in which only rays of cells end.
 const LATER_POINTS: f64 = 0.5;
-/// Side of a cell that rays over the hemisphere end in, as a share of their length.
+/// Side of the cells hit by rays over the hemisphere, relative to the length of the rays.
 pub const HEMISPHERE: f64 = 0.5;
-/// Rays of a lobe may end in cells of this share of the least side.
+/// Least side of cells hit by rays of a lobe, relative to that of other cells.
 const FINER: f64 = 0.25;
 /// Bounces after which new cells are no longer evaluated.
 const GENERATIONS: usize = 6;
@@ -155,9 +155,10 @@ impl CellSettings {
         SystematicSample::new(|asked| share * (asked / camera_ray).cbrt().powi(2))
     }
 
-    /// End of a ray from `from`; `cosine` is the ray's density times pi. The first two of `random`
-    /// shift the end by up to half a cell, which hides the borders of cells. The third selects the
-    /// number of bounds that the ray passes, the last whether haze absorbs it.
+    /// End of a ray from `from`; `cosine` is the ray's density times pi, `width` the cell's side
+    /// relative to the ray's length. The first two of `random` shift the end by up to half a cell,
+    /// which hides the borders of cells. The third selects the number of bounds that the ray passes,
+    /// the last whether haze absorbs it.
     pub fn land(
         &self,
         scene: RayScene<'_>,

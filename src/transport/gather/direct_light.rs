@@ -211,9 +211,9 @@ impl DirectLight<'_> {
         }
     }
 
-    /// A ray by the lobe of a place.
+    /// Samples a ray from the lobe of a place.
     fn lobe_ray(&self, place: SurfacePoint, [u, v]: [f64; 2]) -> LobeRay {
-        // The same pair turned by half the square is another even pair.
+        // The pair shifted by half the square is another uniform pair.
         let random = [(u + 0.5).fract(), (v + 0.5).fract()];
         let scene = self.rays.scene;
         let normal = scene.surfaces.facets[place.facet as usize].normal;

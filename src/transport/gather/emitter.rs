@@ -81,29 +81,29 @@ pub struct Sample {
     pub sampled: f64,
     /// Visible irradiance of the sample.
     pub visible: f64,
-    /// The point of a panel that was sampled.
+    /// The sampled point of a panel.
     pub end: Option<PanelPoint>,
 }
 
-/// A point of a panel, as seen from a receiver.
+/// A point of a panel, seen from a receiver.
 #[derive(Clone, Copy, Debug)]
 pub struct PanelPoint {
     /// Unit direction.
     way: Vec3,
-    /// Density of the direction, per steradian.
+    /// Probability density of the direction, 1/sr.
     density: f64,
-    /// Square metres that points are chosen from.
+    /// Area from which points are chosen, m².
     area: f64,
-    /// Share of its light that nothing stops.
+    /// Visible share of its light.
     passed: f64,
 }
 
-/// A ray by the lobe of a glossy place.
+/// A ray sampled from the lobe of a glossy place.
 pub struct LobeRay {
     pub place: SurfacePoint,
     pub way: Vec3,
     pub weight: f64,
-    /// What it meets, with the share of each that is seen.
+    /// Visible layers along the ray, with their shares.
     pub ends: ArrayVec<(SurfacePoint, f64), MOST_LAYERS>,
 }
 

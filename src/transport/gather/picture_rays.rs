@@ -308,7 +308,7 @@ impl PictureRays<'_> {
         groups.into_iter().flat_map(parts).collect()
     }
 
-    /// Light that a part reflects by its wide lobe, from the cells that the lobe's rays end in.
+    /// Light that a part reflects by its wide lobe, gathered from the cells hit by the lobe's rays.
     fn gloss(
         &self,
         pixel: usize,
@@ -319,8 +319,7 @@ impl PictureRays<'_> {
         let lobe = self.scene.surfaces.lobe(part.facet);
         let lobe = lobe.filter(|lobe| part.look == Look::Matt && lobe.is_wide())?;
         let eye = self.camera.origin;
-        // Of twice as many directions, rays are sent in those of great weight: each stands for an equal
-        // share.
+        // Rays are resampled by weight from twice as many directions, so that each has an equal share.
         let tried = 2 * part.rays;
         let direction = |k: u32| {
             let place = samples[k as usize % samples.len()].view.place;

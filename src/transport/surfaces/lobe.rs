@@ -21,7 +21,7 @@ const ANGLES: usize = 64;
 const SIDE: usize = 24;
 /// Lobes narrower than this are mirrors.
 const MIRROR: f64 = 1e-4;
-/// Width from which a lobe blurs more than the cells of the radiosity cache do.
+/// Least width of lobes that blur more than the cells of the radiosity cache.
 const WIDE: f64 = 0.0225;
 
 /// The lobe of a material.
@@ -210,7 +210,7 @@ impl Lobe {
         self.density(normal, eye, light) * weight / from
     }
 
-    /// Density, per steradian, with which [`Lobe::reflect`] chooses `light`; 0 of a mirror.
+    /// Probability density, 1/sr, with which [`Lobe::reflect`] samples `light`; 0 for a mirror.
     pub fn density(&self, normal: Vec3, eye: Vec3, light: Vec3) -> f64 {
         let to = normal.dot(eye);
         if self.is_mirror() || to <= 0.0 {
