@@ -130,7 +130,7 @@ pub fn reflectances(
     Ok(found?.concat())
 }
 
-/// The eye of a view, among surfaces.
+/// The camera of a view, with the surfaces.
 struct Eye<'a> {
     setup: &'a Setup,
     camera: Camera,
@@ -156,7 +156,7 @@ impl<'a> Eye<'a> {
         })
     }
 
-    /// The surface at a place of the picture, in pixels, and its distance.
+    /// The surface at a place of the image, in pixels, and its distance.
     fn look(&self, x: f64, y: f64) -> (SurfacePoint, f64) {
         self.scene.look(self.camera.origin, self.camera.ray(x, y))
     }

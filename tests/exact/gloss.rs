@@ -110,7 +110,7 @@ fn varnish_reflects_as_glass_does() {
 }
 
 /// Radiance that a rough lobe on a horizontal plate reflects to the eye from all directions, by
-/// the rule of midpoints over the half-space.
+/// the midpoint rule over the half-space.
 fn reflected(roughness: f64, eye: Vec3, radiance: impl Fn(Vec3) -> f64) -> f64 {
     let square = roughness.powi(4);
     let cosine = eye.z;

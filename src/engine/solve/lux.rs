@@ -76,7 +76,7 @@ pub fn illuminance(
     })
 }
 
-/// The illuminance that a picture of the engine's view shows in each pixel, row by row from the top, and at some
+/// The illuminance that an image of the engine's view shows in each pixel, row by row from the top, and at some
 /// points of the view, each with its name for messages. NaN where a pixel shows no matt surface, a black one, or
 /// more than one material.
 ///
@@ -98,7 +98,7 @@ pub fn illuminance_of(
     Ok((seen.enumerate().map(lux).collect(), at))
 }
 
-/// A scene in which pictures show illuminance.
+/// The setup, if its images show illuminance.
 fn setup(engine: &Engine) -> Result<&Setup, Error> {
     let setup = engine.document().setup().ok_or(Error::NoSetup)?;
     match setup.scene.haze {

@@ -7,16 +7,16 @@ use super::drawing::{Anchor, Drawing, Label, MARGIN, Picture, Stroke, TITLE};
 use super::font;
 use super::frame::Frame;
 
-/// A quantity of each pixel of a picture.
+/// A quantity of each pixel of an image.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FalseColour {
-    /// Above the picture.
+    /// Title above the image.
     pub title: String,
-    /// Pixels a row.
+    /// Pixels per row.
     pub width: usize,
     /// A value for each pixel, row by row from the top; NaN where it is unknown.
     pub values: Vec<f64>,
-    /// The value of the brightest colour, which those above it share.
+    /// Value of the brightest colour, which larger values share.
     pub most: f64,
     /// The quantity and its unit.
     pub unit: String,
@@ -38,11 +38,11 @@ const COLOURS: [Colour; 9] = [
     Colour::hex(0xfde725),
 ];
 const UNKNOWN: Colour = Colour::hex(0x808080);
-/// Narrower pictures are enlarged, to hold the legend.
+/// Narrower images are enlarged to make room for the legend.
 const NARROWEST: f32 = 480.0;
 const TEXT: f32 = 12.0;
 
-/// Draws the picture and its legend.
+/// Draws the image and its legend.
 ///
 /// # Errors
 /// [`ChartError::Picture`] unless the values fill rows.
