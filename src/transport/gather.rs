@@ -38,7 +38,7 @@ pub use step::{GatherStep, cost};
 use crate::contract::check_memory;
 use crate::direct::projector::{Projector, projector};
 use crate::direct::{PreparedLight, check_rig, luminaires};
-use crate::gather::airlight::{Airlight, SightEnd};
+use crate::gather::airlight::Airlight;
 use crate::gather::bounces::Bounces;
 use crate::gather::bvh::Bvh;
 use crate::gather::cells::{CellFinder, Cells};
@@ -55,7 +55,6 @@ use crate::memory::MemoryBudget;
 use crate::surfaces::FACET_BYTES;
 use crate::surfaces::camera::Camera;
 use crate::surfaces::camera::camera;
-use crate::surfaces::lobe::Lobe;
 use crate::surfaces::surface::Surfaces;
 use crate::threads::Threads;
 use crate::unit_lights::UnitLights;
@@ -63,6 +62,7 @@ use crate::{Quality, Setup, TransportError};
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
 use footlight_show::geometry::frame;
+use footlight_show::model::Haze;
 use footlight_stage::Light;
 use rayon::prelude::*;
 use std::f64::consts::PI;
@@ -208,7 +208,6 @@ impl FinalGather {
         &self,
         lights: &[usize],
         lamps: &[Vec<LampPatches>],
-        air: Option<(Airlight<'_>, &[Emitter<'_>])>,
         work: Work<'_>,
     ) -> Result<Vec<Vec<f32>>, Cancelled> {
         let direct = self.direct_at_cells(lights, work)?;
@@ -233,14 +232,8 @@ impl FinalGather {
                 let passed = same.iter().filter_map(|met| Met::unpack(*met));
                 first_bounces.add_rays(cell, passed.map(|met| met.passed), out);
             }
-            let own = &self.parts.all()[part];
-            let share = 1.0 / (PI as f32 * own.rays as f32);
+            let share = 1.0 / (PI as f32 * self.parts.all()[part].rays as f32);
             out.iter_mut().for_each(|sum| *sum *= share);
-            if let Some((airlight, emitters)) = air.filter(|_| own.look == Look::Gloss) {
-                let (facet, point) = (own.facet, own.point);
-                let end = (SurfacePoint { facet, point }, part as u32);
-                airlight.add_reflected(emitters, &self.camera, end, out);
-            }
             Ok::<(), Cancelled>(())
         })?;
         let filtered = filter(&self.parts, self.width, &gathered, width, work)?;
@@ -321,22 +314,22 @@ impl FinalGather {
     /// Adds the light that haze scatters to the eye.
     fn add_airlight(
         &self,
-        (airlight, emitters): (Airlight<'_>, &[Emitter<'_>]),
+        haze: Haze,
+        emitters: &[Emitter<'_>],
         pictures: &mut [Vec<f32>],
         work: Work<'_>,
     ) -> Result<(), Cancelled> {
+        let airlight = Airlight {
+            scene: self.scene(),
+            haze,
+            nodes: self.step.nodes,
+        };
         let ends = |pixel: usize| {
             let parts = self.parts.pixels.get(pixel).iter();
             let seen = parts.filter(|part| part.look == Look::Matt);
             seen.map(|part| {
                 let (facet, point) = (part.facet, part.point);
-                // Wide lobes show it among the light that is gathered.
-                let is_wide = self.surfaces.lobe(facet).is_some_and(Lobe::is_wide);
-                SightEnd {
-                    share: part.share,
-                    end: SurfacePoint { facet, point },
-                    is_mirror: !is_wide,
-                }
+                (part.share, SurfacePoint { facet, point })
             })
         };
         let view = (&self.camera, [self.width, self.height]);
@@ -436,17 +429,10 @@ impl UnitLights for FinalGather {
                 block.len() * bytes(bounces),
                 work.memory,
             )?;
+            let mut found = self.indirect(block, &lamps, work)?;
             let emitters: Vec<Emitter<'_>> = block.iter().map(|&l| self.emitter(l)).collect();
             let report = (done, new.len());
             let is_bounced = self.is_bounced[block[0]];
-            let haze = self.surfaces.haze.filter(|_| !is_bounced);
-            let airlight = |haze| Airlight {
-                scene: self.scene(),
-                haze,
-                nodes: self.step.nodes,
-            };
-            let air = haze.map(|haze| (airlight(haze), emitters.as_slice()));
-            let mut found = self.indirect(block, &lamps, air, work)?;
             if !is_bounced {
                 let direct = DirectLight {
                     rays: self.rays(),
@@ -458,8 +444,8 @@ impl UnitLights for FinalGather {
                 direct.add_to(&mut found, work)?;
             }
             self.add_patches(&lamps, &mut found, report, work)?;
-            if let Some(air) = air {
-                self.add_airlight(air, &mut found, work)?;
+            if let Some(haze) = self.surfaces.haze.filter(|_| !is_bounced) {
+                self.add_airlight(haze, &emitters, &mut found, work)?;
             }
             done += block.len();
             for (light, picture) in block.iter().zip(found) {

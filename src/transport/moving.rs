@@ -13,7 +13,7 @@
 
 use crate::direct::beam::Beam;
 use crate::direct::projector::{Projector, pixel as footprint, projector};
-use crate::gather::airlight::{Airlight, SightEnd};
+use crate::gather::airlight::Airlight;
 use crate::gather::bvh::Bvh;
 use crate::gather::emitter::{Emitter, Receiver};
 use crate::gather::ray_scene::{DARK, RayScene, SurfacePoint, View};
@@ -495,11 +495,7 @@ impl MovingLights {
                 .filter(move |p| p.pixel as usize == pixel && p.look == Look::Matt);
             own.map(|place| {
                 let (facet, point) = (place.facet, place.point());
-                SightEnd {
-                    share: place.share,
-                    end: SurfacePoint { facet, point },
-                    is_mirror: true,
-                }
+                (place.share, SurfacePoint { facet, point })
             })
         };
         let emitters: Vec<Emitter<'_>> = beams

@@ -15,7 +15,6 @@ use crate::gather::emitter::{AreaLight, Emitter};
 use crate::gather::ray_scene::{DARK, RayScene, SurfacePoint};
 use crate::gather::sampling::point;
 use crate::surfaces::camera::Camera;
-use crate::surfaces::lobe::Lobe;
 use arrayvec::ArrayVec;
 use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::Vec3;
@@ -68,15 +67,6 @@ pub struct Sight {
     pub spread: f64,
 }
 
-/// The end of sight in a part of a pixel.
-pub struct SightEnd {
-    /// Share of the pixel.
-    pub share: f32,
-    pub end: SurfacePoint,
-    /// True if its gloss, where it has any, shows the haze.
-    pub is_mirror: bool,
-}
-
 struct TilePixel {
     /// Column and row in the tile.
     place: [usize; 2],
@@ -114,7 +104,7 @@ impl Airlight<'_> {
     ///
     /// # Errors
     /// On cancel.
-    pub fn picture<I: Iterator<Item = SightEnd>>(
+    pub fn picture<I: Iterator<Item = (f32, SurfacePoint)>>(
         &self,
         emitters: &[Emitter<'_>],
         (camera, [width, height]): (&Camera, [usize; 2]),
@@ -239,7 +229,7 @@ impl Airlight<'_> {
         &self,
         camera: &Camera,
         [x, y]: [usize; 2],
-        ends: impl Iterator<Item = SightEnd>,
+        ends: impl Iterator<Item = (f32, SurfacePoint)>,
     ) -> Vec<(f32, Sight)> {
         let eye = camera.origin;
         let sight = |way: Vec3, length: f64| Sight {
@@ -249,21 +239,28 @@ impl Airlight<'_> {
             spread: camera.step_x,
         };
         let (mut out, mut rest, mut mirrored) = (Vec::new(), 1.0, Vec::new());
-        for SightEnd {
-            share,
-            end,
-            is_mirror,
-        } in ends
-        {
+        for (share, end) in ends {
             let way = end.point - eye;
             out.push((share, sight(way, way.length())));
             rest -= share;
-            let lobe = self.scene.surfaces.lobe(end.facet);
-            if let Some(lobe) = lobe.filter(|_| is_mirror) {
-                let seen = share * self.scene.clearness(way.length()) as f32 / MIRRORED as f32;
-                let number = (x + (y << 16)) as u32;
-                let reflected = self.reflected_sights(lobe, camera, end, number);
-                mirrored.extend(reflected.map(|(weight, sight)| (seen * weight as f32, sight)));
+            if let Some(lobe) = self.scene.surfaces.lobe(end.facet) {
+                let count = if lobe.is_mirror() { 1 } else { MIRRORED };
+                let seen = share * self.scene.clearness(way.length()) as f32 / count as f32;
+                let numbers = (0..count).map(|k| (x + (y << 16)) as u32 * MIRRORED + k);
+                mirrored.extend(numbers.filter_map(|number| {
+                    let random = point(number, SEED);
+                    let (way, weight) = self.scene.reflected(end, eye, random)?;
+                    let (_, length) = self.scene.shoot(end, way);
+                    let eye = end.point;
+                    Some((
+                        seen * weight as f32,
+                        Sight {
+                            eye,
+                            spread: camera.step_x.max(0.5 * lobe.spread()),
+                            ..sight(way, length)
+                        },
+                    ))
+                }));
             }
         }
         // Backs and the void are not parts.
@@ -280,55 +277,6 @@ impl Airlight<'_> {
         }
         out.append(&mut mirrored);
         out
-    }
-
-    /// Rays from a glossy place in directions of its lobe, with their weights; `number` chooses the
-    /// directions.
-    fn reflected_sights(
-        &self,
-        lobe: &Lobe,
-        camera: &Camera,
-        end: SurfacePoint,
-        number: u32,
-    ) -> impl Iterator<Item = (f64, Sight)> {
-        let spread = camera.step_x.max(0.5 * lobe.spread());
-        (0..MIRRORED).filter_map(move |k| {
-            let random = point(number.wrapping_mul(MIRRORED).wrapping_add(k), SEED);
-            let (way, weight) = self.scene.reflected(end, camera.origin, random)?;
-            let (_, length) = self.scene.shoot(end, way);
-            let sight = Sight {
-                eye: end.point,
-                way: way.normalized(),
-                length,
-                spread,
-            };
-            Some((weight, sight))
-        })
-    }
-
-    /// Adds the mean radiance of the haze that the lobe of a place reflects, to three channels of each
-    /// light at unit strength. `number` chooses the directions.
-    pub fn add_reflected(
-        &self,
-        emitters: &[Emitter<'_>],
-        camera: &Camera,
-        (end, number): (SurfacePoint, u32),
-        out: &mut [f32],
-    ) {
-        let Some(lobe) = self.scene.surfaces.lobe(end.facet) else {
-            return;
-        };
-        let reflected = self.reflected_sights(lobe, camera, end, number);
-        let sights: Vec<(f64, Sight)> = reflected.collect();
-        let whole: f64 = sights.iter().map(|(weight, _)| weight).sum();
-        if whole <= 0.0 {
-            return;
-        }
-        for (emitter, out) in emitters.iter().zip(out.chunks_exact_mut(3)) {
-            let of = |(weight, sight): &(f64, Sight)| weight * self.radiance(emitter, sight, 0.5);
-            let mean = sights.iter().map(of).sum::<f64>() / whole;
-            out.iter_mut().for_each(|channel| *channel += mean as f32);
-        }
     }
 
     /// Radiance that haze scatters to the eye along a ray, for a light at unit strength. `random`,

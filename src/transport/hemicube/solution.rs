@@ -10,7 +10,7 @@ use crate::TransportError;
 use crate::contract::check_memory;
 use crate::direct::projector::pixel;
 use crate::direct::{IrradiancePrecision, Shining, irradiance};
-use crate::gather::airlight::{Airlight, SightEnd};
+use crate::gather::airlight::Airlight;
 use crate::gather::emitter::Emitter;
 use crate::gather::ray_scene::{RayScene, SurfacePoint};
 use crate::hemicube::indirect::gather_points::GatherScene;
@@ -118,11 +118,7 @@ impl HemicubeRadiosity {
             }
             let mean = |(facet, weight, sum)| {
                 let (facet, point) = (facet as u32, sum / f64::from(weight));
-                SightEnd {
-                    share: weight,
-                    end: SurfacePoint { facet, point },
-                    is_mirror: false,
-                }
+                (weight, SurfacePoint { facet, point })
             };
             ends.into_iter().map(mean)
         };
