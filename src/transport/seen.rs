@@ -116,7 +116,7 @@ pub fn reflectances(
     let row = |y: &usize| -> Result<Vec<Option<[f64; 3]>>, Cancelled> {
         work.check()?;
         let (above, below) = (corners(*y), corners(*y + 1));
-        let pixel = |(x, (above, below)): (usize, (&[Option<usize>], &[Option<usize>]))| {
+        let pixel = |(x, (above, below)): (usize, (Corners<'_>, Corners<'_>))| {
             let (place, _) = eye.look(x as f64 + 0.5, *y as f64 + 0.5);
             let own = eye.material(place)?;
             let is_one = above.iter().chain(below).all(|other| *other == Some(own));
@@ -129,6 +129,9 @@ pub fn reflectances(
     let found: Result<Vec<Vec<_>>, Cancelled> = found.into_iter().collect();
     Ok(found?.concat())
 }
+
+/// Materials at two corners of pixels that follow each other.
+type Corners<'a> = &'a [Option<usize>];
 
 /// The camera of a view, with the surfaces.
 struct Eye<'a> {

@@ -154,7 +154,11 @@ pub fn picture(repl: &mut Repl, asked: &Picture) -> Result<Reply, Error> {
     let tone = shown.then(|| exposed(repl, asked, &image)).transpose()?;
     let exposure = match tone {
         _ if is_dark(repl, asked, &image) => ", dark: no light in sight".to_owned(),
-        Some(tone) => format!(", exposure {:.2} stops{}", tone.exposure, chosen(repl, asked)),
+        Some(tone) => format!(
+            ", exposure {:.2} stops{}",
+            tone.exposure,
+            chosen(repl, asked)
+        ),
         None => String::new(),
     };
     let text = format!("{what}: {}{exposure}{below}", made_of(repl, asked));

@@ -34,8 +34,6 @@ const EVEN_ENDS: f64 = 0.02;
 const FAR: f64 = 1e6;
 /// Points that represent a panel, each with its share of the nodes.
 const PANEL_POINTS: u32 = 4;
-/// Directions in which a pixel of a glossy surface reflects airlight.
-const MIRRORED: u32 = 4;
 /// Shares of a pixel up to this are rounding errors.
 const LEAST_SHARE: f32 = 1e-3;
 /// Rays that sample backs and the void in a pixel.
@@ -244,23 +242,19 @@ impl Airlight<'_> {
             out.push((share, sight(way, way.length())));
             rest -= share;
             if let Some(lobe) = self.scene.surfaces.lobe(end.facet) {
-                let count = if lobe.is_mirror() { 1 } else { MIRRORED };
-                let seen = share * self.scene.clearness(way.length()) as f32 / count as f32;
-                let numbers = (0..count).map(|k| (x + (y << 16)) as u32 * MIRRORED + k);
-                mirrored.extend(numbers.filter_map(|number| {
-                    let random = point(number, SEED);
-                    let (way, weight) = self.scene.reflected(end, eye, random)?;
-                    let (_, length) = self.scene.shoot(end, way);
-                    let eye = end.point;
-                    Some((
-                        seen * weight as f32,
-                        Sight {
-                            eye,
-                            spread: camera.step_x.max(0.5 * lobe.spread()),
-                            ..sight(way, length)
-                        },
-                    ))
-                }));
+                // In one direction for the whole lobe: its rays past a lamp would leave bright dots.
+                let facet = &self.scene.surfaces.facets[end.facet as usize];
+                let normal = facet.normal_at(end.point);
+                let (way, weight) = lobe.mirrored(normal, (eye - end.point).normalized());
+                let (_, length) = self.scene.shoot(end, way);
+                let seen =
+                    share * (weight * self.scene.clearness((end.point - eye).length())) as f32;
+                let reflected = Sight {
+                    eye: end.point,
+                    spread: camera.step_x.max(lobe.spread()),
+                    ..sight(way, length)
+                };
+                mirrored.extend((way.dot(facet.normal) > 0.0).then_some((seen, reflected)));
             }
         }
         // Backs and the void are not parts.

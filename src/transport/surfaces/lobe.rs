@@ -102,6 +102,16 @@ impl Lobe {
         of(low) * (1.0 - part) + of(low + 1) * part
     }
 
+    /// The direction that a mirror reflects to the eye, and the reflectance of the lobe for the eye.
+    pub fn mirrored(&self, normal: Vec3, eye: Vec3) -> (Vec3, f64) {
+        let height = normal.dot(eye);
+        let weight = match self.is_mirror() {
+            true => self.fresnel(height.max(0.0)),
+            false => self.share(height),
+        };
+        (normal * (2.0 * height) - eye, weight)
+    }
+
     /// Uniform light that the matt part reflects to the eye.
     pub fn matt_to(&self, matt: [f64; 3], cosine: f64) -> [f64; 3] {
         let left = 1.0 - self.share(cosine);
