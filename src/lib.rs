@@ -21,7 +21,10 @@
 //! It is the system of Dorsey, Arvo and Greenberg, "Interactive Design of Complex Time-Dependent
 //! Lighting" (1995): a show's text is compiled to *key settings*, a singular value decomposition
 //! orders the few settings worth rendering well, a linear light-transport operator G renders them,
-//! and any frame is at most three linear blends of key images.
+//! and a frame takes at most three linear blends, of four key images. One thing differs: the
+//! built-in renderer is quick enough that rendering each bank alone is usually cheaper than the
+//! mixtures of the decomposition (`--way paper`), which pay with slow renderers. The page
+//! [`paper`](manual::paper) says where each idea is.
 //!
 //! The [`manual`] covers the language, the commands, the files, accuracy and speed.
 //!
@@ -85,6 +88,7 @@
 /// - [`renderer`](manual::renderer): how do I write a renderer for it?
 /// - [`security`](manual::security): can I open a show that a stranger sent me?
 /// - [`embedding`](manual::embedding): how do I call it from my own program?
+/// - [`paper`](manual::paper): where are the ideas of the paper?
 #[cfg(doc)]
 pub mod manual {
     #[doc = include_str!("manual/tutorial.md")]
@@ -119,6 +123,8 @@ pub mod manual {
     pub mod security {}
     #[doc = include_str!("manual/embedding.md")]
     pub mod embedding {}
+    #[doc = include_str!("manual/paper.md")]
+    pub mod paper {}
 }
 
 #[cfg(feature = "cli")]

@@ -19,7 +19,8 @@
 //! - No count in a file is trusted for memory. Bad input becomes a [`Diagnostic`] with its line.
 //! - Nothing here opens a file or a socket: readers take bytes, writers return bytes.
 //!
-//! This crate does not know images, light transport or the engine. It imports downwards only.
+//! This crate does not know images, light transport or the engine. It imports only crates above it in the
+//! table of `footlight`.
 //!
 //! [`Show`]: footlight_show::model::Show
 //! [`Diagnostic`]: footlight_show::diagnostic::Diagnostic

@@ -15,7 +15,6 @@
 //! Invariants:
 //!
 //! - A show reads only from its own folder downwards, whatever links or `..` a path holds.
-//! - A file is never left half written: it is written to a temporary file, then renamed.
 //! - A file is never left half written: it is written next to its place, then renamed.
 //! - Programs are started without a shell and are ended with the process that started them.
 //!
