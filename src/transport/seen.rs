@@ -116,22 +116,19 @@ pub fn reflectances(
     let row = |y: &usize| -> Result<Vec<Option<[f64; 3]>>, Cancelled> {
         work.check()?;
         let (above, below) = (corners(*y), corners(*y + 1));
-        let pixel = |(x, (above, below)): (usize, (Corners<'_>, Corners<'_>))| {
+        let corners = above.windows(2).zip(below.windows(2));
+        let pixels = corners.enumerate().map(|(x, (above, below))| {
             let (place, _) = eye.look(x as f64 + 0.5, *y as f64 + 0.5);
             let own = eye.material(place)?;
             let is_one = above.iter().chain(below).all(|other| *other == Some(own));
             eye.reflectance(place).ok().filter(|_| is_one)
-        };
-        let pairs = above.windows(2).zip(below.windows(2));
-        Ok(pairs.enumerate().map(pixel).collect())
+        });
+        Ok(pixels.collect())
     };
     let found = in_order(&(0..rows).collect::<Vec<usize>>(), work.threads, row);
     let found: Result<Vec<Vec<_>>, Cancelled> = found.into_iter().collect();
     Ok(found?.concat())
 }
-
-/// Materials at two corners of pixels that follow each other.
-type Corners<'a> = &'a [Option<usize>];
 
 /// The camera of a view, with the surfaces.
 struct Eye<'a> {

@@ -25,7 +25,7 @@ use footlight_transport::Quality;
 /// A picture of a moment or a bank.
 #[derive(Args, Clone, Debug, Default)]
 pub struct Shot {
-    #[arg(value_name = "TIME | cue N [+ TIME]", conflicts_with_all = ["at", "cue"])]
+    #[arg(value_name = "TIME | cue N [+ TIME]", conflicts_with = "at")]
     moment: Vec<String>,
     /// The moment (default: the current time, or the start)
     #[arg(long, value_name = "TIME", value_parser = argument::duration)]
@@ -50,9 +50,11 @@ impl Shot {
     /// The image, its light, and its description.
     pub fn image(&self, repl: &mut Repl) -> Result<(Image, Look, String), Error> {
         let now = repl.live.time();
-        let complete = self.cue.map(|cue| Moment::Cue(cue, None));
-        let said = self.at.map(Moment::Time).or(complete);
-        let moment = match said.or(Moment::of(&self.moment)?) {
+        // `--cue 17 + 2s` is read as well as `cue 17 + 2s`.
+        let mut words = self.moment.clone();
+        words.splice(0..0, self.cue.iter().map(|cue| format!("cue {cue}")));
+        let said = self.at.map(Moment::Time);
+        let moment = match said.or(Moment::of(&words)?) {
             Some(moment) => moment.time(&repl.engine)?,
             None => now,
         };

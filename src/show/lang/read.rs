@@ -384,7 +384,7 @@ fn foreign(before: &str, found: &str, word: &str) -> Option<String> {
             "cues run in the order of their numbers; no cue jumps to another".to_owned()
         }
         ("cue", _) if in_braces && found == "," && before.contains(" aim ") => {
-            "a cue does not move a beam: give each position a light and a bank of its own".to_owned()
+            "only a moving head turns in a cue: write `moves` behind its light, and `lamp1 to 0, 3, 1` here".to_owned()
         }
         ("cue", _) if in_braces && found == "@" => {
             format!("a level stands right behind its bank: `{last} 50`")
