@@ -70,7 +70,7 @@ fn the_exposure_is_told_everywhere_and_what_holds_it_can_be_typed() {
     assert!(!nothing_yet.contains("exposure"), "{nothing_yet}");
     let picture = said(&mut show, "picture");
     let (_, stops) = picture.split_once("exposure ").unwrap();
-    let stops = stops.strip_suffix(" (auto)").unwrap().to_owned();
+    let stops = stops.strip_suffix(" stops (auto)").unwrap().to_owned();
     let told = format!("exposure {stops} stops, chosen for the whole sequence; this holds it:\n  ");
     for line in [
         "status",
@@ -86,12 +86,15 @@ fn the_exposure_is_told_everywhere_and_what_holds_it_can_be_typed() {
     let status = said(&mut show, "status");
     said(&mut show, status.lines().last().unwrap().trim());
     let picture = said(&mut show, "picture");
-    assert!(picture.ends_with(&format!("exposure {stops}")), "{picture}");
+    assert!(
+        picture.ends_with(&format!("exposure {stops} stops")),
+        "{picture}"
+    );
     let status = said(&mut show, "status");
     assert!(status.contains("stops, as `preview` says"), "{status}");
-    assert!(said(&mut show, "picture --bank front").ends_with(&format!("exposure {stops}")));
+    assert!(said(&mut show, "picture --bank front").ends_with(&format!("exposure {stops} stops")));
     said(&mut show, "preview { exposure +1.5 }");
-    assert!(said(&mut show, "picture").ends_with("exposure 1.50"));
+    assert!(said(&mut show, "picture").ends_with("exposure 1.50 stops"));
     let refused = show.execute("preview { gap +2 }").unwrap_err().to_string();
     assert!(
         refused.contains("E026") || refused.contains("only `exposure` has a `+`"),
