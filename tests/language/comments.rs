@@ -1,4 +1,4 @@
-//! Comments of the sources are plain English.
+//! Comments of the sources and pages of the manual are plain English.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -102,6 +102,31 @@ fn comments_are_plain_english() {
         for comment in comments(&text) {
             for fault in faults(&comment) {
                 found.push(format!("{path}:{}: {}", comment.line, fault.trim_end()));
+            }
+        }
+    }
+    assert!(found.is_empty(), "\n{}", found.join("\n"));
+}
+
+/// README, manual and language hold to the same list of phrases, outside code.
+#[test]
+fn pages_are_plain_english() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let manual = fs::read_dir(root.join("src/manual")).unwrap();
+    let mut pages: Vec<PathBuf> = manual.map(|entry| entry.unwrap().path()).collect();
+    pages.extend(["README.md", "grammar/README.md"].map(|name| root.join(name)));
+    let mut found = Vec::new();
+    for path in pages {
+        let text = fs::read_to_string(&path).unwrap();
+        for paragraph in text.split("```").step_by(2).flat_map(|t| t.split("\n\n")) {
+            let words = paragraph.split_whitespace().collect::<Vec<_>>().join(" ");
+            let comment = Comment {
+                kind: "//",
+                line: 0,
+                text: words,
+            };
+            for fault in faults(&comment) {
+                found.push(format!("{}: {fault}: {}", path.display(), comment.text));
             }
         }
     }
