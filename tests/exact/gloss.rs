@@ -109,18 +109,20 @@ fn varnish_reflects_as_glass_does() {
     }
 }
 
-/// Radiance that a rough lobe on a horizontal plate reflects to the eye from all directions, by
-/// the midpoint rule over the half-space.
-fn reflected(roughness: f64, eye: Vec3, radiance: impl Fn(Vec3) -> f64) -> f64 {
+/// Radiance that a rough lobe on a horizontal plate reflects to the eye, by the illuminance across
+/// the rays from `light`.
+fn lobe(roughness: f64, eye: Vec3, light: Vec3) -> f64 {
     let square = roughness.powi(4);
-    let cosine = eye.z;
     let passed = |c: f64| 2.0 / (1.0 + (1.0 + square * (1.0 / (c * c) - 1.0)).sqrt());
-    let value = |light: Vec3| {
-        let half = (eye + light).normalized();
-        let spread = half.z * half.z * (square - 1.0) + 1.0;
-        let density = square / (PI * spread * spread);
-        density * passed(cosine) * passed(light.z) * glass(half.dot(eye)) / (4.0 * cosine)
-    };
+    let half = (eye + light).normalized();
+    let spread = half.z * half.z * (square - 1.0) + 1.0;
+    let density = square / (PI * spread * spread);
+    density * passed(eye.z) * passed(light.z) * glass(half.dot(eye)) / (4.0 * eye.z)
+}
+
+/// Radiance that it reflects of radiance from all directions, by the midpoint rule over the
+/// half-space.
+fn reflected(roughness: f64, eye: Vec3, radiance: impl Fn(Vec3) -> f64) -> f64 {
     let n = 1200;
     let of = |i: usize, j: usize| {
         let (tilt, turn) = (
@@ -128,7 +130,7 @@ fn reflected(roughness: f64, eye: Vec3, radiance: impl Fn(Vec3) -> f64) -> f64 {
             (j as f64 + 0.5) / n as f64 * TAU,
         );
         let light = vec3(tilt.sin() * turn.cos(), tilt.sin() * turn.sin(), tilt.cos());
-        value(light) * tilt.sin() * radiance(light)
+        lobe(roughness, eye, light) * tilt.sin() * radiance(light)
     };
     let sum: f64 = (0..n * n).map(|k| of(k / n, k % n)).sum();
     sum * 0.5 * PI * TAU / (n * n) as f64
@@ -163,7 +165,12 @@ fn wide_gloss_blurs_what_it_shows() {
         9.0 * f64::from(u8::from(is_panel))
     };
     let eye = view.from.normalized();
-    let exact = [reflected(0.3, eye, lit), reflected(0.3, eye, shining)];
+    // The plate shows the wall and the lamp's highlight.
+    let highlight = 700.0 / lamp.dot(lamp) * lobe(0.3, eye, lamp.normalized());
+    let exact = [
+        reflected(0.3, eye, lit) + highlight,
+        reflected(0.3, eye, shining),
+    ];
     for ((name, room), exact) in [("wall", &wall), ("panel", &panel)].into_iter().zip(exact) {
         for quality in [1, 2] {
             let found = room.radiances(&view, quality);
