@@ -151,7 +151,7 @@ pub fn picture(repl: &mut Repl, asked: &Picture) -> Result<Reply, Error> {
     let (image, _, what) = asked.shot.image(repl)?;
     let below = match tone::negative(&image) {
         0 => String::new(),
-        n => format!("; {} slightly below zero shown as black", count(n, "value")),
+        n => format!("; {} below zero shown as black", count(n, "value")),
     };
     let tone = shown.then(|| exposed(repl, asked, &image)).transpose()?;
     let exposure = match tone {
