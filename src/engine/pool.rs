@@ -458,7 +458,7 @@ impl Pool {
             let terms: Vec<(f64, &Image)> = setting.iter().copied().zip(images(kept)).collect();
             return add(sum, &terms, work.threads);
         }
-        // The same sums to the bit, one image at a time.
+        // Adding one image at a time gives equal sums, to the bit.
         for (weight, pair) in setting.iter().zip(pairs).filter(|(w, _)| **w != 0.0) {
             add(sum, &[(*weight, &beyond(pair))], work.threads);
         }

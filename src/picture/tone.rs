@@ -221,7 +221,7 @@ mod tests {
         let wide = Image::from_data(400, 400, wide).unwrap();
         assert_eq!((sampling(400, 400), wide.every(4)), (4, lamps.clone()));
         assert_eq!(auto_exposure([&wide].into_iter()), exposure);
-        // Those 2 % are now the only light: they set the exposure.
+        // The lamps are now the only light: they set the exposure.
         lamps.data_mut()[600..].fill(1e-3);
         let exposure = auto_exposure([&lamps].into_iter());
         assert!((exposure - (0.9_f64 / 50.0).log2()).abs() < 1e-6);

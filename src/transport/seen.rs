@@ -60,6 +60,9 @@ pub fn seen(
     points: &[Vec3],
     work: Work<'_>,
 ) -> Result<Vec<Result<SeenSurface, Hidden>>, TransportError> {
+    if points.is_empty() {
+        return Ok(Vec::new());
+    }
     let surfaces = Surfaces::new(&setup.scene)?;
     let bvh = Bvh::new(&surfaces, work)?;
     let eye = Eye::new(setup, &surfaces, &bvh)?;

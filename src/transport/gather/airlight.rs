@@ -245,10 +245,10 @@ impl Airlight<'_> {
                 // In one direction for the whole lobe: its rays past a lamp would leave bright dots.
                 let facet = &self.scene.surfaces.facets[end.facet as usize];
                 let normal = facet.normal_at(end.point);
+                let clear = self.scene.clearness(way.length());
                 let (way, weight) = lobe.mirrored(normal, (eye - end.point).normalized());
                 let (_, length) = self.scene.shoot(end, way);
-                let seen =
-                    share * (weight * self.scene.clearness((end.point - eye).length())) as f32;
+                let seen = share * (weight * clear) as f32;
                 let reflected = Sight {
                     eye: end.point,
                     spread: camera.step_x.max(lobe.spread()),

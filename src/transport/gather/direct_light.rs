@@ -5,10 +5,11 @@ use crate::gather::emitter::{Emitter, LobeRay, Receiver, SampleSum};
 use crate::gather::parts::{Look, Parts};
 use crate::gather::picture_rays::PictureRays;
 use crate::gather::ray_scene::{DARK, SurfacePoint, View};
-use crate::gather::sampling::point;
+use crate::gather::sampling::{point, shifted};
 use crate::gather::step::{GatherStep, more_pixels};
 use footlight_host::work::{Cancelled, Work};
 use rayon::prelude::*;
+use std::cell::LazyCell;
 use std::f32::consts::PI;
 use std::ops::Range;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -212,9 +213,8 @@ impl DirectLight<'_> {
     }
 
     /// Samples a ray from the lobe of a place.
-    fn lobe_ray(&self, place: SurfacePoint, [u, v]: [f64; 2]) -> LobeRay {
-        // The pair shifted by half the square is another uniform pair.
-        let random = [(u + 0.5).fract(), (v + 0.5).fract()];
+    fn lobe_ray(&self, place: SurfacePoint, random: [f64; 2]) -> LobeRay {
+        let random = shifted(random);
         let scene = self.rays.scene;
         let normal = scene.surfaces.facets[place.facet as usize].normal;
         let reflected = scene.reflected(place, self.rays.camera.origin, random);
@@ -249,7 +249,8 @@ impl DirectLight<'_> {
         let eye = self.rays.camera.origin;
         let seen = (here, Some(eye));
         let wide = lobe.filter(|lobe| lobe.is_wide());
-        let ray = wide.map(|lobe| (lobe, self.lobe_ray(place, random)));
+        // Only panels need it.
+        let ray = LazyCell::new(|| self.lobe_ray(place, random));
         let lights = self.emitters.iter().zip(sums).zip(levels).zip(ends);
         for (((emitter, sums), level), _) in lights.filter(|(_, end)| k < **end) {
             if emitter.is_of(facet.material) {
@@ -268,9 +269,9 @@ impl DirectLight<'_> {
             for (sum, factor) in sums.channels.iter_mut().zip(factors) {
                 sum.add(sample, factor);
             }
-            if let Some(((lobe, ray), end)) = ray.as_ref().zip(sample.end) {
+            if let Some((lobe, end)) = wide.zip(sample.end) {
                 let way = (eye - place.point).normalized();
-                let light = emitter.in_gloss(scene, (*lobe, here.normal, way), &end, ray);
+                let light = emitter.in_gloss(scene, (lobe, here.normal, way), &end, &ray);
                 let light = weight * light as f32;
                 for (sum, tint) in sums.shining.iter_mut().zip(lobe.tint) {
                     *sum += light * tint as f32;

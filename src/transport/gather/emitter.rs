@@ -9,7 +9,7 @@ use crate::direct::lambert::closed_form;
 use crate::direct::projector::Projector;
 use crate::gather::lamp_patches::LampPatches;
 use crate::gather::ray_scene::{MOST_LAYERS, RayScene, SurfacePoint};
-use crate::gather::sampling::cosine_direction;
+use crate::gather::sampling::{cosine_direction, shifted};
 use crate::gather::triangle::{Part, Triangle, area_of, point_of};
 use crate::surfaces::facet::Facet;
 use crate::surfaces::lobe::Lobe;
@@ -434,9 +434,7 @@ impl AreaLight {
             sampled.passed = visible;
             sum += visible * cosine / (by_area(way, away) + cosine / PI);
         }
-        // The same pair shifted by half the square is another uniform pair.
-        let turned = [(u + 0.5).fract(), (v + 0.5).fract()];
-        let way = cosine_direction(normal, turned);
+        let way = cosine_direction(normal, shifted([u, v]));
         let from = point + normal * scene.offset;
         for (place, visible) in scene.layers(from, way) {
             if self.facets.binary_search(&(place.facet as usize)).is_ok() {

@@ -308,6 +308,29 @@ impl PictureRays<'_> {
         groups.into_iter().flat_map(parts).collect()
     }
 
+    /// Where a ray from a place ends; `index` chooses its random numbers, the pair is as in
+    /// [`CellSettings::land`].
+    fn land(
+        &self,
+        settings: CellSettings,
+        index: u32,
+        (place, way): (SurfacePoint, Vec3),
+        shape: (f64, f64),
+    ) -> Landing {
+        let ([u, v], [w, x]) = (point(index, SEED_CELL), point(index, SEED_BOUND));
+        settings.land(self.scene, place, way, shape, [u, v, w, x])
+    }
+
+    /// Radius within which the light of these rays is evened out, metres: a share `reach` of the harmonic
+    /// mean of their lengths. In corners too, where light varies within a pixel, neighbours share their
+    /// rays.
+    fn radius(&self, (landings, rays): (&[Landing], u32), length: f64, reach: f64) -> f32 {
+        let near: f64 = landings.iter().map(Landing::nearness).sum();
+        let least = LEAST_RADIUS * self.footprint(length);
+        let radius = (reach * f64::from(rays) / near).max(least);
+        radius.min(1e6) as f32
+    }
+
     /// Light that a part reflects by its wide lobe, gathered from the cells hit by the lobe's rays.
     fn gloss(
         &self,
@@ -339,20 +362,18 @@ impl PictureRays<'_> {
                 && landings.len() < part.rays as usize
             {
                 let index = self.index(pixel).wrapping_add(landings.len() as u32);
-                let ([u, v], [w, x]) = (point(index, SEED_CELL), point(index, SEED_BOUND));
-                let landing = settings.land(self.scene, place, way, (1.0, width), [u, v, w, x]);
+                let landing = self.land(settings, index, (place, way), (1.0, width));
                 landings.push(landing.past_all_bounds());
             }
         }
         let mean = whole / f64::from(tried);
-        let near: f64 = landings.iter().map(Landing::nearness).sum();
-        let least = LEAST_RADIUS * self.footprint(part.length.into());
         let reach = self.step.filter * lobe.spread().min(1.0);
-        let radius = (reach * f64::from(part.rays) / near).max(least);
+        let length = f64::from(part.length);
+        let radius = self.radius((&landings, part.rays), length, reach);
         Some(FoundPart {
             part: Part {
                 look: Look::Gloss,
-                radius: radius.min(1e6) as f32,
+                radius,
                 ..*part
             },
             hits: Vec::new(),
@@ -393,11 +414,9 @@ impl PictureRays<'_> {
             let facet = facet(place);
             let normal = facet.normal_at(place.point);
             let (way, cosine) = receiver_way(normal, facet.normal, point(index, SEED_WAY));
-            let ([u, v], [w, x]) = (point(index, SEED_CELL), point(index, SEED_BOUND));
-            settings.land(self.scene, place, way, (cosine, HEMISPHERE), [u, v, w, x])
+            self.land(settings, index, (place, way), (cosine, HEMISPHERE))
         };
         let landings: Vec<Landing> = (sent..sent + rays).map(ray).collect();
-        let near: f64 = landings.iter().map(Landing::nearness).sum();
         let (mut middle, mut normal, mut length) = (Vec3::ZERO, Vec3::ZERO, 0.0);
         for sample in samples {
             middle += sample.view.place.point;
@@ -405,9 +424,7 @@ impl PictureRays<'_> {
             normal += facet(sample.view.place).normal_at(sample.view.place.point);
         }
         let middle = middle / samples.len() as f64;
-        // In corners too, where light varies within a pixel, neighbours share their rays.
-        let least = LEAST_RADIUS * self.footprint(length);
-        let radius = (self.step.filter * f64::from(rays) / near).max(least);
+        let radius = self.radius((&landings, rays), length, self.step.filter);
         FoundPart {
             part: Part {
                 share,
@@ -417,7 +434,7 @@ impl PictureRays<'_> {
                 point: middle,
                 normal: normal.normalized(),
                 material: own.material as u32,
-                radius: radius.min(1e6) as f32,
+                radius,
                 length: length as f32,
                 look: if is_mirrored {
                     Look::Mirrored

@@ -48,6 +48,11 @@ pub fn point(index: u32, seed: u32) -> [f64; 2] {
     [x, y].map(|v| f64::from(v >> 8) / f64::from(1 << 24))
 }
 
+/// A uniform pair shifted by half the square: another uniform pair.
+pub fn shifted([u, v]: [f64; 2]) -> [f64; 2] {
+    [(u + 0.5).fract(), (v + 0.5).fract()]
+}
+
 /// Index of a pixel along a Morton curve: neighbours in the image are neighbours in the sequence,
 /// so that their errors differ (Ahmed and Wonka 2020).
 pub fn morton(x: usize, y: usize) -> u32 {

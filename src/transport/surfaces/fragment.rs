@@ -296,7 +296,7 @@ impl Band<'_> {
         };
         self.from = from;
         self.buffer.clear();
-        // Of two coplanar pieces the later wins: backs come first, so that two coincident faces
+        // The later of two coplanar pieces wins: backs come first, so that two coincident faces
         // back to back are visible from both sides.
         let pieces = &self.rasterized.surfaces.pieces;
         let is_back = |p: &&Piece| p.normal.dot(p.vertices[0] - camera.origin) > 0.0;

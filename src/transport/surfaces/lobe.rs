@@ -105,9 +105,10 @@ impl Lobe {
     /// The direction that a mirror reflects to the eye, and the reflectance of the lobe for the eye.
     pub fn mirrored(&self, normal: Vec3, eye: Vec3) -> (Vec3, f64) {
         let height = normal.dot(eye);
-        let weight = match self.is_mirror() {
-            true => self.fresnel(height.max(0.0)),
-            false => self.share(height),
+        let weight = if self.is_mirror() {
+            self.fresnel(height.max(0.0))
+        } else {
+            self.share(height)
         };
         (normal * (2.0 * height) - eye, weight)
     }
@@ -189,7 +190,7 @@ impl Lobe {
             return None;
         }
         if self.is_mirror() {
-            return Some((normal * (2.0 * height) - eye, self.fresnel(height)));
+            return Some(self.mirrored(normal, eye));
         }
         let [x, y] = frame(normal);
         let local = vec3(eye.dot(x), eye.dot(y), height);
