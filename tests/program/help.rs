@@ -11,6 +11,8 @@ use footlight_engine::{Background, Engine, Host};
 use footlight_host::files::{Folder, MemoryStore};
 use footlight_prompt::{Console, Repl, example, verbs};
 
+use crate::outside::{SPOTS, shown_in_the_manual};
+
 /// A show with everything that the examples name.
 const SHOW: &str = r#"show "Examples"
 preview { tolerance 2%  coarse 1  refined 2  rate 2 }
@@ -42,6 +44,7 @@ impl Place {
         let folder = tempfile::tempdir().unwrap();
         let write = |name: &str, text: &str| fs::write(folder.path().join(name), text).unwrap();
         write("show.lxq", SHOW);
+        write("spots.py", &shown_in_the_manual(SPOTS));
         write("old.lxq", &SHOW.replace("lamps 80", "lamps 60"));
         for name in ["outside.lxq", "set.obj", "set.mtl", "render.py"] {
             let from = project().join("examples/outside").join(name);

@@ -330,21 +330,29 @@ fn the_example_renders() {
     assert!(picture.exists());
 }
 
+/// How the renderer of spots begins in the manual.
+#[cfg(unix)]
+pub const SPOTS: &str = "python\n\"\"\"Direct light";
+
+/// Text of the first block of the manual's page on renderers that begins so, without its language.
+#[cfg(unix)]
+pub fn shown_in_the_manual(begin: &str) -> String {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/manual/renderer.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let found = page.split("```").find(|block| block.starts_with(begin));
+    let (_, text) = found.unwrap().split_once('\n').unwrap();
+    text.to_owned()
+}
+
 /// The settings in the manual can be rendered, and have the fields that a renderer reads.
 #[cfg(unix)]
 #[test]
 fn the_manual_shows_the_settings() {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/manual/renderer.md");
-    let page = std::fs::read_to_string(page).unwrap();
-    let shown = page.split("```json\n").nth(1).unwrap();
-    let shown = shown.split("```").next().unwrap();
-    let shown: serde_json::Value = serde_json::from_str(shown).unwrap();
+    let shown = shown_in_the_manual("json\n");
+    let shown: serde_json::Value = serde_json::from_str(&shown).unwrap();
     let image = painted(&shown);
     assert_eq!((image.width(), image.height()), (160, 90));
-    let sample = page
-        .split("```")
-        .find(|block| block.starts_with("lxq\nshow \"Sample\""));
-    let (_, sample) = sample.unwrap().split_once('\n').unwrap();
+    let sample = shown_in_the_manual("lxq\nshow \"Sample\"");
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("s.lxq"), sample).unwrap();
     let copied = "sh -c 'cp \"$0\" settings.json' {settings} {output}";
@@ -369,17 +377,11 @@ fn the_manual_shows_the_settings() {
 #[cfg(unix)]
 #[test]
 fn the_manual_shows_a_scene_and_a_renderer_of_it() {
-    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/manual/renderer.md");
-    let page = std::fs::read_to_string(page).unwrap();
-    let block = |begin: &str| {
-        let found = page.split("```").find(|block| block.starts_with(begin));
-        let (_, text) = found.unwrap().split_once('\n').unwrap();
-        text.to_owned()
-    };
+    let block = shown_in_the_manual;
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
     std::fs::write(at("s.lxq"), block("lxq\nshow \"Sample\"")).unwrap();
-    std::fs::write(at("spots.py"), block("python\n\"\"\"Direct light")).unwrap();
+    std::fs::write(at("spots.py"), block(SPOTS)).unwrap();
     let copied = "sh -c 'cp \"$0\" scene.json' {scene} {settings} {output}";
     footlight(
         folder.path(),
