@@ -1,7 +1,7 @@
 //! Linear images, and the formats that carry them.
 //!
 //! ```text
-//! EXR, PNG, JPEG, WebP --exr, decode--> Image --combine--> Image --tone--> bytes --png, y4m--> file
+//! EXR, PNG, JPEG, WebP --exr, decode--> Image --combine--> Image --tone--> bytes --png, jpeg, y4m--> file
 //! ```
 //!
 //! - [`Image`] holds linear RGB in single precision.
@@ -12,7 +12,7 @@
 //! - [`sketch`] reads an image whose light is to be approached by levels.
 //! - [`tone`] turns light into display bytes: exposure, tone curve, sRGB code. [`signed`] does so
 //!   for images of either sign.
-//! - [`png`], [`y4m`] and [`terminal`] write display bytes.
+//! - [`png`], [`jpeg`], [`y4m`] and [`terminal`] write display bytes.
 //!
 //! Invariants:
 //!
@@ -28,6 +28,7 @@
 pub mod combine;
 pub mod decode;
 pub mod exr;
+pub mod jpeg;
 pub mod png;
 pub mod shrink;
 pub mod signed;

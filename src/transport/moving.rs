@@ -490,9 +490,11 @@ impl MovingLights {
         let ends = |pixel: usize| {
             let tile = pixel / width / TILE * across + pixel % width / TILE;
             let places = &self.tiles[tile].places;
-            let own = places
-                .iter()
-                .filter(move |p| p.pixel as usize == pixel && p.look == Look::Matt);
+            // Places of a tile are in the order of their pixels.
+            let first = places.partition_point(|p| (p.pixel as usize) < pixel);
+            let own = places[first..].iter();
+            let own = own.take_while(move |p| p.pixel as usize == pixel);
+            let own = own.filter(|p| p.look == Look::Matt);
             own.map(|place| {
                 let (facet, point) = (place.facet, place.point());
                 (place.share, SurfacePoint { facet, point })

@@ -2,9 +2,9 @@
 //! and the same page served by a program, with the show and its images in separate files.
 //!
 //! Invariants: a file fetches nothing, and a served page only from its own server (their content
-//! security policies forbid the rest); images use the 8-bit code of [`super::key`], as PNG, and are
-//! decoded to light before blending; exposure and curve equal those of every other output; the
-//! images keep the size budget, reduced if necessary. The page's own text (`page/`) decides its
+//! security policies forbid the rest); images use the 8-bit code of [`super::key`], as PNG or JPEG,
+//! and are decoded to light before blending; exposure and curve equal those of every other output;
+//! the images keep the size budget, reduced if necessary. The page's own text (`page/`) decides its
 //! appearance and does not depend on Rust.
 
 mod coding;
@@ -15,7 +15,7 @@ use base64::prelude::{BASE64_STANDARD, Engine as _};
 use serde::Serialize;
 
 pub use self::coding::{Coded, fit};
-use self::coding::{attempt, smaller};
+use self::coding::{Form, attempt, smaller};
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::tone::Tone;
 use footlight_picture::{Image, PictureError};
@@ -116,7 +116,7 @@ pub struct Contents<'a> {
     /// Its key settings and segments.
     pub keys: &'a KeySequence,
     /// True when key images contain the light of heads, which images of banks lack, so that they
-    /// are never left out.
+    /// are never left out. They become JPEG files if PNG files do not fit.
     pub has_heads: bool,
     /// Images of the keys, in order.
     pub pictures: Vec<&'a Image>,
@@ -142,7 +142,7 @@ pub struct Page {
 pub struct Picture {
     /// Like [`Coded::law`].
     pub law: [f32; 2],
-    /// URL of a PNG file of the codes.
+    /// URL of a PNG or JPEG file of the codes.
     pub codes: String,
     /// URL of a PNG file that is white in negative channels.
     pub signs: Option<String>,
@@ -152,7 +152,12 @@ impl Picture {
     /// An image with its files as data URLs.
     pub fn inside(coded: Coded) -> Picture {
         let address = |file: Vec<u8>| {
-            let mut address = "data:image/png;base64,".to_owned();
+            let kind = if file.starts_with(&[0xff, 0xd8]) {
+                "jpeg"
+            } else {
+                "png"
+            };
+            let mut address = format!("data:image/{kind};base64,");
             BASE64_STANDARD.encode_string(file, &mut address);
             address
         };
@@ -203,34 +208,42 @@ pub fn bytes(contents: &Contents<'_>, budget: usize, threads: usize) -> usize {
 }
 
 /// Writes the page of a show in at most `budget` bytes. If the key images do not fit, as with
-/// effects, the page adds up images of banks instead; if these do not fit either, all are reduced,
-/// down to a width of 160 pixels.
+/// effects, the page adds up images of banks instead, or, with heads, has them as JPEG; if it still
+/// does not fit, all images are reduced, down to a width of 160 pixels.
 ///
 /// # Errors
 /// [`PageError`] on cancel, for images without pixels, and when even small ones do not fit.
 pub fn write(contents: &Contents<'_>, budget: usize, work: Work<'_>) -> Result<Page, PageError> {
     let full = contents.banks.first().map_or((0, 0), |i| i.size());
-    let mut size = full;
+    let mut form = Form {
+        size: full,
+        jpegs: 0,
+    };
     let mut keys = contents.pictures.as_slice();
     loop {
         let all: Vec<&Image> = keys.iter().chain(&contents.banks).copied().collect();
-        let needed = match attempt(&all, contents.tone, size, budget, work)? {
+        let needed = match attempt(&all, contents.tone, form, budget, work)? {
             Ok(pictures) => {
                 let pictures = pictures.into_iter().map(Picture::inside).collect();
-                let html = html(contents, pictures, keys.len(), (size, full))?;
+                let html = html(contents, pictures, keys.len(), (form.size, full))?;
                 if html.len() <= budget {
-                    let blends = !keys.is_empty();
-                    return Ok(Page { html, size, blends });
+                    return Ok(Page {
+                        html,
+                        size: form.size,
+                        blends: !keys.is_empty(),
+                    });
                 }
                 html.len()
             }
             Err(estimate) => estimate,
         };
-        if !keys.is_empty() && !contents.has_heads {
+        if contents.has_heads && form.jpegs == 0 {
+            form.jpegs = keys.len();
+        } else if !contents.has_heads && !keys.is_empty() {
             keys = &[];
-            continue;
+        } else {
+            form.size = smaller(form.size, full, needed, budget)?;
         }
-        size = smaller(size, full, needed, budget)?;
     }
 }
 
@@ -416,6 +429,15 @@ mod tests {
     }
 
     fn made(title: &str, image: &Image, budget: usize) -> Result<Page, PageError> {
+        made_with(title, image, budget, false)
+    }
+
+    fn made_with(
+        title: &str,
+        image: &Image,
+        budget: usize,
+        has_heads: bool,
+    ) -> Result<Page, PageError> {
         let timeline = Timeline::new(&empty(1)).unwrap();
         let keys = KeySequence::new(&timeline).unwrap();
         let contents = Contents {
@@ -425,7 +447,7 @@ mod tests {
             mixers: Vec::new(),
             cues: Vec::new(),
             keys: &keys,
-            has_heads: false,
+            has_heads,
             pictures: vec![image; 2],
             banks: vec![image],
             tone: tone(),
@@ -458,6 +480,19 @@ mod tests {
             refused,
             Err(PageError::Picture(PictureError::Bytes { .. }))
         ));
+    }
+
+    #[test]
+    fn key_images_with_heads_become_jpeg_before_they_are_made_smaller() {
+        let image = noise(400, 300);
+        let whole = made_with("Show", &image, BUDGET, true).unwrap();
+        assert!(!whole.html.contains("data:image/jpeg"));
+        let close = made_with("Show", &image, whole.html.len() - 1, true).unwrap();
+        assert_eq!((close.size, close.blends), ((400, 300), true));
+        assert_eq!(close.html.matches("data:image/jpeg").count(), 2);
+        assert_eq!(close.html.matches("data:image/png").count(), 1);
+        let small = made_with("Show", &image, close.html.len() / 2, true).unwrap();
+        assert!(small.size.0 < 400 && small.html.matches("data:image/jpeg").count() == 2);
     }
 
     #[test]

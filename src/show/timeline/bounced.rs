@@ -19,9 +19,8 @@
 
 use std::ops::Range;
 
-use super::curve::{CurvePiece, joined};
-use super::product::product;
-use super::{Timeline, dimmer};
+use super::Timeline;
+use super::curve::CurvePiece;
 use crate::geometry::Vec3;
 use crate::linalg::Bernstein;
 use crate::model::{Head, Pose, Show};
@@ -153,6 +152,33 @@ fn through([a, b, c, d]: [f64; 4]) -> Bernstein {
     Bernstein::cubic([a, inner(a, b, c, d), inner(d, c, b, a), d])
 }
 
+/// A curve times a factor that is known at four moments of each span; no knot of the curve lies
+/// within a span. Where both change, the product is a cubic through its values at the four moments:
+/// fitting it more closely would cost keys that the few poses of the basis do not deserve.
+fn scaled(curve: &[CurvePiece], spans: &[(Time, Time)], factors: &[[f64; 4]]) -> Vec<CurvePiece> {
+    let mut pieces = curve.iter().peekable();
+    let mut out = Vec::with_capacity(spans.len());
+    for (&(start, end), factors) in spans.iter().zip(factors) {
+        while pieces.next_if(|piece| piece.end <= start).is_some() {}
+        let Some(piece) = pieces.peek() else { break };
+        let light = piece.between(start, end);
+        let polynomial = if light.is_constant() {
+            through(factors.map(|factor| factor * light.first()))
+        } else if factors.iter().all(|factor| *factor == factors[0]) {
+            light.mapped(|light| factors[0] * light)
+        } else {
+            let values = [0, 1, 2, 3].map(|k: usize| factors[k] * light.value(k as f64 / 3.0));
+            through(values)
+        };
+        out.push(CurvePiece {
+            start,
+            end,
+            polynomial,
+        });
+    }
+    out
+}
+
 impl Timeline {
     /// The coordinates after those of [`Show::coordinates`], in order.
     pub fn bounced(&self) -> &[Bounced] {
@@ -207,17 +233,12 @@ impl Timeline {
                 .collect();
             let last = at(self.pose(number, self.end));
             for (i, pose) in basis.poses.iter().enumerate() {
-                let pieces = spans.iter().zip(&factors).map(|(span, factors)| {
-                    let [a, b, c, d] = [0, 1, 2, 3].map(|k: usize| factors[k][i]);
-                    CurvePiece {
-                        start: span.0,
-                        end: span.1,
-                        polynomial: through([a, b, c, d]),
-                    }
-                });
-                let pieces = joined(&pieces.collect::<Vec<_>>());
+                let factors: Vec<[f64; 4]> = factors
+                    .iter()
+                    .map(|factors| [0, 1, 2, 3].map(|k: usize| factors[k][i]))
+                    .collect();
                 for coordinate in own.clone() {
-                    let light = product(&self.curves[coordinate], &pieces, dimmer::TOLERANCE);
+                    let light = scaled(&self.curves[coordinate], &spans, &factors);
                     let moves = self.moves[coordinate].clone();
                     self.add_coordinate(&light, self.last[coordinate] * last[i], moves);
                     self.bounced.push(Bounced {
@@ -252,11 +273,14 @@ impl Timeline {
         if a.turns(&b) < 1e-3 { at } else { before }
     }
 
-    /// Spans of the show in which no lit head turns far. All heads share them, so that they share
-    /// key settings.
+    /// Spans of the show in which no lit head turns far, with no knot of a head's light within one.
+    /// All heads share them, so that they share key settings.
     fn spans(&self, heads: &[Range<usize>]) -> Vec<(Time, Time)> {
-        let knots = (0..heads.len()).flat_map(|head| self.pose_knots(head));
-        let mut knots: Vec<Time> = knots.chain([self.start, self.end]).collect();
+        let turns = (0..heads.len()).flat_map(|head| self.pose_knots(head));
+        let own = heads.iter().flat_map(Clone::clone);
+        let levels = own.flat_map(|coordinate| &self.curves[coordinate]);
+        let levels = levels.map(|piece| piece.start);
+        let mut knots: Vec<Time> = turns.chain(levels).chain([self.start, self.end]).collect();
         knots.retain(|time| (self.start..=self.end).contains(time));
         knots.sort_unstable();
         knots.dedup();
@@ -293,6 +317,7 @@ mod tests {
     use super::*;
     use crate::diagnostic::Sources;
     use crate::lang::parse;
+    use crate::timeline::KeySequence;
 
     fn timeline(cues: &str) -> (Show, Timeline) {
         let text = format!(
@@ -344,21 +369,32 @@ mod tests {
         }
     }
 
+    /// A head that comes up while it moves, by curves that no segment of a sum can repeat.
+    const RISING: &str = "cue 1 at 0:00 { snap }\n\
+        cue 2 at 0:02 { time 5 ease  heads 70  mh to 3, -4, 0 }\n\
+        cue 3 at 0:08 { time 2  heads out  mh to -2, 3, 0 }\n";
+
     #[test]
     fn further_coordinates_follow_level_and_pose() {
-        let (show, timeline) = timeline(SWEEP);
-        let own = show.coordinates().len();
-        assert_eq!(timeline.coordinates(), own + timeline.bounced().len());
-        for k in 0..=100 {
-            let time = Time::from_micros(100_000 * k);
-            let setting = timeline.evaluate(time);
-            let exact = timeline.with_bounced(&setting[..own], &[timeline.pose(0, time)]);
-            for (found, exact) in setting.iter().zip(&exact) {
-                assert!(
-                    (found - exact).abs() < 0.005,
-                    "{time:?}: {found} for {exact}"
-                );
+        for (cues, segments) in [(SWEEP, 20), (RISING, 30)] {
+            let (show, timeline) = timeline(cues);
+            let own = show.coordinates().len();
+            assert_eq!(timeline.coordinates(), own + timeline.bounced().len());
+            for k in 0..=200 {
+                let time = Time::from_micros(50_000 * k);
+                let setting = timeline.evaluate(time);
+                let exact = timeline.with_bounced(&setting[..own], &[timeline.pose(0, time)]);
+                for (found, exact) in setting.iter().zip(&exact) {
+                    assert!(
+                        (found - exact).abs() < 0.005,
+                        "{time:?}: {found} for {exact}"
+                    );
+                }
             }
+            // Each key is a picture.
+            let keys = KeySequence::new(&timeline).unwrap();
+            let made = keys.segments().len();
+            assert!(made <= segments, "{made} segments");
         }
     }
 

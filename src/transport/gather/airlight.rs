@@ -342,20 +342,21 @@ impl Airlight<'_> {
         let count = count.clamp(1, MOST_NODES);
         let step = (last - first) / count as f64;
         let node = |i: usize| first + (i as f64 + random) * step;
-        let visible = |u: f64| {
-            let x = sight.eye + sight.way * place(u);
+        let visible = |t: f64| {
+            let x = sight.eye + sight.way * t;
             self.scene.transmittance(x, lamp.position - x)
         };
+        // A random node is one point of an image.
+        let has_extent = count > 1 && lamp.has_image();
         // Unoccluded light and visibility at each node.
         let nodes = (0..count).map(|i| {
             let u = node(i);
             let t = place(u);
             let x = sight.eye + sight.way * t;
             let near = |u: f64| place(u).clamp(start, end);
-            let extent = if count > 1 {
+            let extent = if has_extent {
                 near(u + 0.5 * step) - near(u - 0.5 * step)
             } else {
-                // A random node is one point of an image.
                 0.0
             };
             let footprint = [sight.way * extent, across * (sight.spread * t)];
@@ -366,7 +367,7 @@ impl Airlight<'_> {
             }
             let cosine = -d.dot(sight.way) / d.length().max(f64::MIN_POSITIVE);
             let seen = light * phase(self.haze.forward, cosine) * self.scene.clearness(t);
-            [seen, visible(u)]
+            [seen, visible(t)]
         });
         let nodes: ArrayVec<[f64; 2], MOST_NODES> = nodes.collect();
         let mut sum: f64 = nodes.iter().map(|[seen, visible]| seen * visible).sum();
@@ -383,7 +384,7 @@ impl Airlight<'_> {
                 let from = near;
                 for _ in 0..HALVINGS {
                     let half = 0.5 * (near + far);
-                    if visible(half) > 0.0 {
+                    if visible(place(half)) > 0.0 {
                         near = half;
                     } else {
                         far = half;
@@ -464,6 +465,11 @@ impl<'a> Lamp<'a> {
             position,
             kind: LampKind::Panel(normal, area),
         })
+    }
+
+    /// True for a projection.
+    fn has_image(&self) -> bool {
+        matches!(self.kind, LampKind::Beam(_, Some(_)))
     }
 
     /// Intensity in direction `d` at the point `x`; for a projection the mean over a footprint.

@@ -1,11 +1,11 @@
-//! Images in the 8-bit code, as PNG files, within a budget.
+//! Images in the 8-bit code, as PNG or JPEG files, within a budget.
 
 use super::PageError;
 use crate::playback::key::{ByteCurve, peak};
 use footlight_host::work::{Work, in_order};
 use footlight_picture::shrink::shrink;
 use footlight_picture::tone::Tone;
-use footlight_picture::{Image, PictureError, png};
+use footlight_picture::{Image, PictureError, jpeg, png};
 
 /// Least width of reduced images.
 const NARROWEST: usize = 160;
@@ -15,7 +15,7 @@ const NARROWEST: usize = 160;
 pub struct Coded {
     /// Exposed light per c^2 and per c^8, c being 0 to 1.
     pub law: [f32; 2],
-    /// A PNG file of the codes c.
+    /// A PNG or JPEG file of the codes c.
     pub codes: Vec<u8>,
     /// A PNG file that is white in negative channels.
     pub signs: Option<Vec<u8>>,
@@ -26,6 +26,15 @@ impl Coded {
     pub fn bytes(&self) -> usize {
         self.codes.len() + self.signs.as_ref().map_or(0, Vec::len)
     }
+}
+
+/// Size and format of the images of a page.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Form {
+    /// Width and height.
+    pub size: (usize, usize),
+    /// Number of leading images in JPEG, except those with visible signs.
+    pub jpegs: usize,
 }
 
 /// Encodes images of one size within a budget of bytes in data URLs. If necessary all are reduced
@@ -42,7 +51,7 @@ pub fn fit(
     let full = images.first().map_or((0, 0), |i| i.size());
     let mut size = full;
     loop {
-        match attempt(images, tone, size, budget, work)? {
+        match attempt(images, tone, Form { size, jpegs: 0 }, budget, work)? {
             Ok(coded) => return Ok((coded, size)),
             Err(needed) => size = smaller(size, full, needed, budget)?,
         }
@@ -76,20 +85,21 @@ const ENOUGH: usize = 32;
 /// All images in a size within the budget, or the bytes that they would take.
 pub type Attempt = Result<Vec<Coded>, usize>;
 
-/// Encodes images in a size as long as they stay within the budget.
+/// Encodes images as long as they stay within the budget.
 pub fn attempt(
     all: &[&Image],
     tone: Tone,
-    size: (usize, usize),
+    form: Form,
     budget: usize,
     work: Work<'_>,
 ) -> Result<Attempt, PageError> {
     let total = all.len();
+    let all: Vec<(usize, &Image)> = all.iter().copied().enumerate().collect();
     let mut pictures = Vec::with_capacity(total);
     let mut bytes = 0;
     for together in all.chunks(work.threads.max(1)) {
         work.check()?;
-        for picture in all_coded(together, size, tone) {
+        for picture in all_coded(together, form, tone) {
             let picture = picture?;
             // Bytes in base64.
             bytes += picture.bytes() / 3 * 4;
@@ -104,25 +114,27 @@ pub fn attempt(
     Ok(Ok(pictures))
 }
 
-/// Encodes images in a size, each on a thread.
+/// Encodes numbered images, each on a thread.
 fn all_coded(
-    images: &[&Image],
-    size: (usize, usize),
+    images: &[(usize, &Image)],
+    form: Form,
     tone: Tone,
 ) -> Vec<Result<Coded, PictureError>> {
-    let one = |image: &Image| {
-        if image.size() == size {
-            coded(image, tone)
+    let one = |&(number, image): &(usize, &Image)| {
+        let is_jpeg = number < form.jpegs;
+        let (width, height) = form.size;
+        if image.size() == form.size {
+            coded(image, tone, is_jpeg)
         } else {
-            coded(&shrink(image, size.0, size.1), tone)
+            coded(&shrink(image, width, height), tone, is_jpeg)
         }
     };
-    in_order(images, images.len(), |image| one(image))
+    in_order(images, images.len(), one)
 }
 
 /// Encodes an image of exposed light in 8 bits. Signs are kept if the display could distinguish
 /// them from black.
-fn coded(image: &Image, tone: Tone) -> Result<Coded, PictureError> {
+fn coded(image: &Image, tone: Tone, is_jpeg: bool) -> Result<Coded, PictureError> {
     let curve = ByteCurve::new(peak(image), tone.knee());
     let codes = curve.codes(image.data());
     let file = |codes: &[u8]| png::encode(image.width(), image.height(), codes);
@@ -136,7 +148,8 @@ fn coded(image: &Image, tone: Tone) -> Result<Coded, PictureError> {
     } else {
         let positive = |(code, v): (&u8, &f32)| if *v < 0.0 { 0 } else { *code };
         let codes: Vec<u8> = codes.iter().zip(image.data()).map(positive).collect();
-        (file(&codes)?, None)
+        let jpeg = || jpeg::encode(image.width(), image.height(), &codes);
+        (if is_jpeg { jpeg() } else { file(&codes) }?, None)
     };
     Ok(Coded {
         law: [curve.low * gain, curve.high * gain],
@@ -159,10 +172,10 @@ mod tests {
             curve: ToneCurve::Filmic,
         };
         let mut image = Image::from_data(4, 3, (0..36).map(|i| i as f32 / 9.0).collect()).unwrap();
-        assert!(coded(&image, tone).unwrap().signs.is_none());
+        assert!(coded(&image, tone, false).unwrap().signs.is_none());
         image.data_mut()[5] = -1e-5;
-        assert!(coded(&image, tone).unwrap().signs.is_none());
+        assert!(coded(&image, tone, false).unwrap().signs.is_none());
         image.data_mut()[5] = -0.1;
-        assert!(coded(&image, tone).unwrap().signs.is_some());
+        assert!(coded(&image, tone, false).unwrap().signs.is_some());
     }
 }
