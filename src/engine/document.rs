@@ -273,6 +273,20 @@ impl Document {
         heads.map(|(_, head, _)| head.home).collect()
     }
 
+    /// Completion of the first cue that leaves one of a bank's coordinates lit, or the start if none
+    /// does. Until then its heads may aim anywhere.
+    pub fn first_lit(&self, bank: usize) -> Time {
+        let timeline = self.timeline();
+        let own = self.show().coordinates_of(bank);
+        let is_lit = |time: &Time| {
+            let setting = timeline.evaluate(*time);
+            own.clone()
+                .any(|c| setting.get(c).is_some_and(|light| *light > 0.0))
+        };
+        let mut times = timeline.cues().iter().map(|cue| cue.completion);
+        times.find(is_lit).unwrap_or(timeline.start())
+    }
+
     /// The setting of a bank alone at full, with heads in these poses; `fixed` means all fixed
     /// lights together.
     ///

@@ -270,7 +270,10 @@ impl Engine {
             known: HashMap::new(),
         };
         let mut segments = Vec::new();
-        for segment in document.keys().segments() {
+        let all = document.keys().segments();
+        for (number, segment) in all.iter().enumerate() {
+            work.progress
+                .report("frames with moving heads", number, all.len());
             let (start, end) = (segment.start(), segment.end());
             let before = Time::nearest(end) - Time::from_micros(1);
             let [from, to] = [Time::nearest(start), before].map(|time| timeline.poses(time));

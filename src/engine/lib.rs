@@ -70,7 +70,7 @@ use crate::pool::disk_cache::Note;
 use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_show::lang::edit::Edit;
-use footlight_show::model::{Pose, Show};
+use footlight_show::model::{Coordinate, Pose, Show};
 use footlight_show::units::Time;
 use footlight_transport::contract::check_memory;
 use footlight_transport::{Quality, TransportWarning};
@@ -464,8 +464,8 @@ impl Engine {
         self.with_heads(image, setting, poses)
     }
 
-    /// The image of each coordinate alone at full, as in previews, with heads at home; `held` bytes
-    /// of the caller count against the memory.
+    /// The image of each coordinate alone at full, as in previews, with heads as they first shine;
+    /// `held` bytes of the caller count against the memory.
     ///
     /// # Errors
     /// [`Error::NotRendered`] before the coarse images are rendered; on cancel.
@@ -476,23 +476,30 @@ impl Engine {
         let bytes = count * pool.size().0 * pool.size().1 * size_of::<[f32; 3]>();
         check_memory("a picture of each bank", bytes, work.memory)?;
         let mut images = Vec::with_capacity(count);
-        self.each_bank(&self.document.home(), work, |image| images.push(image))?;
+        let document = &self.document;
+        let poses = |coordinate: &Coordinate| match coordinate.bank {
+            Some(bank) => document.timeline().poses(document.first_lit(bank)),
+            None => document.home(),
+        };
+        self.each_bank(poses, work, |image| images.push(image))?;
         Ok(images)
     }
 
-    /// Makes the image of each coordinate alone at full, with heads in these poses.
+    /// Makes the image of each coordinate alone at full, with heads in its poses.
     fn each_bank(
         &self,
-        poses: &[Pose],
+        poses: impl Fn(&Coordinate) -> Vec<Pose>,
         work: Work<'_>,
         mut each: impl FnMut(Image),
     ) -> Result<(), Error> {
         let (pool, heads) = (self.estimate().rendered()?, self.heads());
-        let units = Pool::unit_settings(self.show().coordinates().len());
-        for (i, unit) in units.iter().enumerate() {
+        let coordinates = self.show().coordinates();
+        let units = Pool::unit_settings(coordinates.len());
+        for (i, (unit, coordinate)) in units.iter().zip(&coordinates).enumerate() {
             work.check()?;
-            let setting = self.document.timeline().with_bounced(unit, poses);
-            each(frame((pool, heads.as_ref()), &setting, poses, work)?);
+            let poses = poses(coordinate);
+            let setting = self.document.timeline().with_bounced(unit, &poses);
+            each(frame((pool, heads.as_ref()), &setting, &poses, work)?);
             self.host.progress.report("banks", i + 1, units.len());
         }
         Ok(())

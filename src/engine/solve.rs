@@ -188,7 +188,11 @@ fn lights<T>(
     stood.truncate(document.show().coordinates().len());
     let mut lights = Vec::with_capacity(stood.len());
     let poses = live.poses(document);
-    engine.each_bank(&poses, engine.work(), |image| lights.push(each(image)))?;
+    engine.each_bank(
+        |_| poses.clone(),
+        engine.work(),
+        |image| lights.push(each(image)),
+    )?;
     Ok((lights, stood))
 }
 

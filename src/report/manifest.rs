@@ -23,12 +23,15 @@ const MANIFEST: &str = "files.sha256";
 const UNFINISHED: &str = "unfinished.txt";
 
 /// Text of the mark.
-const NOTE: &str = "A run of footlight has begun here and not ended: what lies beside this is not \
-                    of one run. The same `run` again makes it whole.\n";
+const NOTE: &str = "This run of footlight has not ended: some files here are missing, or from an \
+                    earlier run. Run the same command again to make all of them.\n";
+
+/// Name of the page.
+pub const PAGE: &str = "show.html";
 
 /// Files that every run writes.
 const RESULTS: [&str; 11] = [
-    "show.html",
+    PAGE,
     "cue-sheet.csv",
     "track-sheet.csv",
     "hookup.csv",
@@ -240,6 +243,11 @@ impl<'f> Results<'f> {
     /// True when files were written.
     pub fn has_any(&self) -> bool {
         !self.written.is_empty()
+    }
+
+    /// True when the file of this name was written.
+    pub fn has(&self, name: &str) -> bool {
+        self.written.iter().any(|(written, _)| written == name)
     }
 
     /// Removes the mark.

@@ -23,13 +23,42 @@ const LEVELS: usize = 257;
 const STEPS_A_SECOND: f64 = 8.0;
 const MOST_STEPS: usize = 400;
 /// Frames per second in the page while heads move.
-const HEAD_FRAMES: f64 = 10.0;
+pub const HEAD_FRAMES: f64 = 10.0;
+/// The same in the first page of a run, which must come soon.
+pub const FIRST_HEAD_FRAMES: f64 = 2.0;
 
-/// The page, and its description.
-pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String, String), Error> {
+/// A page, and what it contains.
+pub struct Page {
+    /// The file.
+    pub html: String,
+    /// Size of the images, where it is smaller than the view's.
+    smaller: Option<(usize, usize)>,
+    /// Numbers of images and bytes.
+    contents: String,
+}
+
+impl Page {
+    /// Says so where images were made smaller; otherwise empty.
+    pub fn smaller(&self) -> String {
+        self.smaller.map_or(String::new(), |(width, height)| {
+            format!(
+                ", with pictures of {width}x{height}: larger ones exceed {} MB",
+                page::BUDGET / 1_000_000
+            )
+        })
+    }
+
+    /// The whole description.
+    pub fn description(&self) -> String {
+        format!("{}{}", self.contents, self.smaller())
+    }
+}
+
+/// The page, with `rate` frames a second while heads move.
+pub fn page(engine: &Engine, playback: &Playback, tone: Tone, rate: f64) -> Result<Page, Error> {
     let banks = engine.bank_images(playback.image_bytes())?;
     let work = engine.work().holding(playback.image_bytes());
-    let stepped = engine.stepped(playback, HEAD_FRAMES, work)?;
+    let stepped = engine.stepped(playback, rate, work)?;
     let playback = stepped.as_ref().unwrap_or(playback);
     let keys = playback.images();
     let contents = Contents {
@@ -49,17 +78,16 @@ pub fn page(engine: &Engine, playback: &Playback, tone: Tone) -> Result<(String,
     } else {
         String::new()
     };
-    let smaller = if made.size == playback.size() {
-        ""
-    } else {
-        ", made smaller to stay below 20 MB"
-    };
-    let text = format!(
-        "{keys}{} of {width}x{height}{smaller}; {:.1} MB",
+    let contents = format!(
+        "{keys}{} of {width}x{height}; {:.1} MB",
         count(banks.len(), "bank image"),
         made.html.len() as f64 / 1e6
     );
-    Ok((made.html, text))
+    Ok(Page {
+        html: made.html,
+        smaller: (made.size != playback.size()).then_some(made.size),
+        contents,
+    })
 }
 
 /// Data of a page, with images of the keys, if any, and of the banks.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::curves::{curves, moving};
 use super::format::header;
-use super::manifest::{Results, cue_name, key_name, sheet_name};
+use super::manifest::{PAGE, Results, cue_name, key_name, sheet_name};
 use super::rig::{self, RigOrder};
 use super::words::{percent, setting};
 use super::{Error, page, plan, sheet};
@@ -48,20 +48,20 @@ pub fn names(engine: &Engine, with_keys: bool) -> Vec<String> {
         .collect()
 }
 
-/// Writes all results of a run except key images; returns the failures with their reasons. Without
-/// a `playback`, results that need key images are skipped. Cue images and page that are already
-/// `written` stay.
+/// Writes all results of a run except key images; returns a description of the page, or the reason
+/// for its absence. Without a `playback`, results that need key images are skipped. Cue images and
+/// page that are already `written` stay, with their description.
 pub fn write(
     engine: &Engine,
     report: &PlanReport,
     (playback, tone): (Option<&Arc<Playback>>, Tone),
-    written: bool,
+    written: Option<String>,
     to: &mut Results<'_>,
-) -> Result<Option<String>, Error> {
+) -> Result<String, Error> {
     let document = engine.document();
     to.write(engine, "plan.json", plan::json(report)?.as_bytes())?;
     let files = CueFiles {
-        pictures: !written,
+        pictures: written.is_none(),
         sheets: true,
     };
     write_cues(engine, (playback, tone), files, to)?;
@@ -74,45 +74,55 @@ pub fn write(
     };
     let errors = error_chart(engine, tolerance, Theme::Light)?;
     to.write(engine, "error.png", &errors.png()?)?;
-    let pool = engine.estimate().pool().ok_or(engine::Error::NotRendered)?;
-    let channels = channel_sheet(engine, pool, Theme::Dark)?;
+    let channels = channel_sheet(engine, Theme::Dark)?;
     to.write(engine, "channels.png", &channels.png()?)?;
+    let pool = engine.estimate().pool().ok_or(engine::Error::NotRendered)?;
     if !pool.refined().is_empty() {
         let basis = basis_sheet(engine, pool, Theme::Dark)?;
         to.write(engine, "basis.png", &basis.png()?)?;
     }
-    if written {
-        return Ok(None);
+    match (written, playback) {
+        (Some(page), _) => Ok(page),
+        (None, Some(playback)) => write_page(engine, playback, tone, page::HEAD_FRAMES, to),
+        (None, None) => {
+            let many = ManyKeys::of(engine.document(), engine.host().memory);
+            let reason = many.map_or(String::new(), |many| {
+                format!(": {}", engine::Error::KeyImages(many))
+            });
+            Ok(format!("no {PAGE}{reason}"))
+        }
     }
-    let Some(playback) = playback else {
-        let many =
-            ManyKeys::of(engine.document(), engine.host().memory).map(engine::Error::KeyImages);
-        return Ok(many.map(|error| format!("no show.html: {}", error)));
-    };
-    write_page(engine, playback, tone, to)
 }
 
-/// Writes the page; returns the reason if its images are too many.
+/// Writes the page with `rate` frames a second while heads move; returns its description, or the
+/// reason for its absence if its images are too many.
 fn write_page(
     engine: &Engine,
     playback: &Arc<Playback>,
     tone: Tone,
+    rate: f64,
     to: &mut Results<'_>,
-) -> Result<Option<String>, Error> {
-    match page::page(engine, playback, tone) {
-        Ok((page, _)) => to.write(engine, "show.html", page.as_bytes())?,
+) -> Result<String, Error> {
+    let made = match page::page(engine, playback, tone, rate) {
+        Ok(made) => made,
         Err(Error::Engine(
             error @ (engine::Error::Picture(_)
             | engine::Error::Render(TransportError::Memory { .. })),
-        )) => return Ok(Some(format!("no show.html: {error}"))),
+        )) => return Ok(format!("no {PAGE}: {error}")),
         Err(error) => return Err(error),
-    }
-    Ok(None)
+    };
+    to.write(engine, PAGE, made.html.as_bytes())?;
+    let smaller = made.smaller();
+    Ok(format!("{PAGE} plays the show in a browser{smaller}"))
 }
 
-/// Writes cue images and page from the current images, and returns their tone; `None` when they do
-/// not fit into memory, which later steps report.
-pub fn write_first(engine: &mut Engine, to: &mut Results<'_>) -> Result<Option<Tone>, Error> {
+/// Writes cue images and page from the current images, and returns their tone and the description
+/// of the page; `None` when they do not fit into memory, which later steps report, and with heads,
+/// whose first page has few frames a second.
+pub fn write_first(
+    engine: &mut Engine,
+    to: &mut Results<'_>,
+) -> Result<Option<(Tone, String)>, Error> {
     let playback = match engine.playback() {
         Ok(playback) => playback,
         Err(engine::Error::KeyImages(_)) => return Ok(None),
@@ -124,8 +134,9 @@ pub fn write_first(engine: &mut Engine, to: &mut Results<'_>) -> Result<Option<T
         sheets: false,
     };
     write_cues(engine, (Some(&playback), tone), files, to)?;
-    let missing = write_page(engine, &playback, tone, to)?;
-    Ok(missing.is_none().then_some(tone))
+    let page = write_page(engine, &playback, tone, page::FIRST_HEAD_FRAMES, to)?;
+    let is_final = to.has(PAGE) && playback.heads().is_none();
+    Ok(is_final.then_some((tone, page)))
 }
 
 /// Files to write for each cue.
@@ -327,8 +338,9 @@ pub fn basis_sheet(engine: &Engine, pool: &Pool, theme: Theme) -> Result<Drawing
 }
 
 /// Each bank alone, at full.
-pub fn channel_sheet(engine: &Engine, pool: &Pool, theme: Theme) -> Result<Drawing, Error> {
-    let images = pool.coarse().iter().map(AsRef::as_ref).collect();
+pub fn channel_sheet(engine: &Engine, theme: Theme) -> Result<Drawing, Error> {
+    let images = engine.bank_images(0)?;
+    let images = images.iter().collect();
     let coordinates = engine.show().coordinates().into_iter();
     let captions = coordinates.map(|c| c.name).collect();
     signed_sheet(engine, ("each bank alone", images, captions), theme)

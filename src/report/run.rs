@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::manifest::Results;
+use super::manifest::{PAGE, Results};
 use super::measured::range;
 use super::refine::too_large;
 use super::words::{count, error, exposure, qualities, seconds};
@@ -39,8 +39,8 @@ pub struct RunSummary {
     pub seconds: [f64; 2],
     /// Exposure of its images, stops.
     pub exposure: f64,
-    /// Results that could not be made, and why.
-    pub missing: Option<String>,
+    /// Description of the page, or the reason for its absence.
+    pub page: String,
     /// The folder with the results.
     pub folder: PathBuf,
 }
@@ -59,8 +59,9 @@ struct Loop {
     plan: PlanReport,
     ended: Ended,
     measured: Option<MeasuredMoment>,
-    /// Tone of cue images and page, when those of the first images are final.
-    written: Option<Tone>,
+    /// Tone of cue images and page, and description of the page, when those of the first images are
+    /// final.
+    written: Option<(Tone, String)>,
     /// `None` when memory does not hold the key images, or they are no longer needed.
     playback: Option<Arc<Playback>>,
     /// Seconds for images and measuring.
@@ -91,24 +92,29 @@ pub fn run(
     let done = match run_loop(engine, wanted, with_keys, &mut results) {
         Ok(done) => done,
         Err(error) => {
-            if !results.has_any() {
+            if results.has_any() {
+                let folder = results.folder().display();
+                let page = if results.has(PAGE) { "with" } else { "without" };
+                let state = format!("unfinished results in {folder}, {page} {PAGE}");
+                engine.host().progress.report(&state, 1, 1);
+            } else {
                 // The folder holds results of one run.
                 results.give_up(engine)?;
             }
             return Err(error);
         }
     };
-    let tone = match (done.written, &done.playback) {
-        (Some(tone), _) => tone,
+    let tone = match (&done.written, &done.playback) {
+        (Some((tone, _)), _) => *tone,
         (None, Some(playback)) => engine.document().tone_of_playback(playback),
         (None, None) => engine.tone()?,
     };
-    let (playback, is_written) = (done.playback.as_ref(), done.written.is_some());
+    let (playback, written) = (done.playback.as_ref(), done.written.map(|(_, page)| page));
     if let Some(playback) = playback.filter(|_| with_keys) {
         results::write_keys(engine, playback, &mut results)?;
     }
     let shown = (playback, tone);
-    let missing = results::write(engine, &done.plan, shown, is_written, &mut results)?;
+    let page = results::write(engine, &done.plan, shown, written, &mut results)?;
     results.finish(engine)?;
     let all = engine.host().clock.seconds() - begin;
     let tolerance = wanted.goal.until.unwrap_or(engine.show().preview.tolerance);
@@ -120,7 +126,7 @@ pub fn run(
         tolerance,
         seconds: [done.seconds, all - done.seconds],
         exposure: tone.exposure,
-        missing,
+        page,
         folder: folder.to_owned(),
     })
 }
@@ -218,10 +224,7 @@ pub fn describe(engine: &Engine, done: &RunSummary, images: &ImageSources) -> St
     let pictures = format!("{sources} {quality}{refined}; {}", come_by(images));
     text += &line("pictures", &pictures);
     let _ = writeln!(text, "{}", exposure(engine.show(), done.exposure));
-    let page = match &done.missing {
-        None => "show.html plays the show in a browser",
-        Some(missing) => missing,
-    };
+    let page = &done.page;
     let folder = done.folder.display();
     let results = format!("in {folder}: {page}; error.png shows what more seconds buy");
     text += &line("results", &results);

@@ -185,8 +185,8 @@ impl Target {
                 film::numbered(engine, (&player, *span), names, *kind)?
             }
             Target::Page(path) => {
-                let (html, text) = page::page(engine, playback, *tone)?;
-                whole(path, html.as_bytes(), text)?
+                let made = page::page(engine, playback, *tone, page::HEAD_FRAMES)?;
+                whole(path, made.html.as_bytes(), made.description())?
             }
             Target::Layers(path, which, precision) => {
                 let (bytes, text) = layers::layers(engine, playback, *which, *precision)?;

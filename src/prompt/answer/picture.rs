@@ -54,11 +54,24 @@ impl Shot {
         let mut words = self.moment.clone();
         words.splice(0..0, self.cue.iter().map(|cue| format!("cue {cue}")));
         let said = self.at.map(Moment::Time);
-        let moment = match said.or(Moment::of(&words)?) {
-            Some(moment) => moment.time(&repl.engine)?,
-            None => now,
+        let mut moment = match said.or(Moment::of(&words)?) {
+            Some(moment) => Some(moment.time(&repl.engine)?),
+            None => None,
         };
         let document = repl.engine.document();
+        let show = document.show();
+        let bank = self.bank.as_ref();
+        let bank = bank.and_then(|name| show.banks.iter().position(|bank| bank.name == *name));
+        let moves = bank.filter(|bank| show.heads().iter().any(|(.., of)| of == bank));
+        // A dark head may aim anywhere, unless its aim is being tried.
+        let setting = repl.live.setting(document);
+        let is_lit = |c: usize| setting.get(c).is_some_and(|light| *light != 0.0);
+        let is_dark = |bank: &usize| !show.coordinates_of(*bank).any(is_lit);
+        let is_tried = repl.live.poses(document) != document.timeline().poses(now);
+        if let Some(bank) = moves.filter(|bank| is_dark(bank) && !is_tried) {
+            moment = moment.or(Some(document.first_lit(bank)));
+        }
+        let moment = moment.unwrap_or(now);
         let (mut setting, poses) = if moment == now {
             (repl.live.setting(document), repl.live.poses(document))
         } else {
@@ -67,10 +80,7 @@ impl Shot {
         let mut what = format!("{moment}");
         if let Some(name) = &self.bank {
             setting = document.alone(name, &poses)?;
-            let show = document.show();
-            let bank = show.banks.iter().position(|bank| bank.name == *name);
-            let moves = show.heads().iter().any(|(.., of)| Some(*of) == bank);
-            let heads = if moves {
+            let heads = if moves.is_some() {
                 format!(", its heads as at {moment}")
             } else {
                 String::new()
