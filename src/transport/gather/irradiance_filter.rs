@@ -13,8 +13,9 @@ use rayon::prelude::*;
 /// Pixels on each side used for the fit.
 const REACH: usize = 8;
 /// Stride of the neighbours of a part seen in a glossy surface: such parts are mostly dim, so fewer
-/// neighbours suffice.
-const MIRRORED_STEP: usize = 3;
+/// neighbours suffice. The light of wide lobes is first averaged over the pixels in between, as a
+/// ray that meets something bright would be repeated in a grid of dots.
+const SPARSE_STEP: usize = 3;
 
 impl Part {
     /// Weight of another part of the same material, and its position in this part's plane, in radii
@@ -38,20 +39,20 @@ impl Part {
     }
 }
 
-/// Pixels within reach, `step` apart, each with a factor that falls to 0 at the edge.
+/// Pixels within `reach`, `step` apart, each with a factor that falls to 0 at the edge.
 fn around(
     [x, y]: [usize; 2],
     [columns, rows]: [usize; 2],
-    step: usize,
+    [reach, step]: [usize; 2],
 ) -> impl Iterator<Item = (usize, f64)> {
     let near = move |middle: usize, count: usize| {
-        let all = middle.saturating_sub(REACH)..(middle + REACH + 1).min(count);
+        let all = middle.saturating_sub(reach)..(middle + reach + 1).min(count);
         all.filter(move |at| at.abs_diff(middle).is_multiple_of(step))
     };
     let pairs = near(y, rows).flat_map(move |j| near(x, columns).map(move |i| [i, j]));
     pairs.filter_map(move |[i, j]| {
         let square = i.abs_diff(x).pow(2) + j.abs_diff(y).pow(2);
-        let fade = 1.0 - square as f64 / (REACH + 1).pow(2) as f64;
+        let fade = 1.0 - square as f64 / (reach + 1).pow(2) as f64;
         (fade > 0.0).then_some((j * columns + i, fade))
     })
 }
@@ -67,49 +68,83 @@ pub fn filter(
     width: usize,
     work: Work<'_>,
 ) -> Result<Vec<f32>, Cancelled> {
-    let mut out = values.to_vec();
-    let rows = parts.pixels.count() / columns.max(1);
-    // This test alone rejects most neighbours of a glossy pixel.
-    let kind = |part: &Part| 2 * part.material + u32::from(part.look == Look::Gloss);
-    let kinds: Vec<u32> = parts.all().iter().map(kind).collect();
-    let lines = parts.rows(columns, width, &mut out).into_par_iter();
-    lines.enumerate().try_for_each(|(y, line)| {
-        work.check()?;
-        let mut near: Vec<(usize, f64, [f64; 2])> = Vec::new();
-        let mut outs = line.chunks_exact_mut(width);
-        for x in 0..columns {
-            for own in parts.pixels.get(y * columns + x) {
-                let Some(out) = outs.next() else {
-                    continue;
-                };
-                near.clear();
-                let axes = frame(own.normal);
-                let is_dim = own.look != Look::Matt;
-                let step = if is_dim { MIRRORED_STEP } else { 1 };
-                let pixels = around([x, y], [columns, rows], step);
-                for (at, fade) in pixels
-                    .flat_map(|(pixel, fade)| parts.pixels.range(pixel).map(move |at| (at, fade)))
-                {
-                    if kinds[at] != kind(own) {
+    let fit = Fit {
+        parts,
+        columns,
+        width,
+        work,
+    };
+    let is_wide = |part: &Part| part.look == Look::Gloss;
+    let even = if parts.all().iter().any(is_wide) {
+        Some(fit.around(values, |part| is_wide(part).then_some([1, 1]))?)
+    } else {
+        None
+    };
+    let step = |part: &Part| match part.look {
+        Look::Matt => 1,
+        Look::Mirrored | Look::Gloss => SPARSE_STEP,
+    };
+    fit.around(even.as_deref().unwrap_or(values), |part| {
+        Some([REACH, step(part)])
+    })
+}
+
+/// Parts and the numbers of each, to be fitted.
+struct Fit<'a> {
+    parts: &'a Parts,
+    columns: usize,
+    width: usize,
+    work: Work<'a>,
+}
+
+impl Fit<'_> {
+    /// Fits each part for which `near` gives reach and stride of the neighbours.
+    fn around(
+        &self,
+        values: &[f32],
+        near: impl Fn(&Part) -> Option<[usize; 2]> + Sync,
+    ) -> Result<Vec<f32>, Cancelled> {
+        let (parts, columns, width) = (self.parts, self.columns, self.width);
+        let mut out = values.to_vec();
+        let rows = parts.pixels.count() / columns.max(1);
+        // This test alone rejects most neighbours of a glossy pixel.
+        let kind = |part: &Part| 2 * part.material + u32::from(part.look == Look::Gloss);
+        let kinds: Vec<u32> = parts.all().iter().map(kind).collect();
+        let lines = parts.rows(columns, width, &mut out).into_par_iter();
+        lines.enumerate().try_for_each(|(y, line)| {
+            self.work.check()?;
+            let mut found: Vec<(usize, f64, [f64; 2])> = Vec::new();
+            let mut outs = line.chunks_exact_mut(width);
+            for x in 0..columns {
+                for own in parts.pixels.get(y * columns + x) {
+                    let (Some(out), Some(near)) = (outs.next(), near(own)) else {
                         continue;
+                    };
+                    found.clear();
+                    let axes = frame(own.normal);
+                    let pixels = around([x, y], [columns, rows], near);
+                    let all = pixels.flat_map(|(pixel, fade)| {
+                        parts.pixels.range(pixel).map(move |at| (at, fade))
+                    });
+                    for (at, fade) in all.filter(|(at, _)| kinds[*at] == kind(own)) {
+                        let own = own.weight(axes, &parts.all()[at]);
+                        found.extend(own.map(|(weight, place)| (at, fade * weight, place)));
                     }
-                    let found = own.weight(axes, &parts.all()[at]);
-                    near.extend(found.map(|(weight, place)| (at, fade * weight, place)));
-                }
-                let fit = plane(&near);
-                out.fill(0.0);
-                for (at, weight, [u, v]) in &near {
-                    let share = weight * (fit[0] + fit[1] * u + fit[2] * v);
-                    let value = &values[at * width..(at + 1) * width];
-                    for (sum, value) in out.iter_mut().zip(value) {
-                        *sum += share as f32 * value;
+                    let fit = plane(&found);
+                    out.fill(0.0);
+                    for (at, weight, [u, v]) in &found {
+                        let share = weight * (fit[0] + fit[1] * u + fit[2] * v);
+                        let value = &values[at * width..(at + 1) * width];
+                        for (sum, value) in out.iter_mut().zip(value) {
+                            *sum += share as f32 * value;
+                        }
                     }
                 }
             }
-        }
-        Ok(())
-    })?;
-    Ok(out)
+            Ok(())
+        })?;
+        Ok(out)
+    }
 }
 
 /// Filters light that may have shadow edges (three channels of each light, and the variance of the
