@@ -2,8 +2,6 @@
 
 use std::path::PathBuf;
 
-use super::ManyKeys;
-
 use crate::plan::PlanError;
 use crate::playback::PlaybackError;
 use footlight_host::files::FileError;
@@ -41,9 +39,6 @@ pub enum Error {
          for them, `stop now` gives them up"
     )]
     NotYet,
-    /// Memory does not hold the key images, which playback needs.
-    #[error("{}; {}", .0.needs(), .0.remedy())]
-    KeyImages(ManyKeys),
     /// The show has no bank.
     #[error("the show has no bank to render")]
     NoBanks,
@@ -225,47 +220,6 @@ pub enum Error {
 const NO_SETUP: &str = "the show has no stage (or surfaces of its own) or no view to render; add \
     them, such as\n  stage \"set.obj\"\n  view house from 0, -12, 1.7 to 0, 0, 2 fov 28 size 640x360";
 
-impl ManyKeys {
-    /// Key images beyond the memory.
-    pub fn needs(&self) -> String {
-        format!(
-            "to play, the show needs {} key images ({} MB), and {} MB are allowed",
-            self.keys,
-            self.needed.div_ceil(1 << 20),
-            self.budget >> 20
-        )
-    }
-
-    /// Ways to fewer or smaller key images.
-    pub fn remedy(&self) -> String {
-        const NAMED: usize = 4;
-        let memory = "a view of a smaller `size` needs less, `--memory MB` allows more";
-        let Some((_, bank)) = self.effects.first() else {
-            return memory.to_owned();
-        };
-        let mut names: Vec<String> = Vec::new();
-        for (effect, _) in &self.effects {
-            let name = format!("`{effect}`");
-            if !names.contains(&name) {
-                names.push(name);
-            }
-        }
-        let more = match names.len().saturating_sub(NAMED) {
-            0 => String::new(),
-            more => format!(" and {more} more"),
-        };
-        names.truncate(NAMED);
-        let effects = match names.as_slice() {
-            [one] => format!("the effect {one} makes"),
-            names => format!("the effects {}{more} make", names.join(", ")),
-        };
-        format!(
-            "{effects} most of them, one for every turn: end each where it is no longer seen, with \
-             `{bank} effect none` in a cue; {memory}"
-        )
-    }
-}
-
 fn file(error: &FileError) -> String {
     match error {
         FileError::Linked { path, .. } => format!(
@@ -394,11 +348,6 @@ impl From<PlaybackError> for Error {
         match error {
             PlaybackError::Cancelled(c) => c.into(),
             PlaybackError::Plan(p) => p.into(),
-            PlaybackError::Memory { needed, budget } => Error::Render(TransportError::Memory {
-                what: "the key images",
-                needed,
-                budget,
-            }),
         }
     }
 }

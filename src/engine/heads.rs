@@ -280,9 +280,10 @@ impl Engine {
             if !stepped.moves(segment, [&from, &to]) {
                 let settings = document.keys().keys();
                 let own = segment.keys.iter();
-                let own = own.filter_map(|key| settings.get(*key).zip(playback.images().get(*key)));
-                let keys =
-                    own.map(|(setting, image)| stepped.key(|| image.clone(), setting, &from, work));
+                let own = own.filter_map(|key| Some((*key, settings.get(*key)?)));
+                let keys = own.map(|(key, setting)| {
+                    stepped.key(|| playback.key_image(key), setting, &from, work)
+                });
                 let keys: Vec<usize> = keys.collect::<Result<_, _>>()?;
                 segments.push((start, end, keys));
                 continue;

@@ -89,7 +89,6 @@ pub use self::host::{Background, Host, POOL_LIMIT, PoolPlace};
 pub use self::images::Images;
 pub use self::limit::TimedCall;
 pub use self::live::{LiveControl, Moves};
-pub use self::player::ManyKeys;
 pub use self::pooled::{Freed, PoolSummary, StoreSummary, UnlitBank};
 pub use self::speed_accuracy::{SpeedAccuracy, SpeedPoint};
 pub use self::stage::{StageFile, StageMaterial};

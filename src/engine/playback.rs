@@ -2,7 +2,8 @@
 //!
 //! A [`Playback`] holds the key images of a pool; a [`Player`] keeps them in a chosen format
 //! ([`key`]) and makes frames of them in one pass ([`kernel`]). A frame reads the key images of one
-//! segment; a segment of degree d takes d blends.
+//! segment; a segment of degree d takes d blends. A show with more key images than memory holds, as
+//! with effects that go on for minutes, plays as sums of the pool's images instead.
 
 pub mod kernel;
 pub mod key;
@@ -10,6 +11,8 @@ pub mod page;
 mod player;
 
 pub use self::player::Player;
+
+use std::sync::Arc;
 
 use self::kernel::{Factors, Keys, Target};
 use crate::heads::Heads;
@@ -29,14 +32,6 @@ pub enum PlaybackError {
     /// The embedding program cancelled.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
-    /// The key images need more memory than allowed.
-    #[error("the key images need {needed} bytes; the budget is {budget}")]
-    Memory {
-        /// Bytes needed, including playback.
-        needed: usize,
-        /// Bytes allowed.
-        budget: usize,
-    },
     /// The keys' coordinates differ from the pool's.
     #[error(transparent)]
     Plan(#[from] PlanError),
@@ -47,19 +42,33 @@ pub enum PlaybackError {
 pub struct Playback {
     size: (usize, usize),
     keys: KeySequence,
-    images: Vec<Image>,
+    light: Light,
     heads: Option<Heads>,
 }
 
+/// Source of the frames.
+#[derive(Clone, Debug)]
+enum Light {
+    /// One image for each key.
+    Keys(Vec<Image>),
+    /// Images to be added up.
+    Sums(Arc<Pool>),
+}
+
 impl Playback {
-    /// Makes every key image from the current pool.
+    /// Makes every key image from the current pool, if they fit into memory; otherwise the playback
+    /// adds up the images of the pool.
     ///
     /// # Errors
-    /// [`PlaybackError`] on cancel, or when the keys do not fit the pool or the memory.
+    /// [`PlaybackError`] on cancel, or when the keys do not fit the pool.
     pub fn new(keys: &KeySequence, pool: &Pool, work: Work<'_>) -> Result<Playback, PlaybackError> {
-        let (needed, budget) = (Playback::bytes(keys, pool), work.memory);
-        if needed > budget {
-            return Err(PlaybackError::Memory { needed, budget });
+        if Playback::bytes(keys, pool) > work.memory {
+            return Ok(Playback {
+                size: pool.size(),
+                keys: keys.clone(),
+                light: Light::Sums(Arc::new(pool.clone())),
+                heads: None,
+            });
         }
         let mut images = Vec::with_capacity(keys.keys().len());
         for (i, key) in keys.keys().iter().enumerate() {
@@ -70,7 +79,7 @@ impl Playback {
         Ok(Playback {
             size: pool.size(),
             keys: keys.clone(),
-            images,
+            light: Light::Keys(images),
             heads: None,
         })
     }
@@ -86,13 +95,9 @@ impl Playback {
         self.heads.as_ref()
     }
 
-    /// Approximate bytes of [`Playback::new`] and a player of it.
+    /// Approximate bytes of all key images and a player of them.
     pub fn bytes(keys: &KeySequence, pool: &Pool) -> usize {
-        Playback::bytes_at(keys, pool.size())
-    }
-
-    /// Like [`Playback::bytes`], for images of a size.
-    pub fn bytes_at(keys: &KeySequence, (width, height): (usize, usize)) -> usize {
+        let (width, height) = pool.size();
         keys.keys().len() * BYTES_PER_PIXEL * width * height
     }
 
@@ -104,7 +109,7 @@ impl Playback {
         fit.then(|| Playback {
             size,
             keys: keys.clone(),
-            images,
+            light: Light::Keys(images),
             heads: None,
         })
     }
@@ -114,9 +119,40 @@ impl Playback {
         self.size
     }
 
-    /// The key images, in the order of the key settings.
+    /// The key images, in the order of the key settings; none when frames are sums.
     pub fn images(&self) -> &[Image] {
-        &self.images
+        match &self.light {
+            Light::Keys(images) => images,
+            Light::Sums(_) => &[],
+        }
+    }
+
+    /// True when frames are sums of the pool's images.
+    pub fn is_summed(&self) -> bool {
+        matches!(self.light, Light::Sums(_))
+    }
+
+    /// The image of a key; black for an index beyond the last.
+    pub fn key_image(&self, key: usize) -> Image {
+        let image = match &self.light {
+            Light::Keys(images) => images.get(key).cloned(),
+            Light::Sums(_) => self.keys.keys().get(key).map(|setting| self.sum(setting)),
+        };
+        image.unwrap_or_else(|| self.black())
+    }
+
+    fn black(&self) -> Image {
+        Image::new(self.size.0, self.size.1)
+    }
+
+    /// The sum of the pool's images for a setting, if frames are sums.
+    fn sum(&self, setting: &[f64]) -> Image {
+        match &self.light {
+            // Settings of the keys fit the pool.
+            Light::Sums(pool) => pool.preview(setting, Work::silent()).ok(),
+            Light::Keys(_) => None,
+        }
+        .unwrap_or_else(|| self.black())
     }
 
     /// The key settings and the segments between them.
@@ -126,7 +162,7 @@ impl Playback {
 
     /// Bytes of the key images.
     pub fn image_bytes(&self) -> usize {
-        let images = self.images.iter();
+        let images = self.images().iter();
         images.map(|image| size_of_val(image.data())).sum()
     }
 
@@ -139,7 +175,10 @@ impl Playback {
 
     /// A frame without the direct light of heads.
     pub(crate) fn blended(&self, time: Time) -> Image {
-        let mut out = Image::new(self.size.0, self.size.1);
+        if self.is_summed() {
+            return self.sum(&self.keys.evaluate(time));
+        }
+        let mut out = self.black();
         let (index, t) = self.keys.segment_at(time);
         if let Some(segment) = self.keys.segments().get(index) {
             let factors = Factors::new(blend(segment.degree, t));
@@ -160,6 +199,7 @@ impl Playback {
     /// The keys of a segment in single precision.
     fn floats(&self, segment: &Segment) -> Keys<'_> {
         let keys = segment.keys.iter();
-        Keys::floats(keys.filter_map(|key| Some(self.images.get(*key)?.data())))
+        let images = self.images();
+        Keys::floats(keys.filter_map(|key| Some(images.get(*key)?.data())))
     }
 }

@@ -121,7 +121,7 @@ fn engine_code(error: &engine::Error) -> u8 {
         E::OutOfTime { .. } => 130,
         E::NotTasks { .. } | E::OtherTasks { .. } => 65,
         E::NotStored(_) => 75,
-        E::Show(_) | E::KeyImages(_) => 1,
+        E::Show(_) => 1,
         E::File(_) | E::Stage(_) | E::Picture(_) | E::Reference(_) | E::TaskLost | E::Farm(_) => 3,
         E::Render(TransportError::Outside(_)) => 3,
         E::Render(_) => 1,

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use super::sheet::{heads, hex};
 use super::words::{count, label, seconds};
 use footlight_engine::measure::LongRun;
-use footlight_engine::{Document, Edited, LiveControl, ManyKeys, UnlitBank};
+use footlight_engine::{Document, Edited, LiveControl, UnlitBank};
 use footlight_show::diagnostic::{Diagnostic, Style};
 use footlight_show::lang::{self, codes, edit::Action};
 use footlight_show::model::{Cue, Link, Role, Show};
@@ -26,11 +26,10 @@ pub fn headline(document: &Document) -> String {
     )
 }
 
-/// The warnings, and true if there are any, including a `long` run, too `many` keys and `unlit`
-/// banks. `transparent` names the transparent materials of the stage.
+/// The warnings, and true if there are any, including a `long` run and `unlit` banks. `transparent` names the transparent materials of the stage.
 pub fn check(
     document: &Document,
-    (long, many): (Option<LongRun>, Option<ManyKeys>),
+    long: Option<LongRun>,
     unlit: Vec<UnlitBank>,
     transparent: &str,
     style: Style,
@@ -40,11 +39,6 @@ pub fn check(
     diagnostics
         .list
         .extend(unlit.into_iter().map(|bank| self::unlit(bank, view)));
-    diagnostics.list.extend(many.map(|many| {
-        Diagnostic::warning(codes::MANY_KEYS, many.needs())
-            .help(many.remedy())
-            .help("pictures, sheets and charts are made all the same")
-    }));
     diagnostics.list.extend(long.map(long_run));
     let mut text = diagnostics.render(style);
     if !style.is_for_people() {

@@ -93,10 +93,12 @@ pub fn still(engine: &Engine, player: &Player, time: Time) -> (Shown, String) {
     let size = player.size();
     let mut rgb = Vec::new();
     player.show(time, &mut rgb);
-    let keys = count(player.keys(), "key image");
-    let format = player.format().name();
+    let images = match player.keys() {
+        0 => "every frame is a sum of the banks".to_owned(),
+        keys => format!("{} in {}", count(keys, "key image"), player.format().name()),
+    };
     let text = format!(
-        "{keys} in {format}; playback reaches {rate:.0} frames/s at {}x{}. `play -o show.html` \
+        "{images}; playback reaches {rate:.0} frames/s at {}x{}. `play -o show.html` \
          writes it as a page",
         size.0, size.1
     );

@@ -71,7 +71,7 @@ fn check_size(
     layers: Layers,
     precision: Precision,
 ) -> Result<(), Error> {
-    let keys = playback.images().len();
+    let keys = playback.keys().keys().len();
     let banks = engine.show().coordinates().len();
     let (made, written) = match layers {
         Layers::Keys => (0, keys),

@@ -12,7 +12,7 @@ use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Series, Theme};
 use footlight_engine::plan::PlanReport;
 use footlight_engine::playback::Playback;
 use footlight_engine::pool::Pool;
-use footlight_engine::{self as engine, Engine, ManyKeys, SpeedPoint};
+use footlight_engine::{self as engine, Engine, SpeedPoint};
 use footlight_host::work::{Work, in_order};
 use footlight_picture::exr::{self, Precision};
 use footlight_picture::shrink::shrink;
@@ -49,8 +49,8 @@ pub fn names(engine: &Engine, with_keys: bool) -> Vec<String> {
 }
 
 /// Writes all results of a run except key images; returns a description of the page, or the reason
-/// for its absence. Without a `playback`, results that need key images are skipped. Cue images and
-/// page that are already `written` stay, with their description.
+/// for its absence. Cue images and page that are already `written` stay, with their description;
+/// otherwise they are made from the `playback`.
 pub fn write(
     engine: &Engine,
     report: &PlanReport,
@@ -84,13 +84,7 @@ pub fn write(
     match (written, playback) {
         (Some(page), _) => Ok(page),
         (None, Some(playback)) => write_page(engine, playback, tone, page::HEAD_FRAMES, to),
-        (None, None) => {
-            let many = ManyKeys::of(engine.document(), engine.host().memory);
-            let reason = many.map_or(String::new(), |many| {
-                format!(": {}", engine::Error::KeyImages(many))
-            });
-            Ok(format!("no {PAGE}{reason}"))
-        }
+        (None, None) => Ok(format!("no {PAGE}")),
     }
 }
 
@@ -117,17 +111,13 @@ fn write_page(
 }
 
 /// Writes cue images and page from the current images, and returns their tone and the description
-/// of the page; `None` when they do not fit into memory, which later steps report, and with heads,
-/// whose first page has few frames a second.
+/// of the page; `None` without a page, which later steps report, and with heads, whose first page has
+/// few frames a second.
 pub fn write_first(
     engine: &mut Engine,
     to: &mut Results<'_>,
 ) -> Result<Option<(Tone, String)>, Error> {
-    let playback = match engine.playback() {
-        Ok(playback) => playback,
-        Err(engine::Error::KeyImages(_)) => return Ok(None),
-        Err(error) => return Err(error.into()),
-    };
+    let playback = engine.playback()?;
     let tone = engine.document().tone_of_playback(&playback);
     let files = CueFiles {
         pictures: true,
@@ -252,12 +242,12 @@ fn write_sheets(engine: &Engine, to: &mut Results<'_>) -> Result<(), Error> {
 /// Writes key images as linear EXR, one file each, with the setting in the header.
 pub fn write_keys(engine: &Engine, playback: &Playback, to: &mut Results<'_>) -> Result<(), Error> {
     let host = engine.host();
-    let total = playback.images().len();
     let keys = engine.document().keys().keys();
-    for (i, (image, key)) in playback.images().iter().zip(keys).enumerate() {
+    let total = keys.len();
+    for (i, key) in keys.iter().enumerate() {
         host.work().check()?;
         let about = [header("settings", &setting(engine.show(), key))];
-        let bytes = exr::encode(image, Precision::Half, &about)?;
+        let bytes = exr::encode(&playback.key_image(i), Precision::Half, &about)?;
         to.write(engine, &key_name(i), &bytes)?;
         host.progress.report("writing keys", i + 1, total);
     }

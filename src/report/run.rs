@@ -62,7 +62,7 @@ struct Loop {
     /// Tone of cue images and page, and description of the page, when those of the first images are
     /// final.
     written: Option<(Tone, String)>,
-    /// `None` when memory does not hold the key images, or they are no longer needed.
+    /// `None` when no longer needed.
     playback: Option<Arc<Playback>>,
     /// Seconds for images and measuring.
     seconds: f64,
@@ -190,12 +190,7 @@ fn run_loop(
     let playback = if written.is_some() {
         None
     } else {
-        match engine.playback() {
-            Ok(playback) => Some(playback),
-            // The other results need no key images.
-            Err(engine::Error::KeyImages(_)) => None,
-            Err(error) => return Err(error.into()),
-        }
+        Some(engine.playback()?)
     };
     Ok(Loop {
         plan,

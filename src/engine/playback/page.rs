@@ -237,7 +237,7 @@ pub fn write(contents: &Contents<'_>, budget: usize, work: Work<'_>) -> Result<P
             }
             Err(estimate) => estimate,
         };
-        if contents.has_heads && form.jpegs == 0 {
+        if contents.has_heads && form.jpegs < keys.len() {
             form.jpegs = keys.len();
         } else if !contents.has_heads && !keys.is_empty() {
             keys = &[];

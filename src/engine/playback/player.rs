@@ -99,7 +99,7 @@ impl Player {
         self.playback.size()
     }
 
-    /// Number of key images.
+    /// Number of key images; 0 when frames are sums of the pool's images.
     pub fn keys(&self) -> usize {
         self.playback.images().len()
     }
@@ -123,7 +123,7 @@ impl Player {
     pub fn show(&self, time: Time, out: &mut Vec<u8>) {
         let (width, height) = self.playback.size();
         out.resize(width * height * 3, 0);
-        if self.playback.heads().is_some() {
+        if self.playback.heads().is_some() || self.playback.is_summed() {
             let mut light = Image::new(width, height);
             self.light(time, &mut light);
             return self.table.encode(light.data(), out);
@@ -133,6 +133,10 @@ impl Player {
 
     /// Writes the linear light of the frame at `time`.
     pub fn light(&self, time: Time, out: &mut Image) {
+        if self.playback.is_summed() {
+            *out = self.playback.frame(time);
+            return;
+        }
         let size = self.playback.size();
         if out.size() != size {
             *out = Image::new(size.0, size.1);

@@ -8,7 +8,7 @@ use super::usage;
 use crate::argument::Output;
 use crate::error::Error;
 use crate::repl::{Repl, Reply};
-use footlight_engine::{self as engine, ManyKeys, StageMaterial, UnlitBank, Version};
+use footlight_engine::{self as engine, StageMaterial, UnlitBank, Version};
 use footlight_host::files::is_same;
 use footlight_host::work::Cancelled;
 use footlight_report::format::{self, DRAWING, TABLE, WIDTH};
@@ -83,8 +83,7 @@ pub fn check(repl: &mut Repl) -> Result<Reply, Error> {
     let materials = setup.map_or(Vec::new(), |setup| StageMaterial::all(&setup.scene));
     let transparent = stage::transparent(&materials);
     let document = repl.engine.document();
-    let many = ManyKeys::of(document, repl.engine.host().memory);
-    let text = document::check(document, (long, many), unlit, &transparent, style);
+    let text = document::check(document, long, unlit, &transparent, style);
     Ok(Reply::text(text))
 }
 
