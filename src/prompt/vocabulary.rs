@@ -67,6 +67,8 @@ impl Vocabulary {
         let heads = show.heads().into_iter();
         let heads = heads.filter_map(|(light, ..)| Some(show.lights.get(light)?.name.clone()));
         let heads = heads.collect();
+        // A place written in a cue has no name to offer.
+        let points = show.points.iter().filter(|p| !p.name.contains(','));
         Vocabulary {
             declared: vec![
                 ("bank", show.banks.iter().map(|b| b.name.clone()).collect()),
@@ -79,10 +81,7 @@ impl Vocabulary {
                     "light",
                     show.lights.iter().map(|l| l.name.clone()).collect(),
                 ),
-                (
-                    "point",
-                    show.points.iter().map(|p| p.name.clone()).collect(),
-                ),
+                ("point", points.map(|p| p.name.clone()).collect()),
                 ("head", heads),
                 (
                     "curve",

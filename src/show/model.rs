@@ -50,7 +50,7 @@ pub struct Show {
     pub views: Vec<NamedView>,
     /// Luminaires.
     pub lights: Vec<Luminaire>,
-    /// Points where heads can aim.
+    /// Points where heads can aim; after the declared ones the places that cues write, `0, 2, 1`.
     pub points: Vec<Point>,
     /// Banks, in order of declaration: the varying coordinates.
     pub banks: Vec<Bank>,
@@ -153,12 +153,12 @@ pub struct NamedView {
     pub imported: Option<String>,
 }
 
-/// A named point where heads can aim.
+/// A point where heads can aim.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Point {
     /// The statement.
     pub id: NodeId,
-    /// Its name.
+    /// Its name, or its coordinates if it has none.
     pub name: String,
     /// Its position, metres.
     pub at: Vec3,

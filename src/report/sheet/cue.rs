@@ -1,6 +1,6 @@
 //! The cue sheet: the actions of each cue, in the order of the show.
 
-use super::level::{self, by_bank, clock, motion, time};
+use super::level::{self, Done, by_bank, by_group, clock, group_of, motion, time};
 use super::pose::aims;
 use crate::table::Table;
 use footlight_show::model::{Cue, EffectChange, Fade, Link, Part, Show, Trigger};
@@ -135,22 +135,35 @@ fn does(show: &Show, cue: &Cue, part: &Part, head: bool) -> String {
         ];
         words.extend(flags.iter().filter(|f| f.0).map(|f| f.1.to_owned()));
     }
-    for (bank, moves) in by_bank(show, &part.moves) {
-        if let (Some(of), Some(start)) = (show.banks.get(bank), first.get(bank)) {
-            words.push(motion(of, *start, &moves));
-        }
-    }
+    let moves = by_bank(show, &part.moves).into_iter();
+    let moved = moves.filter_map(|(bank, moves)| {
+        let of = show.banks.get(bank)?;
+        let text = motion(of, *first.get(bank)?, &moves);
+        let words = text.strip_prefix(&format!("{} ", of.name));
+        Some(Done {
+            bank,
+            statement: moves.first().map(|one| one.id),
+            words: words.map(str::to_owned),
+            text,
+        })
+    });
+    words.extend(by_group(show, moved.collect()));
     words.extend(aims(show, &part.moves));
     // One entry for all banks of a group that get an effect by one move.
     for alike in part.effects.chunk_by(|a, b| a.id == b.id) {
-        let banks = alike
-            .iter()
-            .filter_map(|change| show.banks.get(change.bank));
-        let banks: Vec<&str> = banks.map(|bank| bank.name.as_str()).collect();
         let effect = alike
             .first()
             .map_or_else(String::new, |change| effect(show, change));
-        words.push(format!("{} effect {effect}", banks.join(" ")));
+        let banks: Vec<usize> = alike.iter().map(|change| change.bank).collect();
+        let names = match group_of(show, &banks) {
+            Some(group) => group.to_owned(),
+            None => {
+                let banks = banks.iter().filter_map(|bank| show.banks.get(*bank));
+                let names: Vec<&str> = banks.map(|bank| bank.name.as_str()).collect();
+                names.join(" ")
+            }
+        };
+        words.push(format!("{names} effect {effect}"));
     }
     words.join(", ")
 }

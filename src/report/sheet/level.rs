@@ -1,7 +1,9 @@
 //! Levels of banks in a designer's words.
 
+use std::collections::BTreeMap;
+
 use crate::words::trimmed;
-use footlight_show::model::{Bank, Link, Motion, Move, Part, Show};
+use footlight_show::model::{Bank, Link, Motion, Move, NodeId, Part, Show};
 use footlight_show::units::{Rgb, Time, percent};
 
 /// A number with at most two decimals, none that are zero.
@@ -95,6 +97,52 @@ pub fn by_bank<'s>(show: &'s Show, moves: &'s [Move]) -> Vec<(usize, Vec<&'s Mov
         }
     }
     out
+}
+
+/// Action of a part on one bank.
+pub struct Done {
+    /// The bank.
+    pub bank: usize,
+    /// The move that states it; `None` groups banks whatever move states it.
+    pub statement: Option<NodeId>,
+    /// The words behind the bank's name, when they are of the whole bank.
+    pub words: Option<String>,
+    /// The whole text.
+    pub text: String,
+}
+
+/// The texts of actions; banks of a group that do the same become one text with the group's name.
+pub fn by_group(show: &Show, done: Vec<Done>) -> Vec<String> {
+    let key = |one: &Done| (one.statement, one.words.clone());
+    let mut alike: BTreeMap<_, Vec<usize>> = BTreeMap::new();
+    for one in &done {
+        alike.entry(key(one)).or_default().push(one.bank);
+    }
+    let named = |banks: Vec<usize>| Some((*banks.first()?, group_of(show, &banks)?));
+    let grouped: BTreeMap<_, _> = alike.into_iter().map(|(k, v)| (k, named(v))).collect();
+    let mut out = Vec::new();
+    for one in done {
+        match (grouped.get(&key(&one)), &one.words) {
+            (Some(Some((first, group))), Some(words)) => {
+                out.extend((*first == one.bank).then(|| format!("{group} {words}")));
+            }
+            _ => out.push(one.text),
+        }
+    }
+    out
+}
+
+/// Name of the group with exactly these banks, at least two.
+pub fn group_of<'s>(show: &'s Show, banks: &[usize]) -> Option<&'s str> {
+    let sorted = |banks: &[usize]| {
+        let mut banks = banks.to_vec();
+        banks.sort_unstable();
+        banks
+    };
+    let banks = Some(sorted(banks)).filter(|banks| banks.len() > 1)?;
+    let mut alike = show.groups.iter().filter(|g| g.banks.len() == banks.len());
+    let found = alike.find(|group| sorted(&group.banks) == banks);
+    found.map(|group| group.name.as_str())
 }
 
 /// Describes the moves of one bank: `lamps 85`, `sky 60 #203060`, `fire along 4 knots in 8 s to

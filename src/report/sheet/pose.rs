@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::level::number;
+use super::level::{Done, by_group, number};
 use footlight_show::geometry::Vec3;
 use footlight_show::model::{Axis, Head, Luminaire, Move, Pose, Show};
 
@@ -115,8 +115,8 @@ pub fn turned(show: &Show, moves: &[Move]) -> Vec<(usize, Vec<Axis>, Pose)> {
     out.into_iter().filter_map(pose).collect()
 }
 
-/// Describes the aims of a part's moves: `mh1 to band`, or `heads to band` when all heads of a bank
-/// (at least two) move alike.
+/// Describes the aims of a part's moves: `mh1 to band`, or `heads to band` when all heads of a group
+/// or of a bank (at least two) move alike.
 pub fn aims(show: &Show, moves: &[Move]) -> Vec<String> {
     let heads = heads(show);
     let mut by_bank: BTreeMap<usize, Vec<(&str, String)>> = BTreeMap::new();
@@ -133,14 +133,23 @@ pub fn aims(show: &Show, moves: &[Move]) -> Vec<String> {
         let alike = own
             .windows(2)
             .all(|pair| matches!(pair, [a, b] if a.1 == b.1));
-        match (show.banks.get(bank), own.first()) {
-            (Some(bank), Some((_, words))) if alike && all > 1 && own.len() == all => {
-                out.push(format!("{} {words}", bank.name));
+        let words = own.first().filter(|_| alike && own.len() == all);
+        let words = words.map(|(_, words)| words.clone());
+        let text = match (show.banks.get(bank), &words) {
+            (Some(bank), Some(words)) if all > 1 => format!("{} {words}", bank.name),
+            _ => {
+                let each = own.iter().map(|(name, words)| format!("{name} {words}"));
+                each.collect::<Vec<_>>().join(", ")
             }
-            _ => out.extend(own.iter().map(|(name, words)| format!("{name} {words}"))),
-        }
+        };
+        out.push(Done {
+            bank,
+            statement: None,
+            words,
+            text,
+        });
     }
-    out
+    by_group(show, out)
 }
 
 /// Displacement between two positions in stage terms: `1.2 m further left`. Left is stage left.

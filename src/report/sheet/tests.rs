@@ -303,6 +303,30 @@ cue  label  heads  top   mh1                      mh2
 }
 
 #[test]
+fn sheets_name_groups_and_places_as_cues_do() {
+    let text = HEADS.replace(
+        "cue 3",
+        "group all = top heads\ngroup one = top\ncue 2.5 { cueonly  all 60 to 0.5, -1, 0 }\ncue 3",
+    ) + "effect wave = pulse\ncue 4 { heads 30  top 30  all effect wave spread }\ncue 5 { all out  top 5 }\n";
+    let version = version(&text);
+    let sheet = cue_sheet(&version.show, &version.timeline).csv();
+    let does: Vec<&str> = sheet.lines().skip(3).collect();
+    assert!(
+        does[0].contains("\"cueonly, all 60, all to 0.5, -1, 0\""),
+        "{sheet}"
+    );
+    assert!(
+        does[3].contains("\"heads 30, top 30, all effect wave spread\""),
+        "{sheet}"
+    );
+    assert!(does[4].contains("\"heads 0, top 5\""), "{sheet}");
+    let table = track_sheet(&version.show, Work::silent()).table().unwrap();
+    let text = table.text(2, 200);
+    let rows = |cue: &str| text.lines().find(|row| row.starts_with(cue)).unwrap();
+    assert_eq!(rows("2.5").matches("→to 0.5, -1, 0").count(), 3, "{text}");
+}
+
+#[test]
 fn a_difference_says_how_far_a_head_is_aimed() {
     let found = |from: &str, to: &str| {
         let new = HEADS.replace(from, to);

@@ -55,6 +55,19 @@ impl<'a> Lower<'a, '_> {
         }
     }
 
+    /// Adds the places without a name at which cues aim heads, so that sheets can name them.
+    fn written_places(&mut self) {
+        let bits = |at: Vec3| [at.x, at.y, at.z].map(f64::to_bits);
+        let mut known: BTreeSet<_> = self.show.points.iter().map(|p| bits(p.at)).collect();
+        for ((id, _), (at, _)) in &self.aims {
+            if known.insert(bits(*at)) {
+                let (id, at) = (*id, *at);
+                let name = format!("{}, {}, {}", at.x, at.y, at.z);
+                self.show.points.push(Point { id, name, at });
+            }
+        }
+    }
+
     // ---- declarations ---------------------------------------------------------------------------
 
     /// A clause of [`CLAUSES`].
@@ -453,6 +466,7 @@ impl<'a> Lower<'a, '_> {
             }
         }
         self.show.cues = cues;
+        self.written_places();
     }
 
     /// Sets the aims of a cue: pan and tilt of each head that it turns, once complete. A point out
