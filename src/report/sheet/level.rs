@@ -111,25 +111,30 @@ pub struct Done {
     pub text: String,
 }
 
-/// The texts of actions; banks of a group that do the same become one text with the group's name.
+/// The texts of actions. Banks of a group that do the same become one text with the group's name,
+/// and all banks that go out one `blackout`.
 pub fn by_group(show: &Show, done: Vec<Done>) -> Vec<String> {
     let key = |one: &Done| (one.statement, one.words.clone());
     let mut alike: BTreeMap<_, Vec<usize>> = BTreeMap::new();
     for one in &done {
         alike.entry(key(one)).or_default().push(one.bank);
     }
-    let named = |banks: Vec<usize>| Some((*banks.first()?, group_of(show, &banks)?));
-    let grouped: BTreeMap<_, _> = alike.into_iter().map(|(k, v)| (k, named(v))).collect();
-    let mut out = Vec::new();
-    for one in done {
-        match (grouped.get(&key(&one)), &one.words) {
-            (Some(Some((first, group))), Some(words)) => {
-                out.extend((*first == one.bank).then(|| format!("{group} {words}")));
-            }
-            _ => out.push(one.text),
-        }
-    }
-    out
+    let of_first = |(key, banks): ((_, Option<String>), Vec<usize>)| {
+        let words = key.1.as_deref()?;
+        let all = banks.len() > 1 && banks.len() == show.banks.len();
+        let text = match group_of(show, &banks) {
+            Some(group) => format!("{group} {words}"),
+            None if all && words == "0" => "blackout".to_owned(),
+            None => return None,
+        };
+        Some((key, (*banks.first()?, text)))
+    };
+    let joined: BTreeMap<_, _> = alike.into_iter().filter_map(of_first).collect();
+    let text = |one: Done| match joined.get(&key(&one)) {
+        Some((first, text)) => (*first == one.bank).then(|| text.clone()),
+        None => Some(one.text),
+    };
+    done.into_iter().filter_map(text).collect()
 }
 
 /// Name of the group with exactly these banks, at least two.

@@ -307,7 +307,7 @@ fn sheets_name_groups_and_places_as_cues_do() {
     let text = HEADS.replace(
         "cue 3",
         "group all = top heads\ngroup one = top\ncue 2.5 { cueonly  all 60 to 0.5, -1, 0 }\ncue 3",
-    ) + "effect wave = pulse\ncue 4 { heads 30  top 30  all effect wave spread }\ncue 5 { all out  top 5 }\n";
+    ) + "effect wave = pulse\ncue 4 { heads 30  top 30  all effect wave spread }\ncue 5 { all out  top 5 }\ncue 6 { blackout }\n";
     let version = version(&text);
     let sheet = cue_sheet(&version.show, &version.timeline).csv();
     let does: Vec<&str> = sheet.lines().skip(3).collect();
