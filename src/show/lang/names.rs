@@ -144,6 +144,13 @@ pub fn foreign(word: &str) -> Option<&'static str> {
         "link" | "autofollow" | "auto" => {
             "what starts the next cue stands in this one: `follow 5` after its GO, `hang 2` after its end"
         }
+        "restore" | "return" => {
+            "a blackout with `cueonly` goes back by itself in the next cue: `cue 10 { snap  blackout  cueonly }`"
+        }
+        "gobo" => {
+            "an image in a lamp is a projection, and with `moves` a moving head: \
+             `light leaves project \"leaves.png\"  from 0, -3, 6  aim 0, 0, 1  field 25  12000 cd  moves`"
+        }
         "chan" | "ch" => "a bank is moved by its name: `lamps 50`; the cue sheet has no channels",
         "then" | "and" => "what a cue does stands side by side, a line each reads best",
         _ => return None,

@@ -364,6 +364,7 @@ fn foreign(before: &str, found: &str, word: &str) -> Option<String> {
             "name a common lantern, `lantern \"profile 26\"  at 0, -2, 4  aim 0, 0, 1`, or use `spot` with its beam \
              and field: `spot at 0, -2, 4  aim 0, 0, 1  beam 24  field 40  1200 cd`; `{lower}` is no kind of light here"
         ),
+        ("light", "gobo") => names::foreign(&lower)?.to_owned(),
         (of, _) if (of == "light" || in_braces) && names::is_gel(word) => {
             format!("a gel is written `gel {word}`")
         }

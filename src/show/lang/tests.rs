@@ -304,6 +304,18 @@ fn texts_in_windows_line_ends_mean_the_same() {
 }
 
 #[test]
+fn the_advice_on_gobos_is_a_light_that_moves() {
+    let help = names::foreign("gobo").unwrap();
+    let light = help
+        .split('`')
+        .rfind(|part| part.starts_with("light "))
+        .unwrap();
+    let text = format!("show \"A\"\n{light}\nbank x = leaves\ncue 1 {{ x 50 }}\n");
+    let show = parsed(&text).show.unwrap();
+    assert!(show.lights[0].head.is_some());
+}
+
+#[test]
 fn effects_are_begun_and_ended_by_moves() {
     let show = with(
         "effect e = flicker  rate 4  depth 20%  seed 9\neffect f = pulse\n\
