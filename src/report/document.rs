@@ -262,6 +262,9 @@ fn levels(document: &Document, live: &LiveControl) -> String {
         let effect = effect.map_or(String::new(), |name| {
             let bank = coordinate.bank.unwrap_or_default();
             let factor = document.timeline().factor(bank, live.time());
+            if *name == "none" && factor >= 1.0 {
+                return String::new();
+            }
             format!("  effect {name} {:.0} %", 100.0 * factor)
         });
         let bar = "#".repeat((level * 40.0).round().clamp(0.0, 40.0) as usize);
@@ -282,17 +285,15 @@ fn levels(document: &Document, live: &LiveControl) -> String {
     text
 }
 
-/// The running effect of each bank at a time, by bank index.
+/// The latest effect of each bank at a time, `none` after its end, by bank index.
 fn running_effects(document: &Document, time: Time) -> BTreeMap<usize, &str> {
     let show = document.show();
     let mut running = BTreeMap::new();
     for (cue, at) in show.cues.iter().zip(document.timeline().cues()) {
         for part in cue.parts.iter().filter(|part| at.go + part.delay <= time) {
             for change in &part.effects {
-                match change.effect.and_then(|effect| show.effects.get(effect)) {
-                    Some(effect) => drop(running.insert(change.bank, effect.name.as_str())),
-                    None => drop(running.remove(&change.bank)),
-                }
+                let effect = change.effect.and_then(|effect| show.effects.get(effect));
+                running.insert(change.bank, effect.map_or("none", |e| e.name.as_str()));
             }
         }
     }

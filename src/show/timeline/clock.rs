@@ -12,8 +12,8 @@ use crate::units::{CueNumber, Time};
 /// the preview's gap, and `assumed` is true. The first cue without a clock time starts at 0.
 /// Completion is GO plus the longest delay + time of the parts that move something. A part's time
 /// is the longer of its `up` and `down` if it fades anything (in either direction: the text alone
-/// decides), or the length of its paths with repeats, whichever is longer. A cue that moves nothing
-/// also takes its parts' times.
+/// decides), or the length of its paths with repeats, whichever is longer. The end of an effect is
+/// a move of its part's up time. A cue that moves nothing also takes its parts' times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct CueTime {
     /// The statement.
@@ -96,7 +96,14 @@ fn duration(parts: &[Part], moved: &[Moved<'_>]) -> Time {
         };
         m.timing.delay + repeated(once, m.repeat)
     };
-    moved.iter().map(of).max().unwrap_or(Time::ZERO)
+    let ends = |part: &&Part| part.effects.iter().any(|change| change.effect.is_none());
+    let ended = parts.iter().filter(ends).map(|part| part.delay + part.up);
+    moved
+        .iter()
+        .map(of)
+        .chain(ended)
+        .max()
+        .unwrap_or(Time::ZERO)
 }
 
 /// Time from a path's first knot to its last.

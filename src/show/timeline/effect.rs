@@ -4,7 +4,7 @@
 //! first bank. Its first step leads to its next turn.
 //!
 //! Each effect begins and ends without a jump: its first step leads from the current light, and
-//! after its end a step leads back to 1. Shares of a flicker are eighths of its depth, so that many
+//! its end leads back to 1 in the time of the move that ends it, or in one more step if that time is 0. Shares of a flicker are eighths of its depth, so that many
 //! of its key settings coincide.
 
 use super::clock::CueTime;
@@ -24,6 +24,8 @@ const SHARES: u64 = 8;
 #[derive(Clone, Copy)]
 struct Run<'s> {
     start: Time,
+    /// Time of rising moves of its part.
+    up: Time,
     change: &'s EffectChange,
 }
 
@@ -42,7 +44,8 @@ pub(super) fn factors(
                     // As with moves, the later cue takes over, and an effect still waiting never
                     // begins.
                     runs.retain(|run| run.start < start);
-                    runs.push(Run { start, change });
+                    let up = part.up;
+                    runs.push(Run { start, up, change });
                 }
             }
         }
@@ -67,7 +70,8 @@ fn factor(
         let until = runs.get(i + 1).map_or(end, |next| next.start.min(end));
         let effect = run.change.effect.and_then(|e| show.effects.get(e));
         let mut at = run.start;
-        let (skipped, first_step) = effect.map_or((0, step), |effect| first_turn(effect, run));
+        let back = if run.up > Time::ZERO { run.up } else { step };
+        let (skipped, first_step) = effect.map_or((0, back), |effect| first_turn(effect, run));
         for n in skipped.. {
             if at >= until {
                 break;

@@ -563,6 +563,26 @@ fn a_pulse_on_a_level_that_stands_still_is_exact_and_repeats_its_keys() {
     assert_eq!(keys.keys().len(), 2);
 }
 
+#[test]
+fn an_effect_ends_in_the_time_of_its_cue() {
+    let hold = moving(0, path(Interpolation::Steps, &[(0., 80.), (1., 80.)]));
+    // Three cycles and a half in 10 seconds: cue 2 ends it at the bottom of a cycle.
+    let mut show = with_effect(EffectKind::Pulse, 0.35, hold, 2);
+    let light = |show: &Show, t: f64| Timeline::new(show).unwrap().evaluate(seconds(t))[0];
+    for (t, factor) in [(10.0, 0.6), (12.5, 0.8), (14.0, 0.92), (15.0, 1.0)] {
+        assert!((light(&show, t) - 0.8 * factor).abs() < 1e-6, "{t}");
+    }
+    // The cue is complete when the effect has gone, though a move of 1 second is over.
+    let (mut quick, moves) = (show.cues[1].parts[0].clone(), vec![to(0, 80.0)]);
+    (quick.up, quick.down, quick.moves) = (seconds(1.0), seconds(1.0), moves);
+    quick.effects.clear();
+    show.cues[1].parts.push(quick);
+    assert_eq!(Timeline::new(&show).unwrap().end(), seconds(15.0));
+    // Half of one more step of 1.43 seconds.
+    show.cues[1].parts[0].up = Time::ZERO;
+    assert!((light(&show, 10.0 + 0.25 / 0.35) - 0.8 * 0.8).abs() < 1e-6);
+}
+
 /// Bank i of n is at the top i/n of a period after the first bank, and again a period later.
 #[test]
 fn a_spread_pulse_runs_through_its_group() {
