@@ -35,7 +35,7 @@ pub use curves::curves;
 pub use drawing::Drawing;
 pub use false_colour::{FalseColour, false_colour};
 pub use grid::{Grid, Stand, Tie, grid};
-pub use light_plot::{LightPlot, PlottedLight, PlottedSurface, light_plot};
+pub use light_plot::{LightPlot, PlottedLight, PlottedSurface, Symbol, light_plot};
 pub use marker::Marker;
 pub use panels::{Panel, Series, panels};
 pub use sheet::{Sheet, Tile, sheet};

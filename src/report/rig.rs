@@ -3,7 +3,7 @@
 use std::cmp::Ordering;
 use std::collections::{BTreeMap, BTreeSet};
 
-use crate::chart::{self, Drawing, LightPlot, PlottedLight, PlottedSurface, Theme};
+use crate::chart::{self, Drawing, LightPlot, PlottedLight, PlottedSurface, Symbol, Theme};
 use crate::sheet::number;
 use crate::table::Table;
 use crate::words::count;
@@ -122,7 +122,7 @@ pub fn plot(document: &Document, theme: Theme) -> (Drawing, String) {
             at: hung.place?,
             aim: hung.aim,
             label: label(hung),
-            moves: hung.light.head.is_some(),
+            symbol: symbol(hung.light),
         })
     };
     let shining = lights
@@ -146,6 +146,20 @@ pub fn plot(document: &Document, theme: Theme) -> (Drawing, String) {
     };
     let text = format!("{drawn} of {}, 1:{scale} on A4", show.title);
     (drawing, text)
+}
+
+/// The symbol of a light by its kind and, for a spot, by the name of its lantern.
+fn symbol(light: &Luminaire) -> Symbol {
+    let is = |words: &[&str]| words.iter().any(|word| light.form.contains(word));
+    match light.kind {
+        _ if light.head.is_some() => Symbol::Head,
+        LightKind::Spot(_) if is(&["cyc", "batten"]) => Symbol::Flood,
+        LightKind::Spot(_) if is(&["fresnel", "PAR", "wash"]) => Symbol::Wash,
+        LightKind::Spot(_) | LightKind::Projection { .. } | LightKind::ImportedLuminaire(_) => {
+            Symbol::Profile
+        }
+        _ => Symbol::Lamp,
+    }
 }
 
 /// The lights of each bank, then the fixed ones, then unused ones.

@@ -29,8 +29,50 @@ pub struct PlottedLight {
     pub aim: Option<Vec3>,
     /// Its channel, or its name.
     pub label: String,
-    /// True for a moving head.
-    pub moves: bool,
+    /// Its symbol.
+    pub symbol: Symbol,
+}
+
+/// Symbols of lights; of several at one place the last is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Symbol {
+    /// A lantern with a hard edge, or a projector.
+    Profile,
+    /// A lantern with a soft edge.
+    Wash,
+    /// A lantern that lights a cloth.
+    Flood,
+    /// A lamp of another form.
+    Lamp,
+    /// A moving head.
+    Head,
+}
+
+impl Symbol {
+    /// All symbols with their names in the legend.
+    const LEGEND: [(Symbol, &'static str); 5] = [
+        (Symbol::Profile, "profile, spot"),
+        (Symbol::Wash, "fresnel, PAR, wash"),
+        (Symbol::Flood, "flood, batten"),
+        (Symbol::Lamp, "other lamp"),
+        (Symbol::Head, "moving head"),
+    ];
+
+    /// Corners on one side of the axis, from the back to the front; none for a circle.
+    fn half(self) -> &'static [Point] {
+        match self {
+            Symbol::Profile => &[
+                (-6.0, 2.0),
+                (-3.5, 4.0),
+                (-0.5, 4.0),
+                (0.5, 2.5),
+                (6.0, 2.5),
+            ],
+            Symbol::Wash => &[(-5.0, 2.0), (-2.0, 4.5), (4.5, 4.5)],
+            Symbol::Flood => &[(-2.5, 6.0), (2.5, 6.0)],
+            Symbol::Lamp | Symbol::Head => &[],
+        }
+    }
 }
 
 /// A polygon of the set.
@@ -47,8 +89,8 @@ const METRE: f64 = 96.0 / 0.0254;
 /// A4 upright.
 const A4: (f32, f32) = (794.0, 1123.0);
 /// Space for the title and for the foot.
-const HEAD: f32 = 44.0;
-const FOOT: f32 = 40.0;
+const HEAD: f32 = 36.0;
+const FOOT: f32 = 48.0;
 /// Space for the name of a view.
 const NAME: f32 = 20.0;
 /// Space for symbols and labels around a view.
@@ -117,7 +159,7 @@ pub fn light_plot(data: &LightPlot, theme: Theme) -> (Drawing, u64) {
         let at = (view.frame.x - RIM, view.frame.y - RIM - 5.0);
         drawing.text(Label::new(view.name(), at, 12.0, palette.ink));
     }
-    foot(&mut drawing, denominator, &palette);
+    foot(&mut drawing, data, denominator, &palette);
     (drawing, denominator)
 }
 
@@ -233,8 +275,9 @@ fn lights(drawing: &mut Drawing, data: &LightPlot, view: &View, palette: &Palett
     for Cluster { at, lights } in &clusters {
         let aim = lights.iter().find_map(|light| light.aim);
         let aim = aim.map_or(*at, |aim| view.point(aim));
-        let moves = lights.iter().any(|light| light.moves);
-        symbol(drawing, *at, aim, moves, palette);
+        if let Some(kind) = lights.iter().map(|light| light.symbol).max() {
+            symbol(drawing, *at, aim, kind, palette);
+        }
     }
     for Cluster { at, lights } in &clusters {
         let text = joined(lights.iter().map(|light| light.label.as_str()).collect());
@@ -275,30 +318,36 @@ fn shining<'d>(data: &'d LightPlot, view: &View) -> impl Iterator<Item = (&'d st
     placed.map(|(name, (_, at))| (name, view.point(at)))
 }
 
-/// Draws a fixed light as a lantern that points to its aim, or a square when the aim is along the
-/// view; a moving head as a circle around a dot.
-fn symbol(drawing: &mut Drawing, at: Point, aim: Point, moves: bool, palette: &Palette) {
+/// Draws a light. A lantern points to its aim, or down the page when the aim is along the view; a
+/// head is a circle around a dot, another lamp a circle around a cross.
+fn symbol(drawing: &mut Drawing, at: Point, aim: Point, kind: Symbol, palette: &Palette) {
     let line = Stroke::solid(palette.ink, 1.2);
-    if moves {
-        drawing.area(disc(at, 5.0), palette.ground);
-        drawing.path(disc(at, 5.0), line);
-        drawing.area(disc(at, 1.8), palette.ink);
-        return;
-    }
     let (dx, dy) = (aim.0 - at.0, aim.1 - at.1);
     let length = dx.hypot(dy);
-    let (half, (x, y)): (&[Point], Point) = if length < SYMBOL {
-        (&[(-4.0, 4.0), (4.0, 4.0)], (1.0, 0.0))
+    let (x, y) = if length < SYMBOL {
+        (0.0, 1.0)
     } else {
-        let lantern = &[(-6.0, 2.5), (1.0, 2.5), (6.0, 4.5)];
-        (lantern, (dx / length, dy / length))
+        (dx / length, dy / length)
     };
+    let half = kind.half();
     let other = half.iter().rev().map(|(u, v)| (*u, -v));
     let corners = half.iter().copied().chain(other);
     let placed = |(u, v): Point| (at.0 + u * x - v * y, at.1 + u * y + v * x);
-    let outline = closed(&corners.map(placed).collect::<Vec<_>>());
+    let outline = match half {
+        [] => disc(at, 5.0),
+        _ => closed(&corners.map(placed).collect::<Vec<_>>()),
+    };
     drawing.area(outline.clone(), palette.ground);
     drawing.path(outline, line);
+    if kind == Symbol::Head {
+        drawing.area(disc(at, 1.8), palette.ink);
+    }
+    if kind == Symbol::Lamp {
+        for up in [3.5, -3.5] {
+            let (from, to) = ((at.0 - 3.5, at.1 - up), (at.0 + 3.5, at.1 + up));
+            drawing.line(from, to, Stroke::solid(palette.ink, 0.8));
+        }
+    }
 }
 
 /// Draws a text near a position, where it covers no symbol and no other text, with a line to the
@@ -360,8 +409,8 @@ fn joined(labels: Vec<&str>) -> String {
     all.collect::<Vec<_>>().join(", ")
 }
 
-/// Draws the scale bar, the scale, and the legend.
-fn foot(drawing: &mut Drawing, denominator: u64, palette: &Palette) {
+/// Draws the scale bar and the scale below the legend of the symbols that the plot has.
+fn foot(drawing: &mut Drawing, data: &LightPlot, denominator: u64, palette: &Palette) {
     let (y, scale) = (A4.1 - MARGIN - 6.0, METRE / denominator as f64);
     let decades = (-1..12).map(|power| 10_f64.powi(power));
     let lengths = decades.flat_map(|ten| [ten, 2.0 * ten, 5.0 * ten]);
@@ -380,22 +429,25 @@ fn foot(drawing: &mut Drawing, denominator: u64, palette: &Palette) {
         );
         drawing.rectangle(frame, palette.ground);
     }
-    let mut x = MARGIN + length + 8.0;
     let text = format!("{metres} m    1:{denominator} on A4");
-    drawing.text(Label::new(&text, (x, y), TEXT, palette.ink));
-    x += font::width(&text, TEXT) + 20.0;
-    for (index, text) in ["fixed light", "moving head", "shining surface", "aim"]
-        .into_iter()
-        .enumerate()
-    {
-        let (from, to) = ((x, y - 4.0), (x + 18.0, y - 4.0));
-        match index {
-            0 | 1 => symbol(drawing, (x + 9.0, y - 4.0), to, index == 1, palette),
-            2 => drawing.line(from, to, Stroke::solid(palette.ink, SHINING)),
-            _ => drawing.line(from, to, dashed(palette)),
+    let at = (MARGIN + length + 8.0, y);
+    drawing.text(Label::new(&text, at, TEXT, palette.ink));
+    let name = |drawing: &mut Drawing, (x, y): Point, text: &str| {
+        drawing.text(Label::new(text, (x + 24.0, y + 4.0), TEXT, palette.ink));
+        (x + font::width(text, TEXT) + 40.0, y)
+    };
+    let mut at = (MARGIN, y - 19.0);
+    for (kind, text) in Symbol::LEGEND {
+        if data.lights.iter().any(|light| light.symbol == kind) {
+            let (middle, aim) = ((at.0 + 9.0, at.1), (at.0 + 18.0, at.1));
+            symbol(drawing, middle, aim, kind, palette);
+            at = name(drawing, at, text);
         }
-        drawing.text(Label::new(text, (x + 24.0, y), TEXT, palette.ink));
-        x += font::width(text, TEXT) + 40.0;
+    }
+    let shining = Stroke::solid(palette.ink, SHINING);
+    for (line, text) in [(shining, "shining surface"), (dashed(palette), "aim")] {
+        drawing.line(at, (at.0 + 18.0, at.1), line);
+        at = name(drawing, at, text);
     }
 }
 
@@ -414,7 +466,7 @@ mod tests {
             at,
             aim: Some(vec3(0.0, 0.0, 0.0)),
             label: label.to_owned(),
-            moves: false,
+            symbol: Symbol::Profile,
         }
     }
 
@@ -460,6 +512,31 @@ mod tests {
         for channel in (0..40).map(|n| (100 + 2 * n).to_string()) {
             assert_eq!(texts.iter().filter(|(text, _)| *text == channel).count(), 1);
         }
+    }
+
+    #[test]
+    fn the_legend_names_the_kinds_of_the_plot() {
+        let of = |kinds: &[Symbol]| {
+            let lights = kinds.iter().zip(0_u8..);
+            let placed = |(symbol, n): (&Symbol, u8)| PlottedLight {
+                symbol: *symbol,
+                ..light(vec3(f64::from(n), 3.0, 5.0), "1")
+            };
+            let data = LightPlot {
+                lights: lights.map(placed).collect(),
+                ..LightPlot::default()
+            };
+            light_plot(&data, Theme::Light).0.text_boxes()
+        };
+        let all = Symbol::LEGEND.map(|(symbol, _)| symbol);
+        let (few, all) = (of(&[Symbol::Head]), of(&all));
+        let has = |texts: &[(String, Frame)], name| texts.iter().any(|(text, _)| text == name);
+        for (symbol, name) in Symbol::LEGEND {
+            assert!(has(&all, name), "{name}");
+            assert_eq!(has(&few, name), symbol == Symbol::Head, "{name}");
+        }
+        let right = all.iter().map(|(_, frame)| frame.x + frame.width);
+        assert!(right.fold(0.0, f32::max) <= A4.0 - MARGIN);
     }
 
     #[test]
