@@ -39,11 +39,23 @@ struct Hung<'s> {
     material: Option<usize>,
 }
 
-const LEGEND: &str = "Metres: x to stage left, y upstage, z up. Beam and field in degrees. Moving heads stand at home.";
+const LEGEND: &str = "x to stage left, y upstage, z up. Moving heads stand at home.";
 
 const COLUMNS: [&str; 14] = [
-    "channel", "light", "purpose", "kind", "x", "y", "z", "aim x", "aim y", "aim z", "beam",
-    "field", "colour", "moves",
+    "channel",
+    "light",
+    "purpose",
+    "kind",
+    "x (m)",
+    "y (m)",
+    "z (m)",
+    "aim x (m)",
+    "aim y (m)",
+    "aim z (m)",
+    "beam (deg)",
+    "field (deg)",
+    "colour",
+    "moves (deg)",
 ];
 
 /// All lights of a show.

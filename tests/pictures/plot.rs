@@ -190,17 +190,17 @@ fn the_rig_is_drawn_and_listed_by_channel_and_by_place() {
     assert_eq!(
         String::from(hookup),
         "\
-channel  light  purpose       kind  x   y   z  aim x  aim y  aim z  beam  field  colour
-2        c      cold (sides)  spot  1   -4  2  1      1      0      30    50     2700 K
-7        b      warm          spot  0   0   2  0      1      0      30    50     rgb
-         a      keys (sides)  spot  -1  0   2  -1     1      0      30    50
+channel  light  purpose       kind  x (m)  y (m)  z (m)  aim x (m)  aim y (m)  aim z (m)  beam (deg)
+2        c      cold (sides)  spot  1      -4     2      1          1          0          30
+7        b      warm          spot  0      0      2      0          1          0          30
+         a      keys (sides)  spot  -1     0      2      -1         1          0          30
 
-channel  light  moves
-2        c      pan -270 to 270, tilt -135 to 135, zoom 4 to 60
-7        b
-         a
+channel  light  field (deg)  colour  moves (deg)
+2        c      50           2700 K  pan -270 to 270, tilt -135 to 135, zoom 4 to 60
+7        b      50           rgb
+         a      50
 
-Metres: x to stage left, y upstage, z up. Beam and field in degrees. Moving heads stand at home.
+x to stage left, y upstage, z up. Moving heads stand at home.
 "
     );
     show.execute("schedule -o s.csv").unwrap();
