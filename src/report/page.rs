@@ -24,7 +24,7 @@ const STEPS_A_SECOND: f64 = 8.0;
 const MOST_STEPS: usize = 400;
 /// Frames per second in the page while heads move.
 pub const HEAD_FRAMES: f64 = 10.0;
-/// The same in the first page of a run, which must come soon.
+/// Frames per second while heads move in the first page of a run, which must come soon.
 pub const FIRST_HEAD_FRAMES: f64 = 2.0;
 
 /// A page, and what it contains.

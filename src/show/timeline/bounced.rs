@@ -371,7 +371,7 @@ mod tests {
 
     /// A head that comes up while it moves, by curves that no segment of a sum can repeat.
     const RISING: &str = "cue 1 at 0:00 { snap }\n\
-        cue 2 at 0:02 { time 5 ease  heads 70  mh to 3, -4, 0 }\n\
+        cue 2 at 0:02 { time 5  curve ease  heads 70  mh to 3, -4, 0 }\n\
         cue 3 at 0:08 { time 2  heads out  mh to -2, 3, 0 }\n";
 
     #[test]
