@@ -21,6 +21,9 @@ pub const CLAUSES: [&str; 6] = ["moves", "pan", "tilt", "zoom", "speed", "standi
 /// Largest angle of pan and tilt, degrees.
 const MOST: f64 = 1080.0;
 
+/// Most aims whose places get a name, because sheets compare every pose with every place.
+const MOST_PLACES: usize = 10_000;
+
 /// The head clauses of a light.
 #[derive(Clone, Default)]
 pub struct Ranges {
@@ -59,7 +62,7 @@ impl<'a> Lower<'a, '_> {
     fn written_places(&mut self) {
         let bits = |at: Vec3| [at.x, at.y, at.z].map(f64::to_bits);
         let mut known: BTreeSet<_> = self.show.points.iter().map(|p| bits(p.at)).collect();
-        for ((id, _), (at, _)) in &self.aims {
+        for ((id, _), (at, _)) in self.aims.iter().take(MOST_PLACES) {
             if known.insert(bits(*at)) {
                 let (id, at) = (*id, *at);
                 let name = format!("{}, {}, {}", at.x, at.y, at.z);
