@@ -1,12 +1,11 @@
 //! Playback: every frame takes at most three linear blends of key images.
 //!
-//! A [`Playback`] holds the key images of a pool; a [`Player`] keeps them in a chosen format
-//! ([`key`]) and makes frames of them in one pass ([`kernel`]). A frame reads the key images of one
-//! segment; a segment of degree d takes d blends. A show with more key images than memory holds, as
-//! with effects that go on for minutes, plays as sums of the pool's images instead.
+//! A [`Playback`] holds the key images of a pool; a [`Player`] makes frames of them in one pass
+//! ([`kernel`]). A frame reads the key images of one segment; a segment of degree d takes d blends.
+//! A show with more key images than memory holds, as with effects that go on for minutes, plays as
+//! sums of the pool's images instead.
 
 pub mod kernel;
-pub mod key;
 pub mod page;
 mod player;
 
@@ -14,17 +13,17 @@ pub use self::player::Player;
 
 use std::sync::Arc;
 
-use self::kernel::{Factors, Keys, Target};
+use self::kernel::{Factors, Target};
 use crate::heads::Heads;
 use crate::plan::PlanError;
 use crate::pool::Pool;
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
-use footlight_show::timeline::{KeySequence, Segment, blend};
+use footlight_show::timeline::{KeySequence, blend};
 use footlight_show::units::Time;
 
-/// Bytes of a key image's pixel: as rendered, and in a player at half precision.
-const BYTES_PER_PIXEL: usize = 3 * (size_of::<f32>() + size_of::<u16>());
+/// Bytes of a key image's pixel.
+const BYTES_PER_PIXEL: usize = size_of::<[f32; 3]>();
 
 /// Reason why key images could not be made.
 #[derive(Debug, thiserror::Error)]
@@ -95,7 +94,7 @@ impl Playback {
         self.heads.as_ref()
     }
 
-    /// Approximate bytes of all key images and a player of them.
+    /// Approximate bytes of all key images.
     pub fn bytes(keys: &KeySequence, pool: &Pool) -> usize {
         let (width, height) = pool.size();
         keys.keys().len() * BYTES_PER_PIXEL * width * height
@@ -179,13 +178,24 @@ impl Playback {
             return self.sum(&self.keys.evaluate(time));
         }
         let mut out = self.black();
+        self.blend(time, Target::Light(out.data_mut()), 1);
+        out
+    }
+
+    /// Blends the key images of a moment.
+    fn blend(&self, time: Time, target: Target<'_>, threads: usize) {
         let (index, t) = self.keys.segment_at(time);
         if let Some(segment) = self.keys.segments().get(index) {
-            let factors = Factors::new(blend(segment.degree, t));
-            self.floats(segment)
-                .blend(factors, Target::Light(out.data_mut()), 1);
+            let keys = segment.keys.iter();
+            let keys = keys.filter_map(|key| Some(self.images().get(*key)?.data()));
+            let keys: Vec<&[f32]> = keys.collect();
+            kernel::blend(
+                &keys,
+                Factors::new(blend(segment.degree, t)),
+                target,
+                threads,
+            );
         }
-        out
     }
 
     /// Adds the light of heads to a frame.
@@ -194,12 +204,5 @@ impl Playback {
             // A frame is short and not cancelled.
             let _ = heads.add_at(time, frame, Work::silent());
         }
-    }
-
-    /// The keys of a segment in single precision.
-    fn floats(&self, segment: &Segment) -> Keys<'_> {
-        let keys = segment.keys.iter();
-        let images = self.images();
-        Keys::floats(keys.filter_map(|key| Some(images.get(*key)?.data())))
     }
 }

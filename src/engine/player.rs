@@ -1,4 +1,4 @@
-//! Players for a show, in the fastest format of sufficient quality.
+//! Players for a show.
 
 use std::sync::Arc;
 
@@ -59,6 +59,6 @@ impl Engine {
     pub fn player(&mut self) -> Result<Player, Error> {
         let playback = self.playback()?;
         let tone = self.document.tone_of_playback(&playback);
-        Ok(Player::fitting(&playback, tone, self.host.work())?)
+        Ok(Player::new(&playback, tone, self.host.work()))
     }
 }

@@ -21,10 +21,7 @@ const REMOVED: &[(&[&str], &str)] = &[
          asks for an error as displayed",
     ),
     (&["--signed-keys"], "keys are never negative"),
-    (
-        &["--keys"],
-        "key images are half floats where that shows no difference",
-    ),
+    (&["--keys"], "key images are kept as exact as they are"),
     (
         &["--live", "--wasm"],
         "`footlight serve show.lxq` shows the page while you edit the file",

@@ -5,18 +5,15 @@
 
 use std::io::{self, Write};
 use std::path::Path;
-use std::sync::Arc;
 
 use super::Error;
 use super::format::header;
 use super::numbered::{FrameFormat, Numbered};
 use super::words::count;
-use footlight_engine::playback::key::Format;
-use footlight_engine::playback::{Playback, Player};
+use footlight_engine::playback::Player;
 use footlight_engine::{self as engine, Engine};
 use footlight_host::files::{AtomicWriter, FileError};
 use footlight_picture::exr;
-use footlight_picture::tone::Tone;
 use footlight_picture::y4m::{Chroma, Film};
 use footlight_picture::{Image, png};
 use footlight_show::units::Time;
@@ -95,7 +92,7 @@ pub fn still(engine: &Engine, player: &Player, time: Time) -> (Shown, String) {
     player.show(time, &mut rgb);
     let images = match player.keys() {
         0 => "every frame is a sum of the banks".to_owned(),
-        keys => format!("{} in {}", count(keys, "key image"), player.format().name()),
+        keys => count(keys, "key image"),
     };
     let text = format!(
         "{images}; playback reaches {rate:.0} frames/s at {}x{}. `play -o show.html` \
@@ -239,12 +236,6 @@ pub fn numbered(
         names.path(1).display(),
         names.path(total).display()
     ))
-}
-
-/// A player with key images in single precision, for output that is processed further.
-pub fn exact(engine: &Engine, playback: &Arc<Playback>, tone: Tone) -> Result<Player, Error> {
-    let work = engine.host().work();
-    Ok(Player::new(playback, Format::Float, tone, work)?)
 }
 
 /// A pipe as a file that is finished when everything is written.

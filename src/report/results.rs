@@ -149,18 +149,13 @@ fn write_cues(
     let (show, timeline) = (engine.show(), engine.document().timeline());
     let pool = engine.estimate().pool().ok_or(engine::Error::NotRendered)?;
     let (width, height) = pool.size();
-    // Each key is shown at most once: encoding them for playback would cost more than it saves.
-    let player = playback.map(|playback| super::film::exact(engine, playback, tone));
-    let player = player.transpose()?;
     let heads = engine.heads();
     let light_at = |time: Time| -> Result<Image, engine::Error> {
-        let Some(player) = &player else {
+        let Some(playback) = playback else {
             let (setting, poses) = (timeline.evaluate(time), timeline.poses(time));
             return engine::frame((pool, heads.as_ref()), &setting, &poses, Work::silent());
         };
-        let mut light = Image::new(width, height);
-        player.light(time, &mut light);
-        Ok(light)
+        Ok(playback.frame(time))
     };
     let small = if width > TILE {
         (TILE, (height * TILE).div_ceil(width))

@@ -116,11 +116,8 @@ pub struct Sequence<'e> {
 
 impl Sequence<'_> {
     /// A player of its frames.
-    pub fn player(&self) -> Result<Player, Error> {
-        let Sequence {
-            engine, playback, ..
-        } = self;
-        Ok(Player::fitting(playback, self.tone, engine.host().work())?)
+    pub fn player(&self) -> Player {
+        Player::new(&self.playback, self.tone, self.engine.host().work())
     }
 }
 
@@ -162,27 +159,23 @@ impl Target {
         let text = match self {
             Target::Video(Some(path), chroma) => {
                 let file = store.begin(path)?;
-                film::video(engine, (&sequence.player()?, *span), *chroma, file, path)?
+                film::video(engine, (&sequence.player(), *span), *chroma, file, path)?
             }
             Target::Film(path) => {
-                let player = sequence.player()?;
+                let player = sequence.player();
                 let file = encoder(path, outlets)?.begin(path)?;
                 film::video(engine, (&player, *span), Chroma::Quarter, file, path)?
             }
             Target::Video(None, chroma) => {
                 let pipe = outlets.pipe.as_ref().ok_or(Error::NoPipe)?;
                 let place = Path::new("standard output");
-                let player = sequence.player()?;
+                let player = sequence.player();
                 let file = Box::new(Piped(pipe()));
                 let text = film::video(engine, (&player, *span), *chroma, file, place)?;
                 return Ok((text, true));
             }
             Target::Numbered(names, kind) => {
-                let player = match kind {
-                    FrameFormat::Png => sequence.player()?,
-                    FrameFormat::Exr(_) => film::exact(engine, playback, *tone)?,
-                };
-                film::numbered(engine, (&player, *span), names, *kind)?
+                film::numbered(engine, (&sequence.player(), *span), names, *kind)?
             }
             Target::Page(path) => {
                 let made = page::page(engine, playback, *tone, page::HEAD_FRAMES)?;

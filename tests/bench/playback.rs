@@ -1,8 +1,7 @@
 //! Playback speed against its bound: `cargo bench --bench playback`.
 //!
 //! Four key images become one frame of display bytes: by a sum over banks instead of keys, by three
-//! separate blends, and by the fused kernel with keys of each format on one and two threads; next
-//! to each, the time to read the same bytes without processing them. Then the same blends by OpenCV
+//! separate blends, and by the fused kernel on one and two threads; next to each, the time to read the same bytes without processing them. Then the same blends by OpenCV
 //! and numpy (`tests/peers/playback.py`), if Python has them. All methods alternate in every round,
 //! and the median counts; single-threaded ones are timed by the processor's clock if the system
 //! tells it, so that ratios hold on a busy machine (figures of two threads need an idle one). Last,
@@ -24,8 +23,7 @@ use std::hint::black_box;
 use std::process::Command;
 use std::time::Instant;
 
-use footlight_engine::playback::kernel::{Factors, Keys, Target};
-use footlight_engine::playback::key::{Format, KeyImage};
+use footlight_engine::playback::kernel::{self, Factors, Target};
 use footlight_picture::Image;
 use footlight_picture::combine::combine;
 use footlight_picture::tone::Tone;
@@ -65,27 +63,18 @@ fn frames(size: (usize, usize), rounds: usize) {
     let tone = Tone::default();
     let table = tone.table();
     let channels = size.0 * size.1 * 3;
-    let kept = Format::ALL.map(|format| keys(&banks, format));
-    let keys = kept
-        .each_ref()
-        .map(|k| Keys::new(&k.iter().collect::<Vec<_>>()).unwrap());
+    let keys: Vec<&[f32]> = banks[..4].iter().map(Image::data).collect();
     let factors = Factors::new(blend(3, MOMENT));
     let mut ways: Vec<Way<'_>> = Vec::new();
-    for (format, bytes) in [("f32", 4), ("f16", 2), ("8-bit", 1)]
-        .into_iter()
-        .zip(kept.each_ref())
-    {
-        let (name, each) = format;
-        ways.push(Way {
-            name: format!("reading four keys, {name}"),
-            bytes: 4 * each * channels,
-            run: Box::new(move || {
-                for key in bytes {
-                    black_box(read(key));
-                }
-            }),
-        });
-    }
+    ways.push(Way {
+        name: "reading four keys".to_owned(),
+        bytes: 4 * 4 * channels,
+        run: Box::new(|| {
+            for key in &keys {
+                black_box(read(key));
+            }
+        }),
+    });
     let mut shown = vec![0; channels];
     ways.push(Way {
         name: format!("sum of {BANKS} banks"),
@@ -112,19 +101,17 @@ fn frames(size: (usize, usize), rounds: usize) {
             }
         }),
     });
-    for (keys, (name, each)) in keys.iter().zip([("f32", 4), ("f16", 2), ("8-bit", 1)]) {
-        for threads in [1, 2] {
-            let mut shown = vec![0; channels];
-            let table = &table;
-            ways.push(Way {
-                name: format!("fused, {name}, threads: {threads}"),
-                bytes: 4 * each * channels,
-                run: Box::new(move || {
-                    keys.blend(factors, Target::Bytes(&mut shown, table), threads);
-                    black_box(&shown);
-                }),
-            });
-        }
+    for threads in [1, 2] {
+        let mut shown = vec![0; channels];
+        let (keys, table) = (&keys, &table);
+        ways.push(Way {
+            name: format!("fused, threads: {threads}"),
+            bytes: 4 * 4 * channels,
+            run: Box::new(move || {
+                kernel::blend(keys, factors, Target::Bytes(&mut shown, table), threads);
+                black_box(&shown);
+            }),
+        });
     }
     let (best, peers) = turns(&mut ways, size, rounds);
     let of_reading = beside_reading(&mut ways, 4 * rounds);
@@ -273,25 +260,10 @@ fn report(
         let at = ways.iter().position(|w| w.name == name);
         at.map(|at| best[at] * 1e3)
     };
-    let ours = |format: &str| find(&format!("fused, {format}, threads: 1")).unwrap();
-    println!(
-        "f16 is {:.2} times as fast as f32",
-        ours("f32") / ours("f16")
-    );
-    let peer = |name: &str| {
-        let found = peers_take.iter().find(|(n, _)| *n == name);
-        found.map(|(_, ms)| *ms)
-    };
-    for (format, name) in [
-        ("f32", "OpenCV addWeighted f32"),
-        ("8-bit", "OpenCV addWeighted 8-bit"),
-    ] {
-        if let Some(ms) = peer(name) {
-            println!(
-                "{format} is {:.2} times as fast as {name}",
-                ms / ours(format)
-            );
-        }
+    let ours = find("fused, threads: 1").unwrap();
+    let name = "OpenCV addWeighted f32";
+    if let Some((_, ms)) = peers_take.iter().find(|(n, _)| *n == name) {
+        println!("ours is {:.2} times as fast as {name}", ms / ours);
     }
 }
 
@@ -312,11 +284,6 @@ fn picture((width, height): (usize, usize), number: usize) -> Image {
         (0..width * height * 3).map(channel).collect(),
     )
     .unwrap()
-}
-
-fn keys(banks: &[Image], format: Format) -> Vec<KeyImage> {
-    let keep = |image| KeyImage::new(image, format);
-    banks[..4].iter().map(keep).collect()
 }
 
 /// The three blends of a cubic segment, each a pass over memory.
@@ -344,19 +311,10 @@ fn again(out: &mut [f32], b: &[f32], t: f32) {
     }
 }
 
-/// Reads every byte.
-fn read(key: &KeyImage) -> u64 {
-    match key {
-        KeyImage::Float(data) => {
-            let (blocks, _) = data.as_chunks::<16>();
-            words(blocks, |v| u64::from(v.to_bits()))
-        }
-        KeyImage::Half { codes, .. } => words(codes.as_chunks::<32>().0, |v| u64::from(*v)),
-    }
-}
-
 /// Reads one number of each block of 64 bytes, a cache line, without computing anything.
-fn words<T, const N: usize>(blocks: &[[T; N]], word: impl Fn(&T) -> u64) -> u64 {
-    let firsts = blocks.iter().filter_map(|block| block.first());
-    firsts.fold(0, |sum, first| sum ^ word(first))
+fn read(key: &[f32]) -> u32 {
+    let (blocks, _) = key.as_chunks::<16>();
+    blocks
+        .iter()
+        .fold(0, |sum, [first, ..]| sum ^ first.to_bits())
 }

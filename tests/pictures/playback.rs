@@ -1,11 +1,10 @@
-//! Formats of key images: their errors, and the default format.
+//! Errors of frames made of key images.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::displayed::Displayed;
-use crate::judge::{Frame, Judged, UNSEEN, judge};
-use footlight_engine::playback::key::Format;
+use crate::judge::{Frame, Judged, judge};
 use footlight_engine::playback::{Playback, Player};
 use footlight_engine::{Engine, Host};
 use footlight_host::files::{Folder, MemoryStore};
@@ -51,8 +50,8 @@ fn made_up(light: impl Fn(&[f64], f64) -> f64) -> Arc<Playback> {
     Arc::new(Playback::of(keys, images).unwrap())
 }
 
-fn judged(playback: &Arc<Playback>, tone: Tone, format: Format) -> Judged {
-    let player = Player::new(playback, format, tone, Work::silent()).unwrap();
+fn judged(playback: &Arc<Playback>, tone: Tone) -> Judged {
+    let player = Player::new(playback, tone, Work::silent());
     let mut frame = |time| {
         let mut image = Image::new(0, 0);
         player.light(time, &mut image);
@@ -69,7 +68,7 @@ fn as_displayed(playback: &Playback, tone: Tone) -> Judged {
 }
 
 #[test]
-fn each_format_errs_as_much_as_it_must() {
+fn frames_err_little_where_the_papers_hardware_errs_much() {
     for curve in [ToneCurve::Filmic, ToneCurve::Plain] {
         let tone = Tone {
             exposure: -1.0,
@@ -80,14 +79,8 @@ fn each_format_errs_as_much_as_it_must() {
         let playback = made_up(|key, x| {
             2.0 * white * (key[0] * 10f64.powf(-4.0 * x) + key[1] * 10f64.powf(-4.0 * (1.0 - x)))
         });
-        let [float, half] = Format::ALL.map(|format| judged(&playback, tone, format));
-        assert!(
-            float.most < 1e-3 && half.most < 0.07,
-            "{} {}",
-            float.most,
-            half.most
-        );
-        assert!(half.most > float.most, "a half is no float");
+        let ours = judged(&playback, tone);
+        assert!(ours.most < 1e-3 && ours.seen == 0.0, "{}", ours.most);
         // Blending codes is very wrong where the keys differ.
         let paper = as_displayed(&playback, tone);
         assert!(
@@ -96,37 +89,16 @@ fn each_format_errs_as_much_as_it_must() {
             paper.most,
             paper.rms
         );
-        assert!(paper.seen > 0.2 && half.seen == 0.0, "{}", paper.seen);
+        assert!(paper.seen > 0.2, "{}", paper.seen);
         assert_eq!(paper.worst.len(), 6000);
     }
-}
-
-/// Halves fail when a visible sun takes their whole range, and the room around it is lost.
-#[test]
-fn a_sun_in_sight_is_too_much_for_halves() {
-    let tone = Tone {
-        exposure: -5.0,
-        curve: ToneCurve::Filmic,
-    };
-    let lit = |sun: f64| {
-        let playback = made_up(move |key, x| {
-            let here = if x > 0.999 { sun } else { 4.0 * x * x };
-            here * (key[0] + 0.1 * key[1])
-        });
-        Format::ALL.map(|format| judged(&playback, tone, format))
-    };
-    let [float, half] = lit(100.0);
-    assert!(float.most < 1e-3 && half.most < 0.1);
-    let [float, half] = lit(1.6e9);
-    assert!(float.most < 1e-3, "{}", float.most);
-    assert!(half.most > UNSEEN, "the limit is real: {}", half.most);
 }
 
 #[test]
 fn a_player_shows_what_the_thresholds_say() {
     let tone = Tone::default();
     let playback = made_up(|key, x| key[0] * x + key[1] * (1.0 - x) - 0.02);
-    let player = Player::new(&playback, Format::Float, tone, Work::silent()).unwrap();
+    let player = Player::new(&playback, tone, Work::silent());
     let (mut light, mut bytes) = (Image::new(0, 0), Vec::new());
     for tenth in -5..130 {
         let time = Time::from_seconds(f64::from(tenth) / 10.0).unwrap();
@@ -137,19 +109,11 @@ fn a_player_shows_what_the_thresholds_say() {
 }
 
 #[test]
-fn the_keys_of_a_show_err_little_and_the_default_is_half_precision() {
+fn the_keys_of_a_show_err_little() {
     let mut show = first(&MemoryStore::default(), "96x54");
     let playback = show.engine_mut().playback().unwrap();
     let tone = show.engine().document().tone_of(playback.images());
-    let [float, half] = Format::ALL.map(|format| judged(&playback, tone, format));
-    assert!(float.most < 1e-3 && half.most < 0.1);
-    let bytes = |format| {
-        let player = Player::new(&playback, format, tone, Work::silent()).unwrap();
-        player.bytes() as f64
-    };
-    let sizes = Format::ALL.map(bytes);
-    assert!((sizes[0] / sizes[1] - 2.0).abs() < 1e-9);
-    assert!(show.execute("play").unwrap().text.contains("in f16"));
+    assert!(judged(&playback, tone).most < 1e-3);
     let error = show.execute("play --keys f32").unwrap_err();
     assert!(error.to_string().contains("was removed"), "{error}");
     assert_eq!(error.exit_code(), 2);

@@ -8,7 +8,6 @@ use std::time::Duration;
 use crate::operator::Altered;
 use crate::prompt;
 use footlight_engine::playback::Player;
-use footlight_engine::playback::key::Format;
 use footlight_engine::{self as engine, Ended, Goal, Host, Version};
 use footlight_host::files::{Clock, Memory, MemoryStore, Store};
 use footlight_host::work::{Progress, Work};
@@ -330,7 +329,7 @@ fn playback_shows_what_the_pool_previews() {
     let (mut show, _) = open();
     show.engine_mut().refine(Goal::count(2)).unwrap();
     let playback = show.engine_mut().playback().unwrap();
-    let player = Player::new(&playback, Format::Float, Tone::default(), Work::silent()).unwrap();
+    let player = Player::new(&playback, Tone::default(), Work::silent());
     let mut frame = footlight_picture::Image::new(0, 0);
     for at in [0.5, 2.5, 4.1, 5.5, 7.9] {
         player.light(seconds(at), &mut frame);

@@ -7,6 +7,7 @@
 //! the images keep the size budget, reduced if necessary. The page's own text (`page/`) decides its
 //! appearance and does not depend on Rust.
 
+mod byte_curve;
 mod coding;
 
 use std::borrow::Cow;

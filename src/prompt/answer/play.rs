@@ -171,7 +171,7 @@ fn sequence(repl: &mut Repl, part: &Part, target: Option<Target>) -> Result<Repl
             ..Reply::text(text)
         });
     }
-    let (player, now) = (sequence.player()?, repl.live.time());
+    let (player, now) = (sequence.player(), repl.live.time());
     // From the current moment on, or everything when that is the end.
     let span = said.unwrap_or(if now < span.to {
         PlayedSpan { from: now, ..span }

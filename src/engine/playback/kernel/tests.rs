@@ -1,7 +1,6 @@
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
 use super::*;
-use crate::playback::key::{Format, KeyImage};
 use footlight_picture::Image;
 use footlight_picture::tone::Tone;
 use footlight_show::timeline::blend;
@@ -31,58 +30,39 @@ fn pictures((width, height): (usize, usize), negative: bool) -> Vec<Image> {
     pictures.collect()
 }
 
-fn kept(images: &[Image], format: Format) -> Vec<KeyImage> {
-    let keep = |image| KeyImage::new(image, format);
-    images.iter().map(keep).collect()
+fn channels(images: &[Image]) -> Vec<&[f32]> {
+    images.iter().map(Image::data).collect()
 }
 
 /// Light and bytes of a blend.
-fn frame(keys: &[KeyImage], factors: Factors, threads: usize) -> (Vec<f32>, Vec<u8>) {
-    let keys_of = Keys::new(&keys.iter().collect::<Vec<_>>()).unwrap();
-    let channels = keys[0].light().len();
-    let (mut light, mut bytes) = (vec![7.0; channels], vec![7; channels]);
-    keys_of.blend(factors, Target::Light(&mut light), threads);
-    keys_of.blend(factors, Target::Bytes(&mut bytes, &TONE.table()), threads);
+fn frame(images: &[Image], factors: Factors, threads: usize) -> (Vec<f32>, Vec<u8>) {
+    let keys = channels(images);
+    let count = keys[0].len();
+    let (mut light, mut bytes) = (vec![7.0; count], vec![7; count]);
+    super::blend(&keys, factors, Target::Light(&mut light), threads);
+    let table = TONE.table();
+    super::blend(&keys, factors, Target::Bytes(&mut bytes, &table), threads);
     (light, bytes)
 }
 
-/// The loops compiled without a choice of instruction set.
-fn plainly(keys: &[KeyImage], factors: Factors, target: Target<'_>) {
-    match Keys::new(&keys.iter().collect::<Vec<_>>()).unwrap().0 {
-        Stored::Floats(keys) => by_degree(&keys, factors, target),
-        Stored::Halves(keys) => by_degree(&keys, factors, target),
-    }
-}
-
-/// Every format and degree on an image of a fractional number of blocks, against double precision
-/// on the decoded images, with bytes against the thresholds' own encoder.
+/// Every degree on an image of a fractional number of blocks, against double precision, with bytes
+/// against the thresholds' own encoder.
 #[test]
-fn a_frame_is_the_blend_of_its_decoded_keys() {
+fn a_frame_is_the_blend_of_its_keys() {
     let size = (37, 11);
-    // No negative values; everywhere; in some blocks of one key.
-    let mut few = pictures(size, false);
-    few[3].data_mut()[500..].copy_from_slice(&pictures(size, true)[3].data()[500..]);
-    for images in [pictures(size, false), pictures(size, true), few] {
-        for (format, degree) in Format::ALL
-            .iter()
-            .flat_map(|f| (0..4).map(move |d| (*f, d)))
-        {
-            let keys = kept(&images, format);
-            let decoded: Vec<Vec<f32>> = keys.iter().map(KeyImage::light).collect();
+    for images in [pictures(size, false), pictures(size, true)] {
+        for degree in 0..4 {
             let blend = blend(degree, 0.37);
-            let (light, bytes) = frame(&keys, Factors::new(blend), 1);
+            let (light, bytes) = frame(&images, Factors::new(blend), 1);
             let shown = TONE.encode(&Image::from_data(37, 11, light.clone()).unwrap());
-            assert_eq!(bytes, shown, "{format:?} {degree}");
+            assert_eq!(bytes, shown, "{degree}");
             for (i, light) in light.iter().enumerate() {
-                let weighed = |(w, k): (f64, &Vec<f32>)| w * f64::from(k[i]);
-                let terms = blend.weights().into_iter().zip(&decoded).map(weighed);
+                let weighed = |(w, k): (f64, &Image)| w * f64::from(k.data()[i]);
+                let terms = blend.weights().into_iter().zip(&images).map(weighed);
                 let terms: Vec<f64> = terms.collect();
                 let scale: f64 = terms.iter().map(|t| t.abs()).sum();
                 let off = (f64::from(*light) - terms.iter().sum::<f64>()).abs();
-                assert!(
-                    off <= 5e-7 * scale,
-                    "{format:?} {degree}: {off:e} of {scale:e}"
-                );
+                assert!(off <= 5e-7 * scale, "{degree}: {off:e} of {scale:e}");
             }
         }
     }
@@ -91,30 +71,19 @@ fn a_frame_is_the_blend_of_its_decoded_keys() {
 /// Equal bits for every instruction set and number of threads.
 #[test]
 fn frames_do_not_depend_on_processor_or_threads() {
-    for negative in [false, true] {
-        let images = pictures((640, 331), negative);
-        for (format, degree) in Format::ALL
-            .iter()
-            .flat_map(|f| (0..4).map(move |d| (*f, d)))
-        {
-            let keys = kept(&images, format);
-            let factors = Factors::new(blend(degree, 0.81));
-            let (light, bytes) = frame(&keys, factors, 1);
-            let (mut plain, mut shown) = (vec![0.0; light.len()], vec![0; light.len()]);
-            plainly(&keys, factors, Target::Light(&mut plain));
-            plainly(&keys, factors, Target::Bytes(&mut shown, &TONE.table()));
-            let bits = |v: &[f32]| v.iter().map(|v| v.to_bits()).collect::<Vec<u32>>();
-            assert!(
-                bits(&light) == bits(&plain) && bytes == shown,
-                "{format:?} {degree}"
-            );
-            for threads in [2, 3, 64] {
-                let (more, shown) = frame(&keys, factors, threads);
-                assert!(
-                    bits(&more) == bits(&light) && shown == bytes,
-                    "{format:?} {threads}"
-                );
-            }
+    let images = pictures((640, 331), true);
+    let keys = channels(&images);
+    for degree in 0..4 {
+        let factors = Factors::new(blend(degree, 0.81));
+        let (light, bytes) = frame(&images, factors, 1);
+        let (mut plain, mut shown) = (vec![0.0; light.len()], vec![0; light.len()]);
+        plainly(&keys, factors, Target::Light(&mut plain));
+        plainly(&keys, factors, Target::Bytes(&mut shown, &TONE.table()));
+        let bits = |v: &[f32]| v.iter().map(|v| v.to_bits()).collect::<Vec<u32>>();
+        assert!(bits(&light) == bits(&plain) && bytes == shown, "{degree}");
+        for threads in [2, 3, 64] {
+            let (more, shown) = frame(&images, factors, threads);
+            assert!(bits(&more) == bits(&light) && shown == bytes, "{threads}");
         }
     }
 }
@@ -122,7 +91,7 @@ fn frames_do_not_depend_on_processor_or_threads() {
 #[test]
 fn where_keys_agree_lerps_keep_them_to_the_bit() {
     let one = pictures((16, 16), true).swap_remove(2);
-    let keys = kept(&vec![one.clone(); 4], Format::Float);
+    let keys = vec![one.clone(); 4];
     for t in [0.0, 0.1, 0.5, 0.77, 1.0] {
         assert_eq!(frame(&keys, Factors::new(blend(3, t)), 1).0, one.data());
     }
@@ -131,31 +100,19 @@ fn where_keys_agree_lerps_keep_them_to_the_bit() {
 #[test]
 fn keys_that_are_missing_or_short_do_no_harm() {
     let images = pictures((8, 8), false);
-    let keys = kept(&images[..2], Format::Half);
     // Three blends of two keys: nothing is written.
-    assert!(
-        frame(&keys, Factors::new(blend(3, 0.5)), 1)
-            .1
-            .iter()
-            .all(|b| *b == 7)
-    );
-    let mixed = [kept(&images, Format::Half), kept(&images, Format::Float)];
-    assert!(Keys::new(&[&mixed[0][0], &mixed[1][1]]).is_none());
-    assert!(Keys::new(&[]).is_none());
-    let short = KeyImage::new(
-        &Image::from_data(1, 1, vec![9.0; 3]).unwrap(),
-        Format::Float,
-    );
-    let long = KeyImage::new(&Image::new(8, 8), Format::Float);
-    let (light, _) = frame(&[long, short], Factors::new(blend(1, 1.0)), 1);
+    let (_, bytes) = frame(&images[..2], Factors::new(blend(3, 0.5)), 1);
+    assert!(bytes.iter().all(|b| *b == 7));
+    let short = Image::from_data(1, 1, vec![9.0; 3]).unwrap();
+    let (light, _) = frame(&[Image::new(8, 8), short], Factors::new(blend(1, 1.0)), 1);
     assert_eq!(light, [0.0; 192]);
 }
 
 proptest! {
-    /// For any bits as keys in either format, and any moment, light stays between the darkest and
-    /// the brightest key of a channel.
+    /// For any keys and any moment, light stays between the darkest and the brightest key of a
+    /// channel.
     #[test]
-    fn a_blend_stays_between_its_keys(seed: u32, t in 0.0..1.0_f64, degree in 1_usize..4, at in 0_usize..2) {
+    fn a_blend_stays_between_its_keys(seed: u32, t in 0.0..1.0_f64, degree in 1_usize..4) {
         let pictures: Vec<Image> = (0..4_u32)
             .map(|p| {
                 let bits = |i: u32| (seed ^ (p * 977 + i).wrapping_mul(2_654_435_761)) % 4096;
@@ -163,10 +120,9 @@ proptest! {
                 Image::from_data(4, 4, data).unwrap()
             })
             .collect();
-        let keys = kept(&pictures, Format::ALL[at]);
-        let (light, _) = frame(&keys, Factors::new(blend(degree, t)), 1);
+        let (light, _) = frame(&pictures, Factors::new(blend(degree, t)), 1);
         for (i, light) in light.iter().enumerate() {
-            let values: Vec<f32> = keys[..=degree].iter().map(|k| k.light()[i]).collect();
+            let values: Vec<f32> = pictures[..=degree].iter().map(|k| k.data()[i]).collect();
             let least = values.iter().copied().fold(f32::MAX, f32::min);
             let most = values.iter().copied().fold(f32::MIN, f32::max);
             prop_assert!(*light >= least - 1e-5 && *light <= most + 1e-5, "{light} {values:?}");

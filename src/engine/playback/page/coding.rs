@@ -1,7 +1,7 @@
 //! Images in the 8-bit code, as PNG or JPEG files, within a budget.
 
 use super::PageError;
-use crate::playback::key::{ByteCurve, peak};
+use super::byte_curve::{ByteCurve, peak};
 use footlight_host::work::{Work, in_order};
 use footlight_picture::shrink::shrink;
 use footlight_picture::tone::Tone;

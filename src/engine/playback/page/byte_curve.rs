@@ -1,53 +1,13 @@
-//! Key images in playback, in single or half precision; and the page's code of 8 bits.
+//! The page's code of 8 bits for light; a larger code never means less light; zero stays zero.
 //!
-//! Playback is limited by reading key images, so their size sets its speed. Light is decoded before
-//! blending; a larger code never means less light; zero stays zero.
-//!
-//! A code c of 8 bits, 0 to 1, means the light `low c^2 + high c^8`, with two numbers for each
-//! image. The square follows the display's own code, so that darks are coded as finely as they are
-//! shown: `low` is at most [`Tone::knee`]. The eighth power covers visible lamps, which must stay a
-//! hundred times brighter than white while a cue fades them. Decoding takes only multiplications
-//! and no table.
+//! A code c, 0 to 1, means the light `low c^2 + high c^8`, with two numbers for each image. The
+//! square follows the display's own code, so that darks are coded as finely as they are shown: `low`
+//! is at most [`Tone::knee`]. The eighth power covers visible lamps, which must stay a hundred times
+//! brighter than white while a cue fades them. Decoding takes only multiplications and no table.
 //!
 //! [`Tone::knee`]: footlight_picture::tone::Tone::knee
 
 use footlight_picture::Image;
-
-/// Storage format of a key image.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Format {
-    /// Single precision, unchanged: 12 bytes per pixel.
-    Float,
-    /// Half precision with a scale: relative error at most 2^-11, 6 bytes per pixel.
-    Half,
-}
-
-impl Format {
-    /// All formats, the most exact first.
-    pub const ALL: [Format; 2] = [Format::Float, Format::Half];
-
-    /// Its name: `f32` or `f16`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Format::Float => "f32",
-            Format::Half => "f16",
-        }
-    }
-}
-
-/// The channels of a key image, interleaved RGB, row by row from the top.
-#[derive(Clone, Debug, PartialEq)]
-pub enum KeyImage {
-    /// Unchanged.
-    Float(Vec<f32>),
-    /// Light = IEEE 754 binary16 times `scale`, a power of two. Never subnormal, infinite or NaN.
-    Half {
-        /// The bits of the half-precision numbers.
-        codes: Vec<u16>,
-        /// The light of code 1.0.
-        scale: f32,
-    },
-}
 
 /// Meaning of the 8-bit codes of an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -145,93 +105,6 @@ fn byte_light(code: u8, low: f32, high: f32) -> f32 {
     low * c2 + high * (c4 * c4)
 }
 
-/// 2^112: the exponent that a half's bits lack when read as a float.
-const REBIAS: f32 = f32::from_bits((127 + 112) << 23);
-/// Least light that halves keep, relative to an image's brightest: 2^-29.
-pub const HALF_RANGE: f64 = 1.0 / (1 << 29) as f64;
-/// Light at which halves are clipped.
-pub const HALF_BRIGHTEST: f32 = 2.1e9;
-/// The largest half.
-const HALF_MOST: f32 = 65504.0;
-/// The smallest normal half, 2^-14; smaller values become zero. With the peak at 2^15 and more it
-/// is 2^-29 of the image's brightest light.
-const HALF_LEAST: f32 = 1.0 / 16384.0;
-
-/// The light of a half that is zero or normal, with `factor` = scale times [`REBIAS`]. The sign
-/// moves to the top, exponent and mantissa to their positions in a float; only integer instructions
-/// are used, so that every processor gives equal bits.
-#[inline(always)]
-pub(super) fn half_light(code: u16, factor: f32) -> f32 {
-    // Sign extension fills the four top bits, three of which are masked.
-    let bits = (i32::from(code.cast_signed()) << 13) as u32 & 0x8fff_e000;
-    f32::from_bits(bits) * factor
-}
-
-/// The factor for [`half_light`].
-pub(super) fn half_factor(scale: f32) -> f32 {
-    scale * REBIAS
-}
-
-/// The nearest half, ties to even; zero below [`HALF_LEAST`] and for NaN, the largest beyond it.
-fn half(value: f32) -> u16 {
-    if value.is_nan() || value.abs() < HALF_LEAST {
-        return 0;
-    }
-    let magnitude = value.abs().min(HALF_MOST);
-    let bits = magnitude.to_bits() - (112 << 23);
-    let rounded = (bits + 0x0fff + ((bits >> 13) & 1)) >> 13;
-    rounded as u16 | if value < 0.0 { 0x8000 } else { 0 }
-}
-
-/// The power of two that scales `peak` to between 2^14 and 2^15; 1 for black. Light beyond 2.1e9 is
-/// clipped: the disk of the sun has 1.6e9 cd/m2.
-fn half_scale(peak: f32) -> f32 {
-    if peak < f32::MIN_POSITIVE {
-        return 1.0;
-    }
-    let exponent = (peak.to_bits() >> 23) as i32 - 127;
-    // Keeps the factors normal at both ends of the floats' range.
-    2.0_f32.powi((exponent - 14).clamp(-126, 15))
-}
-
-impl KeyImage {
-    /// Converts `image` to a format.
-    ///
-    /// Infinite and NaN values are kept in single precision; in half precision NaN becomes zero and
-    /// infinities the brightest light of the format.
-    pub fn new(image: &Image, format: Format) -> KeyImage {
-        let data = image.data();
-        match format {
-            Format::Float => KeyImage::Float(data.to_vec()),
-            Format::Half => {
-                let scale = half_scale(peak(image));
-                let codes = data.iter().map(|v| half(v / scale)).collect();
-                KeyImage::Half { codes, scale }
-            }
-        }
-    }
-
-    /// Bytes of its channels.
-    pub fn bytes(&self) -> usize {
-        match self {
-            KeyImage::Float(data) => size_of_val(data.as_slice()),
-            KeyImage::Half { codes, .. } => size_of_val(codes.as_slice()),
-        }
-    }
-
-    /// The decoded light.
-    #[cfg(test)]
-    pub fn light(&self) -> Vec<f32> {
-        match self {
-            KeyImage::Float(data) => data.clone(),
-            KeyImage::Half { codes, scale } => {
-                let factor = half_factor(*scale);
-                codes.iter().map(|c| half_light(*c, factor)).collect()
-            }
-        }
-    }
-}
-
 /// The largest finite magnitude of an image.
 pub fn peak(image: &Image) -> f32 {
     let finite = image
@@ -256,11 +129,6 @@ mod tests {
         Image::from_data(values.len(), 1, data).unwrap()
     }
 
-    fn kept(values: &[f32], format: Format) -> Vec<f32> {
-        let image = KeyImage::new(&row(values), format);
-        image.light().iter().step_by(3).copied().collect()
-    }
-
     /// Light after the 8-bit code, with its sign, as in the page.
     fn coded(values: &[f32], knee: f32) -> Vec<f32> {
         let curve = ByteCurve::new(peak(&row(values)), knee);
@@ -275,48 +143,6 @@ mod tests {
                 }
             })
             .collect()
-    }
-
-    /// Every normal half against its definition.
-    #[test]
-    fn halves_are_those_of_ieee_754() {
-        for code in 0..=u16::MAX {
-            let exponent = i32::from(code >> 10 & 31);
-            let mantissa = f64::from(code & 1023) / 1024.0;
-            let sign = if code & 0x8000 == 0 { 1.0 } else { -1.0 };
-            if !(1..31).contains(&exponent) {
-                continue;
-            }
-            let value = (sign * (1.0 + mantissa) * f64::from(exponent - 15).exp2()) as f32;
-            assert_eq!(half(value), code, "{value}");
-            assert_eq!(half_light(code, half_factor(1.0)), value);
-            assert_eq!(half_light(code, half_factor(0.125)), value / 8.0);
-        }
-        assert_eq!(half_light(0, half_factor(1.0)), 0.0);
-        // Ties go to the even code; the largest half is the limit.
-        assert_eq!(half(2049.0), half(2048.0));
-        assert_eq!(half(2051.0), half(2052.0));
-        for huge in [65519.0, 65520.0, 1e30, f32::INFINITY] {
-            assert_eq!(half(huge), half(65504.0));
-            assert_eq!(half(-huge), half(-65504.0));
-        }
-        assert_eq!([half(f32::NAN), half(1e-9), half(-1e-9)], [0; 3]);
-    }
-
-    #[test]
-    fn a_picture_of_any_brightness_has_halves_of_full_precision() {
-        for peak in [1e-30, 1e-20, 0.3, 1.0, 7e4, 1.6e9] {
-            let values = [peak, -peak / 3.0, peak * 1e-6, 0.0];
-            let back = kept(&values, Format::Half);
-            for (value, back) in values.iter().zip(&back) {
-                let bound = value.abs() * (2.0_f32).powi(-11) + peak * 2.0_f32.powi(-29);
-                assert!((value - back).abs() <= bound, "{value} {back}");
-            }
-        }
-        // Beyond the limit, and black.
-        let back = kept(&[3e38, f32::INFINITY, 0.0], Format::Half);
-        assert!(back[0] > 2e9 && back[1].is_finite() && back[2] == 0.0);
-        assert_eq!(kept(&[0.0, f32::NAN], Format::Half), [0.0, 0.0]);
     }
 
     #[test]
