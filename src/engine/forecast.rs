@@ -111,8 +111,7 @@ impl Estimate<'_> {
         if self.is_final() || pool.has_no_estimated_error() || is_as_fine || !fits {
             return Ok(Vec::new());
         }
-        let directions = self.directions(pool, unit)?.into_iter();
-        let settings: Vec<Vec<f64>> = directions.map(|d| d.setting).collect();
+        let settings = self.directions(pool, unit)?;
         let left = self.errors_left(pool, &settings, unit)?;
         let alone = left.first().copied().unwrap_or(0.0);
         let errors = left.into_iter().skip(2).map(|left| pool.error(left, alone));
@@ -135,8 +134,7 @@ impl Estimate<'_> {
         let light = |levels: &[f64]| levels.iter().map(|x| x * x).sum::<f64>().sqrt();
         let moments = Moment::relative(self.settings_of_cues(), light);
         let weighting = Weighting::settings(keys.coordinates()).at(moments.clone());
-        let directions = plan::next(keys, &[], &weighting, None)?.directions;
-        let settings: Vec<Vec<f64>> = directions.into_iter().map(|d| d.setting).collect();
+        let settings = plan::next(keys, &[], &weighting)?;
         let left = plan::worst_left(&moments, &[], &settings, &weighting);
         let stated = Stated::of(coarse, coarse, refined);
         let error = |left: f64| coarse * left.hypot(stated.error_of_refined(left, 1.0));

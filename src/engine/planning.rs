@@ -3,7 +3,7 @@
 use super::Error;
 use super::displayed::OF_ALL_LIGHT;
 use super::estimate::Estimate;
-use crate::plan::{self, Direction, LeftOut, Moment, Plan, PlanReport, Predicted, Weighting};
+use crate::plan::{self, LeftOut, Moment, Plan, PlanReport, Predicted, Weighting};
 use crate::pool::{Pool, is_within};
 use footlight_show::units::{ErrorUnit, Time, Tolerance};
 
@@ -26,7 +26,7 @@ impl Estimate<'_> {
             ErrorUnit::Light => 1.0,
             ErrorUnit::Steps => OF_ALL_LIGHT,
         };
-        let mut plan = Plan::new(keys, &weighting, error / of_all_light, None)?;
+        let mut plan = Plan::new(keys, &weighting, error / of_all_light)?;
         plan.tolerance = error;
         plan.predicted.iter_mut().for_each(|e| *e *= of_all_light);
         work.check()?;
@@ -49,11 +49,11 @@ impl Estimate<'_> {
         Ok(pool.weighting().clone().at(self.moments(pool, unit)?))
     }
 
-    /// Remaining directions to refine, the most useful first.
-    pub(super) fn directions(&self, pool: &Pool, unit: ErrorUnit) -> Result<Vec<Direction>, Error> {
+    /// Remaining settings to refine, the most useful first.
+    pub(super) fn directions(&self, pool: &Pool, unit: ErrorUnit) -> Result<Vec<Vec<f64>>, Error> {
         let keys = self.document.keys();
         let weighting = self.weighting(pool, unit)?;
-        Ok(plan::next(keys, &pool.settings(), &weighting, None)?.directions)
+        Ok(plan::next(keys, &pool.settings(), &weighting)?)
     }
 
     /// Estimated errors of the worst moment before calibration: with coarse images alone, with the

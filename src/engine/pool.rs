@@ -26,7 +26,7 @@ use std::sync::{Arc, OnceLock};
 
 pub use self::rule::{Evidence, Fit, is_within};
 
-use crate::plan::{self, Metric, PlanError, Weighting};
+use crate::plan::{self, PlanError, Weighting};
 use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_picture::combine::{add, combine, dot, extrapolate};
@@ -341,9 +341,9 @@ impl Pool {
         &self.gram
     }
 
-    /// The weights of the best metric available: [`Metric::Error`] with two coarse qualities, else
-    /// [`Metric::Norm`]. If all of these weights are zero, each source counts equally
-    /// ([`Metric::Settings`]).
+    /// The best weights available: with two coarse qualities each source's estimated error, the
+    /// norm of the difference of its two images, else the norm of its image. If all of these are
+    /// zero, each source counts equally.
     pub fn weighting(&self) -> &Weighting {
         &self.weighting
     }
@@ -536,12 +536,8 @@ impl Pool {
 
 /// The weights of [`Pool::weighting`].
 fn weighting(errors: &[f64], norms: &[f64]) -> Result<Weighting, PlanError> {
-    let (metric, weights) = if errors.is_empty() {
-        (Metric::Norm, norms)
-    } else {
-        (Metric::Error, errors)
-    };
-    match Weighting::new(metric, weights.to_vec()) {
+    let weights = if errors.is_empty() { norms } else { errors };
+    match Weighting::new(weights.to_vec()) {
         Err(PlanError::NoWeight) => Ok(Weighting::settings(norms.len())),
         other => other,
     }

@@ -4,12 +4,10 @@ use std::sync::Arc;
 
 use super::estimate::Estimate;
 use super::{Engine, Error};
-use crate::plan;
 use crate::pool::Pool;
 use crate::pool::disk_cache::Stored;
 use footlight_picture::Image;
 use footlight_show::diagnostic::Label;
-use footlight_show::linalg::Dependent;
 use footlight_show::model::Bank;
 use footlight_transport::Quality;
 
@@ -20,10 +18,6 @@ pub struct PoolSummary {
     pub held: usize,
     /// Number of images in memory that an edit made unused.
     pub idle: usize,
-    /// Number of refined images that the pool does not use because they add almost nothing.
-    pub near_copies: usize,
-    /// Refined images whose settings lie in the span of those before them.
-    pub refused: Vec<Dependent>,
     /// The store; `None` when images are kept only in memory.
     pub store: Option<StoreSummary>,
 }
@@ -117,26 +111,15 @@ fn coarse_at_hand(engine: &mut Engine) -> Vec<Arc<Image>> {
 impl PoolSummary {
     /// Lists images beyond the pool's own, and the stored ones that serve the show; `None` when the
     /// show has no stage or view.
-    ///
-    /// # Errors
-    /// [`Error::Plan`].
-    pub fn of(engine: &Engine) -> Result<Option<PoolSummary>, Error> {
+    pub fn of(engine: &Engine) -> Option<PoolSummary> {
         let estimate = engine.estimate();
-        let Ok(rendering) = estimate.rendering() else {
-            return Ok(None);
-        };
-        let pool = estimate.pool();
-        let held = pool.map_or(0, |p| images_of(p).len());
-        let keys = engine.document.keys();
-        let next = |pool: &Pool| plan::next(keys, &pool.settings(), pool.weighting(), None);
-        let next = pool.map(next).transpose()?;
-        Ok(Some(PoolSummary {
+        estimate.rendering().ok()?;
+        let held = estimate.pool().map_or(0, |p| images_of(p).len());
+        Some(PoolSummary {
             held,
             idle: engine.images.cache.kept().len().saturating_sub(held),
-            near_copies: rendering.near_copies,
-            refused: next.map(|n| n.refused).unwrap_or_default(),
             store: store_summary(estimate),
-        }))
+        })
     }
 }
 

@@ -75,16 +75,6 @@ impl Estimate<'_> {
         }))
     }
 
-    /// Predicted error of the sequence, relative, when coarse images leave the error `left`, as
-    /// estimated before calibration (`Step::forecast`).
-    ///
-    /// # Errors
-    /// [`Error::NotRendered`] before the coarse images are rendered.
-    pub fn error_of(&self, left: f64) -> Result<f64, Error> {
-        let known = self.left(ErrorUnit::Light)?;
-        Ok(known.map_or(0.0, |(pool, [alone, _])| pool.error(left, alone)))
-    }
-
     /// The moment with the largest predicted error, among the middle and the end of every cue's
     /// fade; `None` without a known error. Dark cues count as much as bright ones, unless nearly
     /// out.

@@ -47,8 +47,6 @@ pub(super) struct SetupImages {
     lights: Lights,
     /// Key of its images; `None` when the operator's images are not to be kept.
     scene_key: Option<SceneKey>,
-    /// Number of refined images that the pool does not use because they add almost nothing.
-    pub near_copies: usize,
     /// Steps of the images of single sources, if they differ from the show's settings.
     pub base: Option<[Quality; 2]>,
     /// Steps of the pool's images of single sources.
@@ -134,7 +132,6 @@ impl SetupImages {
             steps,
             operators: BTreeMap::new(),
             in_job: None,
-            near_copies: 0,
             base: shown.and_then(|shown| shown.base),
             pool_base: None,
             pool: None,
@@ -164,7 +161,6 @@ impl SetupImages {
         SetupImages {
             setup,
             steps,
-            near_copies: 0,
             ..self
         }
     }

@@ -6,16 +6,13 @@ use std::fmt::Write as _;
 use super::document::headline;
 use super::words::{count, megabytes, qualities};
 use footlight_engine::pool::Pool;
-use footlight_engine::{self as engine, Engine, Freed, PoolSummary, StoreSummary};
+use footlight_engine::{Engine, Freed, PoolSummary, StoreSummary};
 use footlight_transport::Quality;
 
 /// Images in memory and in the store.
-///
-/// # Errors
-/// As [`PoolSummary::of`].
-pub fn describe(engine: &Engine) -> Result<String, engine::Error> {
+pub fn describe(engine: &Engine) -> String {
     let mut text = headline(engine.document()) + "\n";
-    let summary = PoolSummary::of(engine)?;
+    let summary = PoolSummary::of(engine);
     match (engine.estimate().pool(), &summary) {
         (Some(pool), Some(summary)) => describe_images(&mut text, engine, pool, summary),
         _ => {
@@ -24,7 +21,7 @@ pub fn describe(engine: &Engine) -> Result<String, engine::Error> {
         }
     }
     let Some(summary) = summary else {
-        return Ok(text);
+        return text;
     };
     if summary.idle > 0 {
         let idle = count(summary.idle, "picture");
@@ -34,7 +31,7 @@ pub fn describe(engine: &Engine) -> Result<String, engine::Error> {
         None => text.push_str("no store: pictures are kept until you leave\n"),
         Some(store) => describe_store(&mut text, store),
     }
-    Ok(text)
+    text
 }
 
 fn describe_images(text: &mut String, engine: &Engine, pool: &Pool, summary: &PoolSummary) {
@@ -68,23 +65,6 @@ fn describe_images(text: &mut String, engine: &Engine, pool: &Pool, summary: &Po
             "  {:>3}  quality {quality}  {}{more}",
             i + 1,
             first.join(", ")
-        );
-    }
-    if summary.near_copies > 0 {
-        let _ = writeln!(
-            text,
-            "  {} not used: less than a thousandth of each lies outside the span of these, and \
-             what it would add is rounding",
-            count(summary.near_copies, "known refined picture")
-        );
-    }
-    for refused in &summary.refused {
-        let _ = writeln!(
-            text,
-            "  {:>3}  adds nothing: it lies in the span of those before it (norm {:.1e}, outside it {:.1e})",
-            refused.index + 1,
-            refused.before,
-            refused.after
         );
     }
 }

@@ -57,7 +57,7 @@ fn keys(timeline: &Timeline) -> KeySequence {
 
 fn plan(keys: &KeySequence) -> Plan {
     let weighting = Weighting::settings(keys.coordinates());
-    Plan::new(keys, &weighting, 0.02, None).unwrap()
+    Plan::new(keys, &weighting, 0.02).unwrap()
 }
 
 #[divan::bench(args = MOVED, sample_count = 10)]

@@ -34,7 +34,7 @@ fn the_simple_example_has_rank_four_and_its_plan_prints_the_same_bytes_twice() {
         let show = parsed.show.unwrap();
         let timeline = Timeline::new(&show).unwrap();
         let keys = KeySequence::new(&timeline).unwrap();
-        let plan = Plan::new(&keys, &Weighting::settings(8), 0.0, None).unwrap();
+        let plan = Plan::new(&keys, &Weighting::settings(8), 0.0).unwrap();
         assert_eq!((plan.rank(), plan.used), (4, 4));
         for (key, weights) in keys.keys().iter().zip(&plan.weights) {
             for (c, x) in key.iter().enumerate() {

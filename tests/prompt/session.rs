@@ -575,57 +575,6 @@ fn a_tolerance_with_room_needs_no_refined_picture() {
     assert!(after(0.1) >= 2);
 }
 
-/// Whatever is refined next, planned or not, including copies and near-copies, the forecast does
-/// not rise, and useless settings are refused with their share outside the span.
-#[test]
-fn the_forecast_never_rises_and_copies_are_refused_with_the_reason() {
-    let (mut show, _) = open();
-    show.engine_mut().coarse().unwrap();
-    let weighting = show.engine().estimate().pool().unwrap().weighting().clone();
-    let n = show.engine().document().keys().coordinates();
-    let mut state = 7_u64;
-    let mut number = || {
-        state = state
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1);
-        (state >> 33) as f64 / f64::from(1_u32 << 30) - 1.0
-    };
-    for _ in 0..50 {
-        let first: Vec<f64> = (0..n).map(|_| number()).collect();
-        let twice: Vec<f64> = first.iter().map(|x| 2.0 * x).collect();
-        let mut near = first.clone();
-        near[0] += 1e-9;
-        let mut known = vec![first, twice, near];
-        known.extend((0..n).map(|_| (0..n).map(|_| number()).collect::<Vec<f64>>()));
-        let forecast = |m: usize| {
-            footlight_engine::plan::forecast(
-                show.engine().document().keys(),
-                &known[..m],
-                &weighting,
-                None,
-            )
-            .unwrap()
-        };
-        let all: Vec<f64> = (0..=known.len()).map(forecast).collect();
-        assert!(
-            all.windows(2).all(|w| w[1] <= w[0] * (1.0 + 1e-9)),
-            "{all:?}"
-        );
-        assert!(all[known.len()] < 1e-6 * all[0], "they span all: {all:?}");
-        let next = footlight_engine::plan::next(
-            show.engine().document().keys(),
-            &known[..3],
-            &weighting,
-            None,
-        )
-        .unwrap();
-        let refused: Vec<usize> = next.refused.iter().map(|r| r.index).collect();
-        assert_eq!(refused, [1], "the multiple, not what is new by a billionth");
-        let copy = &next.refused[0];
-        assert!(copy.after < 1e-14 * copy.before, "{copy:?}");
-    }
-}
-
 /// Fixed lights have names, but form one bank that never moves.
 #[test]
 fn what_is_fixed_is_looked_at_together() {

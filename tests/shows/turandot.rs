@@ -101,7 +101,7 @@ fn keys_and_rank_are_those_that_are_told() {
     let show = show("640x360");
     let keys = show.document().keys();
     assert_eq!((keys.keys().len(), keys.segments().len()), (143, 71));
-    let plan = Plan::new(keys, &Weighting::settings(keys.coordinates()), 0.0, None).unwrap();
+    let plan = Plan::new(keys, &Weighting::settings(keys.coordinates()), 0.0).unwrap();
     // 22 coordinates of banks and one of the fixed light: groups move together.
     assert_eq!((keys.coordinates(), plan.rank()), (23, 18));
     // A straight fade is linear, one through a square dimmer quadratic, one on a curve cubic.

@@ -2,8 +2,8 @@
 
 use crate::dice::Dice;
 use crate::projection::{Projection, keys_alike};
-use crate::trial::{Order, Shown, Trial};
-use footlight_engine::plan::{Metric, PlanError, Weighting};
+use crate::trial::{Metric, Order, Shown, Trial};
+use footlight_engine::plan::{PlanError, Weighting};
 
 /// Number of refined images for trials of previews.
 const REFINED: usize = 4;

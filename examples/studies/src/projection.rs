@@ -10,8 +10,8 @@
     reason = "matrices are indexed by their own shape"
 )]
 
-use crate::trial::{Shown, Trial};
-use footlight_engine::plan::{self, Metric, PlanError, Weighting};
+use crate::trial::{Metric, Shown, Trial};
+use footlight_engine::plan::{self, PlanError, Weighting};
 use footlight_engine::pool::Pool;
 use footlight_show::linalg::{Matrix, svd};
 
@@ -83,7 +83,7 @@ impl Projection {
         match self {
             Projection::Settings => plan::projection(settings, &plain, looks),
             Projection::Influence => {
-                let w = Weighting::new(Metric::Influence, trial.norms.clone())?;
+                let w = Weighting::new(trial.norms.clone())?;
                 plan::projection(settings, &w, looks)
             }
             Projection::Error | Projection::Extrapolated => {

@@ -4,8 +4,7 @@
 use crate::evaluation::{Rule, Verdict};
 use crate::projection::Projection;
 use crate::random_show::random_show;
-use crate::trial::{self, Trial};
-use footlight_engine::plan::{self, Metric};
+use crate::trial::{self, Metric, Trial};
 use footlight_engine::pool::Pool;
 use footlight_engine::{Engine, Host};
 use footlight_host::work::Work;
@@ -63,7 +62,7 @@ fn a_seed_is_a_show_and_two_are_two() {
 }
 
 #[test]
-fn refined_settings_are_exact_and_the_forecast_never_rises() {
+fn refined_settings_are_exact() {
     for seed in SEEDS {
         let trial = trial(seed);
         let weighting = trial.weighting(Metric::Error).unwrap();
@@ -76,13 +75,6 @@ fn refined_settings_are_exact_and_the_forecast_never_rises() {
             let exact = by != Projection::Corrections;
             assert_eq!(worst < 1e-6, exact, "{seed} {}: {worst:e}", by.name());
         }
-        let forecast = |m: usize| plan::forecast(trial.keys(), &order[..m], &weighting, None);
-        let all: Vec<f64> = (0..=order.len()).map(|m| forecast(m).unwrap()).collect();
-        assert!(
-            all.windows(2).all(|w| w[1] <= w[0] * (1.0 + 1e-12)),
-            "{all:?}"
-        );
-        assert!(all[order.len()] < 1e-9);
     }
 }
 

@@ -13,7 +13,7 @@
 )]
 
 use footlight_engine::Engine;
-use footlight_engine::plan::{self, Metric, Moment, PlanError, Weighting};
+use footlight_engine::plan::{self, Moment, PlanError, Weighting};
 use footlight_engine::pool::{Evidence, Fit, Pool};
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
@@ -58,6 +58,53 @@ impl Shown {
             extrapolation,
         }
     }
+}
+
+/// Definition of the weights w_i of the coordinates; C_i is coordinate i's coarse image at full, ‖·‖
+/// the square root of the sum of squares over pixels and channels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Metric {
+    /// w_i = 1: light as set at the desk.
+    Settings,
+    /// w_i = ‖C_i‖ · |(1/T) ∫ l_i(t) dt|, with l_i the coordinate's setting over the sequence of
+    /// length T (Dorsey, Arvo and Greenberg, "Interactive Design of Complex Time-Dependent
+    /// Lighting", 1995).
+    Influence,
+    /// w_i = ‖D_i‖, with D_i the difference of i's coarse images at two qualities: the estimated
+    /// error of its coarse image.
+    Error,
+}
+
+impl Metric {
+    /// All metrics.
+    pub const ALL: [Metric; 3] = [Metric::Settings, Metric::Influence, Metric::Error];
+
+    /// Its name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Metric::Settings => "settings",
+            Metric::Influence => "influence",
+            Metric::Error => "error",
+        }
+    }
+}
+
+/// Time averages of the settings; a segment's average is the mean of its control points.
+fn means(keys: &KeySequence) -> Vec<f64> {
+    let timeless = keys.duration() <= 0.0;
+    let segments = keys.segments().iter();
+    let lengths = segments.map(|s| if timeless { 1.0 } else { s.duration() });
+    let total: f64 = lengths.clone().sum();
+    let mut out = vec![0.0; keys.coordinates()];
+    for (segment, length) in keys.segments().iter().zip(lengths) {
+        let share = length / total / segment.keys.len() as f64;
+        for key in &segment.keys {
+            for (m, x) in out.iter_mut().zip(&keys.keys()[*key]) {
+                *m += share * x;
+            }
+        }
+    }
+    out
 }
 
 /// Order of refinement.
@@ -149,23 +196,25 @@ impl Trial {
     pub fn weighting(&self, metric: Metric) -> Result<Weighting, PlanError> {
         let weighting = match metric {
             Metric::Settings => return Ok(Weighting::settings(self.norms.len())),
-            Metric::Influence => return Weighting::influence(&self.norms, &self.keys),
-            Metric::Norm => Weighting::new(metric, self.norms.clone())?,
-            Metric::Error => Weighting::new(metric, roots(&self.dd))?,
+            Metric::Influence => {
+                let means = means(&self.keys);
+                let weights = self.norms.iter().zip(means).map(|(n, m)| n * m.abs());
+                return Weighting::new(weights.collect());
+            }
+            Metric::Error => Weighting::new(roots(&self.dd))?,
         };
         Ok(weighting.at(self.moments.clone()))
     }
 
     /// The metric with perfect knowledge: norms of the true coarse errors.
     pub fn oracle(&self) -> Result<Weighting, PlanError> {
-        let weighting = Weighting::new(Metric::Error, roots(&self.kk))?;
+        let weighting = Weighting::new(roots(&self.kk))?;
         Ok(weighting.at(self.moments.clone()))
     }
 
     /// Settings to refine, the most useful first, in a metric.
     pub fn order(&self, weighting: &Weighting) -> Result<Vec<Vec<f64>>, PlanError> {
-        let next = plan::next(&self.keys, &[], weighting, None)?;
-        Ok(next.directions.into_iter().map(|d| d.setting).collect())
+        plan::next(&self.keys, &[], weighting)
     }
 
     /// Settings to refine, the most useful first, in an order.

@@ -19,46 +19,13 @@ mod worst;
 #[cfg(test)]
 mod tests;
 
-pub use moment::{second_moment, sequence_norm};
-pub use next::{Direction, NextSteps, next};
-pub use projection::{forecast, projection};
+pub use next::next;
+pub use projection::projection;
 pub use report::{BankReport, LeftOut, PlanReport, Predicted, SegmentReport};
 pub use worst::{Moment, worst_left};
 
 use footlight_show::linalg::{Matrix, Orthonormal, SvdError, svd};
 use footlight_show::timeline::KeySequence;
-
-/// Definition of the weights w_i of the coordinates, the diagonal of W; C_i is coordinate i's
-/// coarse image at full, ‖·‖ the square root of the sum of squares over pixels and channels.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Metric {
-    /// w_i = 1: light as set at the desk.
-    Settings,
-    /// w_i = ‖C_i‖: brightness of the coordinate at full.
-    Norm,
-    /// w_i = ‖C_i‖ · |(1/T) ∫ l_i(t) dt|, with l_i the coordinate's setting over the sequence of
-    /// length T (Dorsey, Arvo and Greenberg, "Interactive Design of Complex Time-Dependent
-    /// Lighting", 1995).
-    Influence,
-    /// w_i = ‖D_i‖, with D_i the difference of i's coarse images at two qualities: the estimated
-    /// error of its coarse image.
-    Error,
-}
-
-impl Metric {
-    /// The metrics to choose from; [`Metric::Norm`] is the substitute when no error is estimated.
-    pub const ALL: [Metric; 3] = [Metric::Settings, Metric::Influence, Metric::Error];
-
-    /// Its name in reports.
-    pub fn name(self) -> &'static str {
-        match self {
-            Metric::Settings => "settings",
-            Metric::Norm => "brightness",
-            Metric::Influence => "influence",
-            Metric::Error => "error",
-        }
-    }
-}
 
 /// Reason why there is no plan.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -101,17 +68,16 @@ const RANK: f64 = 8.0 * f64::EPSILON;
 /// The diagonal metric W, and the moments that count.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weighting {
-    metric: Metric,
     weights: Vec<f64>,
     moments: Vec<Moment>,
 }
 
 impl Weighting {
-    /// Weights of a metric, one for each coordinate.
+    /// Weights, one for each coordinate.
     ///
     /// # Errors
     /// A negative or not finite weight; all weights zero.
-    pub fn new(metric: Metric, weights: Vec<f64>) -> Result<Weighting, PlanError> {
+    pub fn new(weights: Vec<f64>) -> Result<Weighting, PlanError> {
         for (coordinate, &weight) in weights.iter().enumerate() {
             if !weight.is_finite() || weight < 0.0 {
                 return Err(PlanError::Weight { coordinate, weight });
@@ -121,16 +87,14 @@ impl Weighting {
             return Err(PlanError::NoWeight);
         }
         Ok(Weighting {
-            metric,
             weights,
             moments: Vec::new(),
         })
     }
 
-    /// The metric `settings` for this many coordinates.
+    /// Equal weights for this many coordinates: light as set at the desk.
     pub fn settings(coordinates: usize) -> Weighting {
         Weighting {
-            metric: Metric::Settings,
             weights: vec![1.0; coordinates],
             moments: Vec::new(),
         }
@@ -142,23 +106,6 @@ impl Weighting {
     #[must_use]
     pub fn at(self, moments: Vec<Moment>) -> Weighting {
         Weighting { moments, ..self }
-    }
-
-    /// The metric `influence`: w_i = ‖C_i‖ · (1/T) ∫ l_i dt, from the norms of the coarse images at
-    /// full.
-    ///
-    /// # Errors
-    /// As [`Weighting::new`]; an error for a wrong number of norms.
-    pub fn influence(norms: &[f64], keys: &KeySequence) -> Result<Weighting, PlanError> {
-        same_shape(norms.len(), keys)?;
-        let means = moment::means(keys);
-        let weights = norms.iter().zip(means).map(|(n, m)| n * m.abs());
-        Weighting::new(Metric::Influence, weights.collect())
-    }
-
-    /// The metric.
-    pub fn metric(&self) -> Metric {
-        self.metric
     }
 
     /// The weights as given.
@@ -197,8 +144,6 @@ fn same_shape(found: usize, keys: &KeySequence) -> Result<(), PlanError> {
 /// A basis of all key settings, in the order of its benefit.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// The metric it was made in.
-    pub metric: Metric,
     /// The tolerance of the sequence.
     pub tolerance: f64,
     /// False for a sequence without length, whose looks all count equally.
@@ -221,9 +166,8 @@ pub struct Plan {
 impl Plan {
     /// Plans a sequence.
     ///
-    /// `tolerance` is the permitted error of the sequence (0: none); `norm` is the sequence's norm
-    /// in the units of the weights, sqrt of ∫ ‖I(t)‖² dt ([`sequence_norm`]); without it errors are
-    /// relative to the weighted norm of the settings.
+    /// `tolerance` is the permitted error of the sequence (0: none). Errors are relative to the
+    /// weighted norm of the settings.
     ///
     /// The basis has full numerical rank. When a key is so short that its time weight is lost in
     /// rounding (a last look without length, a zero weight), a direction for it comes last.
@@ -234,7 +178,6 @@ impl Plan {
         keys: &KeySequence,
         weighting: &Weighting,
         tolerance: f64,
-        norm: Option<f64>,
     ) -> Result<Plan, PlanError> {
         same_shape(weighting.weights.len(), keys)?;
         let w = weighting.lifted();
@@ -252,14 +195,13 @@ impl Plan {
         }
         express::complete(keys, &w, &a.lower, &mut directions, &mut sigma)?;
         let (basis, weights) = express::express(keys, &w, &directions);
-        let (before, after) = predicted(&sigma, norm.unwrap_or(total));
+        let (before, after) = predicted(&sigma, total);
         let mut predicted = vec![before];
         predicted.extend(after);
         let enough = |e: &f64| tolerance > 0.0 && *e <= tolerance;
         let used = predicted.iter().position(enough).unwrap_or(basis.len());
         let zero = |(i, w): (usize, &f64)| (*w == 0.0).then_some(i);
         Ok(Plan {
-            metric: weighting.metric,
             tolerance,
             time_weighted: keys.duration() > 0.0,
             singular_values: sigma,

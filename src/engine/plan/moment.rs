@@ -62,37 +62,3 @@ pub(super) fn factor(keys: &KeySequence, moments: &[Moment], w: &[f64]) -> Facto
         columns,
     }
 }
-
-/// Time averages of the settings; a segment's average is the mean of its control points.
-pub(super) fn means(keys: &KeySequence) -> Vec<f64> {
-    let lengths = lengths(keys);
-    let total: f64 = lengths.iter().sum();
-    let mut out = vec![0.0; keys.coordinates()];
-    for (segment, length) in keys.segments().iter().zip(&lengths) {
-        let share = length / total / segment.keys.len() as f64;
-        for key in &segment.keys {
-            for (m, x) in out.iter_mut().zip(&keys.keys()[*key]) {
-                *m += share * x;
-            }
-        }
-    }
-    out
-}
-
-/// The sequence's second moment M = ∫ L(t) L(t)ᵀ dt (t in seconds): Σ h · K · B · Kᵀ, exact. For a
-/// sequence without length, the sum over its looks.
-pub fn second_moment(keys: &KeySequence) -> Matrix {
-    let mut columns = Vec::new();
-    let ones = vec![1.0; keys.coordinates()];
-    weighted(keys, &ones, |column| columns.extend_from_slice(column));
-    let count = keys.segments().iter().map(|s| s.keys.len()).sum();
-    let a = Matrix::from_vec(keys.coordinates(), count, columns);
-    &a * a.transpose()
-}
-
-/// The norm of a sequence of images: sqrt of ∫ ‖I(t)‖² dt = sqrt(Σ_ij G_ij M_ij), with `gram` the
-/// inner products of the coordinates' images at full.
-pub fn sequence_norm(gram: &Matrix, moment: &Matrix) -> f64 {
-    let sum: f64 = gram.iter().zip(moment.iter()).map(|(g, m)| g * m).sum();
-    sum.max(0.0).sqrt()
-}

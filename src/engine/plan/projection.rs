@@ -1,9 +1,7 @@
 //! Projection of a setting on the refined ones: c = (Sᵀ W² S)⁻¹ Sᵀ W² L, by QR of W·S.
 
-use super::next::span;
-use super::{PlanError, Weighting, moment, same_shape, weighted_columns};
+use super::{PlanError, Weighting, weighted_columns};
 use footlight_show::linalg::{Matrix, least_squares};
-use footlight_show::timeline::KeySequence;
 
 /// For each of `settings`, the coefficients of `pool` that minimise the weighted difference. A
 /// setting of the pool itself is reproduced. Settings of the pool in the span of those before them
@@ -44,30 +42,4 @@ pub fn projection(
         }
     }
     Ok(out)
-}
-
-/// Predicted error of the sequence when every setting L is shown as its projection on the refined
-/// images plus the remainder in coarse ones: sqrt of ∫ ‖W (L − S c)‖² dt over `norm` (as in
-/// [`super::Plan::new`]). It never rises with a new image.
-///
-/// # Errors
-/// For a wrong number of weights or settings.
-pub fn forecast(
-    keys: &KeySequence,
-    pool: &[Vec<f64>],
-    weighting: &Weighting,
-    norm: Option<f64>,
-) -> Result<f64, PlanError> {
-    same_shape(weighting.weights.len(), keys)?;
-    let w = weighting.lifted();
-    let a = moment::factor(keys, &[], &w).lower;
-    let norm = norm.unwrap_or(a.norm());
-    let (span, _) = span(keys, pool, &w)?;
-    let mut sum = 0.0;
-    for column in a.column_iter() {
-        let mut rest: Vec<f64> = column.iter().copied().collect();
-        span.remove_from(&mut rest);
-        sum += rest.iter().map(|x| x * x).sum::<f64>();
-    }
-    Ok(if norm > 0.0 { sum.sqrt() / norm } else { 0.0 })
 }

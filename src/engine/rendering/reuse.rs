@@ -86,7 +86,7 @@ impl SetupImages {
     /// Known refined images not yet in the pool, with their settings, except those that add almost
     /// nothing; empty without a pool.
     pub fn reusable(
-        &mut self,
+        &self,
         image_cache: &mut ImageCache,
         least: Quality,
         store: &dyn Store,
@@ -109,7 +109,6 @@ impl SetupImages {
             let _ = span.push(&weighted(setting));
         }
         let mut out = Vec::new();
-        self.near_copies = 0;
         for known in self.known(image_cache, least, Some(store)) {
             if have.contains(&known.setting) {
                 continue;
@@ -118,7 +117,6 @@ impl SetupImages {
             let mut rest = weighted.clone();
             span.remove_from(&mut rest);
             if norm(&rest) <= OUTSIDE * norm(&weighted) {
-                self.near_copies += 1;
                 continue;
             }
             let quality = known.address.quality;

@@ -337,7 +337,7 @@ fn default_folder(repl: &Repl) -> PathBuf {
 pub fn pool(repl: &mut Repl, asked: &Pool) -> Result<Reply, Error> {
     let words: Vec<&str> = asked.words.iter().map(String::as_str).collect();
     let all = match words[..] {
-        [] => return Ok(Reply::text(report::pool::describe(&repl.engine)?)),
+        [] => return Ok(Reply::text(report::pool::describe(&repl.engine))),
         ["drop"] | ["drop", "unused"] => false,
         ["drop", "all"] => true,
         _ => {

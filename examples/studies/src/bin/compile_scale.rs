@@ -120,7 +120,7 @@ fn alone(words: &str) {
     let plan = mean(2, || {
         let keys = show.document().keys();
         let weighting = Weighting::settings(keys.coordinates());
-        drop(Plan::new(keys, &weighting, 0.02, None).unwrap());
+        drop(Plan::new(keys, &weighting, 0.02).unwrap());
     });
     let mut level = 0;
     let edit = mean(10, || {

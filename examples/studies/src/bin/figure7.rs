@@ -13,7 +13,6 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use footlight_engine::plan;
 use footlight_engine::pool::Pool;
 use footlight_engine::{Engine, Host};
 use footlight_host::files::Folder;
@@ -22,7 +21,8 @@ use footlight_picture::Image;
 use footlight_picture::combine::{combine, dot};
 use footlight_prompt::{Console, Repl, finished};
 use footlight_report::chart::{self, Axis, Marker, Panel, Scale, Series, Theme};
-use footlight_show::linalg::Matrix;
+use footlight_show::linalg::{Matrix, mass};
+use footlight_show::timeline::KeySequence;
 use footlight_transport::Setup;
 
 /// A moment of the session.
@@ -158,7 +158,7 @@ fn errors(
         .map(|unit| pool.preview(unit, work))
         .collect::<Result<_, _>>()?;
     let coarse: Vec<&Image> = pool.coarse().iter().map(AsRef::as_ref).collect();
-    let moment = plan::second_moment(engine.document().keys());
+    let moment = second_moment(engine.document().keys());
     let all = energy(&truth.iter().collect::<Vec<_>>(), &moment);
     let off = |shown: &[&Image]| {
         let pairs = shown.iter().zip(&truth);
@@ -170,6 +170,21 @@ fn errors(
     let errors = [off(&shown.iter().collect::<Vec<_>>()), off(&coarse)];
     *known = Some((setup.clone(), truth));
     Ok(errors)
+}
+
+/// A sequence's second moment M = ∫ L(t) L(t)ᵀ dt (t in seconds): Σ h · K · B · Kᵀ, exact.
+fn second_moment(keys: &KeySequence) -> Matrix {
+    let mut moment = Matrix::zeros(keys.coordinates(), keys.coordinates());
+    for segment in keys.segments() {
+        let points = segment.keys.iter().filter_map(|key| keys.keys().get(*key));
+        let k = Matrix::from_iterator(
+            keys.coordinates(),
+            segment.keys.len(),
+            points.flatten().copied(),
+        );
+        moment += segment.duration() * &k * mass(segment.degree) * k.transpose();
+    }
+    moment
 }
 
 /// Σ_ij M_ij <P_i, P_j>: the light of a sequence whose settings have the second moment M.

@@ -23,12 +23,11 @@ use std::path::Path;
 
 use footlight_engine::measure::quality::Seconds;
 use footlight_engine::measure::{Machine, Origin};
-use footlight_engine::plan::Metric;
 use footlight_engine::{Engine, Host};
 use footlight_host::files::Folder;
 use footlight_report::{Quantity, Record, StudyKind, words};
 use footlight_studies::projection::keys_alike;
-use footlight_studies::trial::{Shown, Trial, trial};
+use footlight_studies::trial::{Metric, Shown, Trial, trial};
 
 /// Goals, relative to the initial error.
 const GOALS: [f64; 4] = [0.10, 0.05, 0.02, 0.01];
