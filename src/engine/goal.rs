@@ -165,16 +165,6 @@ pub struct TooLarge {
     pub memory: usize,
 }
 
-/// Reason for an early end of refinement.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Warning {
-    /// The next image is predicted to exceed the remaining time.
-    DoesNotFit {
-        /// Its predicted seconds.
-        seconds: f64,
-    },
-}
-
 /// Summary of a refinement.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RefinementSummary {
@@ -183,8 +173,8 @@ pub struct RefinementSummary {
     pub images: usize,
     /// Their computing time, seconds.
     pub seconds: f64,
-    /// Reasons for an early end.
-    pub warnings: Vec<Warning>,
+    /// Predicted seconds of the next image, if they exceed the remaining time.
+    pub too_long: Option<f64>,
     /// Reason for its end; `None` while it runs.
     pub ended: Option<Ended>,
 }

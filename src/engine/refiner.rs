@@ -9,7 +9,7 @@ use std::sync::Arc;
 use super::Error;
 use super::estimate::Estimate;
 use super::forecast::NextImage;
-use super::goal::{Ended, Goal, Refinement, RefinementSummary, TooLarge, Warning};
+use super::goal::{Ended, Goal, Refinement, RefinementSummary, TooLarge};
 use super::means::Means;
 use super::rendering::{self, Job, MeasuredShow, Rendered, Reused};
 use super::ways::{Mixtures, WayForecast};
@@ -182,8 +182,7 @@ impl Refiner {
         // The first image is always rendered, because otherwise no prediction would ever be
         // corrected.
         if self.done.images > 0 && left.budget.is_some_and(|budget| seconds > budget) {
-            let warning = Warning::DoesNotFit { seconds };
-            self.done.warnings.push(warning);
+            self.done.too_long = Some(seconds);
             return Ok(Next::Ended(Ended::Spent));
         }
         let needed = Mixtures::of(&forecast, &left, estimate.refined()).images;

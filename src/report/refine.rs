@@ -1,11 +1,11 @@
-//! Describes refinement: steps, warnings, status, forecast.
+//! Describes refinement: steps, status, forecast.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
 
 use super::words::{count, percent, seconds};
 use footlight_engine::{
-    Ended, Engine, Event, Forecast, JobStatus, RefinementSummary, Status, TooLarge, Warning,
+    Ended, Engine, Event, Forecast, JobStatus, RefinementSummary, Status, TooLarge,
 };
 
 /// Most coordinates named for a step.
@@ -39,19 +39,15 @@ pub fn too_large(large: &TooLarge) -> String {
     )
 }
 
-/// A warning in one line.
-pub fn warning(warning: &Warning) -> String {
-    match warning {
-        Warning::DoesNotFit { seconds: s } => {
-            format!(
-                "the next picture would take {}, which does not fit",
-                seconds(*s)
-            )
-        }
-    }
+/// Note on a next image that does not fit into the time.
+fn too_long(done: &RefinementSummary) -> Option<String> {
+    let takes = seconds(done.too_long?);
+    Some(format!(
+        "the next picture would take {takes}, which does not fit"
+    ))
 }
 
-/// Describes the steps from `first` on, warnings, and the reason for the end.
+/// Describes the steps from `first` on, and the reason for the end.
 pub fn refined(engine: &Engine, done: &RefinementSummary, first: usize) -> String {
     let mut text = String::new();
     for step in engine.estimate().steps().iter().skip(first) {
@@ -61,8 +57,8 @@ pub fn refined(engine: &Engine, done: &RefinementSummary, first: usize) -> Strin
             self::step(step.refined, step.error, step.seconds)
         );
     }
-    for one in &done.warnings {
-        let _ = writeln!(text, "{}", warning(one));
+    if let Some(note) = too_long(done) {
+        let _ = writeln!(text, "{note}");
     }
     text.push_str(&done.ended.map_or(Cow::Borrowed(""), ended));
     text
@@ -104,9 +100,7 @@ pub fn event(event: &Event, words: &str) -> Vec<String> {
         );
     }
     text.push_str(if why.is_empty() { "done" } else { &why });
-    let mut notes: Vec<String> = done.warnings.iter().map(warning).collect();
-    notes.push(text);
-    notes
+    too_long(done).into_iter().chain([text]).collect()
 }
 
 /// State of the refinement in the background, in a few lines.
