@@ -183,41 +183,46 @@ pub fn verbs() -> &'static Command {
 }
 
 impl Verb {
+    /// The option for a view.
+    fn view(&self) -> Option<&str> {
+        let from = match self {
+            Verb::Plan(asked) => &asked.from,
+            Verb::Picture(asked) => &asked.shot.from,
+            Verb::Refine(asked) => &asked.from,
+            Verb::Play(asked) => &asked.from,
+            Verb::Film(asked) => &asked.from,
+            Verb::Frames(asked) => &asked.from,
+            Verb::Run(asked) => &asked.from,
+            Verb::Measure(asked) => &asked.picture.from,
+            Verb::Solve(asked) => &asked.from,
+            _ => return None,
+        };
+        from.view.as_deref()
+    }
+
     /// Runs the verb.
     pub(super) fn answer(&self, repl: &mut Repl) -> Result<Reply, Error> {
+        repl.seen_from(self.view(), |repl| self.answer_there(repl))
+    }
+
+    fn answer_there(&self, repl: &mut Repl) -> Result<Reply, Error> {
         match self {
             Verb::Check => text::check(repl),
             Verb::Show(asked) => text::show(repl, asked),
             Verb::At(asked) => live::at(repl, asked),
-            Verb::Plan(asked) => {
-                repl.seen_from(asked.from.view.as_deref(), |repl| render::plan(repl, asked))
-            }
-            Verb::Picture(asked) => repl.seen_from(asked.shot.from.view.as_deref(), |repl| {
-                picture::picture(repl, asked)
-            }),
-            Verb::Refine(asked) => repl.seen_from(asked.from.view.as_deref(), |repl| {
-                render::refine(repl, asked)
-            }),
+            Verb::Plan(asked) => render::plan(repl, asked),
+            Verb::Picture(asked) => picture::picture(repl, asked),
+            Verb::Refine(asked) => render::refine(repl, asked),
             Verb::Status => render::status(repl),
             Verb::Wait => render::wait(repl),
             Verb::Stop(asked) => render::stop(repl, asked),
-            Verb::Play(asked) => {
-                repl.seen_from(asked.from.view.as_deref(), |repl| play::play(repl, asked))
-            }
-            Verb::Film(asked) => {
-                repl.seen_from(asked.from.view.as_deref(), |repl| play::film(repl, asked))
-            }
-            Verb::Frames(asked) => {
-                repl.seen_from(asked.from.view.as_deref(), |repl| play::frames(repl, asked))
-            }
+            Verb::Play(asked) => play::play(repl, asked),
+            Verb::Film(asked) => play::film(repl, asked),
+            Verb::Frames(asked) => play::frames(repl, asked),
             Verb::Plot(asked) => plot::plot(repl, asked),
-            Verb::Run(asked) => {
-                repl.seen_from(asked.from.view.as_deref(), |repl| render::run(repl, asked))
-            }
+            Verb::Run(asked) => render::run(repl, asked),
             Verb::Compare(asked) => measure::compare(repl, asked),
-            Verb::Measure(asked) => repl.seen_from(asked.picture.from.view.as_deref(), |repl| {
-                measure::measure(repl, asked)
-            }),
+            Verb::Measure(asked) => measure::measure(repl, asked),
             Verb::Quality(asked) => measure::quality(repl, asked),
             Verb::Chart(asked) => measure::chart(repl, asked),
             Verb::Pool(asked) => render::pool(repl, asked),
@@ -226,9 +231,7 @@ impl Verb {
             Verb::Back => live::back(repl),
             Verb::Goto(asked) => live::goto(repl, asked),
             Verb::Set(asked) => live::set(repl, asked),
-            Verb::Solve(asked) => {
-                repl.seen_from(asked.from.view.as_deref(), |repl| solve::solve(repl, asked))
-            }
+            Verb::Solve(asked) => solve::solve(repl, asked),
             Verb::Release => live::release(repl),
             Verb::Record(asked) => live::record(repl, asked),
             Verb::Update => live::update(repl),

@@ -49,16 +49,15 @@ impl Repl {
 impl Vocabulary {
     /// The names of a document's show.
     pub fn of(document: &Document) -> Vocabulary {
-        let texts = document.diagnostics().sources.texts();
+        let texts = || document.diagnostics().sources.texts();
         let scene = document.setup().map(|setup| &setup.scene);
-        let materials = scene.into_iter().flat_map(|scene| &scene.materials);
-        let gels = document.diagnostics().sources.texts();
+        let materials = scene.map_or(&[][..], |scene| &scene.materials);
         Vocabulary {
-            gels: gels.flat_map(lang::gels_of_table).collect(),
+            gels: texts().flat_map(lang::gels_of_table).collect(),
             ..Vocabulary::named(
                 document.show(),
-                texts.flat_map(lang::values).collect(),
-                materials.map(|m| m.name.clone()).collect(),
+                texts().flat_map(lang::values).collect(),
+                names(materials, |material| &material.name),
             )
         }
     }
@@ -66,46 +65,34 @@ impl Vocabulary {
     fn named(show: &Show, values: Vec<String>, materials: Vec<String>) -> Vocabulary {
         let heads = show.heads().into_iter();
         let heads = heads.filter_map(|(light, ..)| Some(show.lights.get(light)?.name.clone()));
-        let heads = heads.collect();
+        let last = show.cues.last();
+        let next = last.map_or(1, |cue| cue.number.thousandths() / 1000 + 1);
+        let mut points = names(&show.points, |point| &point.name);
         // A place written in a cue has no name to offer.
-        let points = show.points.iter().filter(|p| !p.name.contains(','));
+        points.retain(|name| !name.contains(','));
         Vocabulary {
             declared: vec![
-                ("bank", show.banks.iter().map(|b| b.name.clone()).collect()),
-                (
-                    "group",
-                    show.groups.iter().map(|g| g.name.clone()).collect(),
-                ),
-                ("look", show.looks.iter().map(|l| l.name.clone()).collect()),
-                (
-                    "light",
-                    show.lights.iter().map(|l| l.name.clone()).collect(),
-                ),
-                ("point", points.map(|p| p.name.clone()).collect()),
-                ("head", heads),
-                (
-                    "curve",
-                    show.curves.iter().map(|c| c.name.clone()).collect(),
-                ),
-                (
-                    "effect",
-                    show.effects.iter().map(|e| e.name.clone()).collect(),
-                ),
-                ("view", show.views.iter().map(|v| v.name.clone()).collect()),
+                ("bank", names(&show.banks, |bank| &bank.name)),
+                ("group", names(&show.groups, |group| &group.name)),
+                ("look", names(&show.looks, |look| &look.name)),
+                ("light", names(&show.lights, |light| &light.name)),
+                ("point", points),
+                ("head", heads.collect()),
+                ("curve", names(&show.curves, |curve| &curve.name)),
+                ("effect", names(&show.effects, |effect| &effect.name)),
+                ("view", names(&show.views, |view| &view.name)),
                 ("let", values),
             ],
             cues: show.cues.iter().map(|c| c.number.to_string()).collect(),
-            next_cue: Some(
-                show.cues
-                    .last()
-                    .map_or(1, |c| c.number.thousandths() / 1000 + 1),
-            )
-            .filter(|number| *number < 10_000)
-            .map(|number| number.to_string()),
+            next_cue: (next < 10_000).then(|| next.to_string()),
             materials,
             gels: Vec::new(),
         }
     }
+}
+
+fn names<T>(declared: &[T], name: impl Fn(&T) -> &String) -> Vec<String> {
+    declared.iter().map(|one| name(one).clone()).collect()
 }
 
 /// Bytes before the cursor that are considered.
