@@ -339,11 +339,10 @@ fn load(
     Ok(Repl::new(engine?, console))
 }
 
-/// Standard output for files, unless it is closed or a terminal, which shows no films.
+/// Standard output for files, unless it is a terminal, which shows no films.
 fn pipe() -> Option<Pipe> {
     let open = || Box::new(BufWriter::new(io::stdout())) as Box<dyn Write>;
-    let is_read = !io::stdout().is_terminal() && !files::output_goes_nowhere();
-    is_read.then(|| Box::new(open) as Pipe)
+    (!io::stdout().is_terminal()).then(|| Box::new(open) as Pipe)
 }
 
 fn folder_of(file: &Path) -> &Path {

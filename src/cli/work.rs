@@ -10,7 +10,7 @@ use super::screen::Screen;
 use super::settings::{Settings, time_limit};
 use super::{host, print, signals};
 use footlight_engine::{self as engine, Engine, LEASE, Task, TaskList, TaskState, Worked};
-use footlight_host::files::Disk;
+use footlight_host::files::{Disk, normal};
 use footlight_prompt::Error;
 use footlight_report::tasks;
 use footlight_show::printable;
@@ -76,11 +76,7 @@ fn read(path: &Path, settings: &Settings) -> Result<TaskList, Error> {
         return Ok(TaskList { pool, ..list });
     }
     // A stranger's list may write only where its show's own images are.
-    let plain = |path: &Path| {
-        std::path::absolute(path)
-            .map(|path| without_dots(&path))
-            .ok()
-    };
+    let plain = |path: &Path| std::path::absolute(path).map(|path| normal(&path)).ok();
     let inside = plain(&list.pool).zip(plain(super::folder_of(&list.show)));
     if inside.is_none_or(|(pool, folder)| !pool.starts_with(folder)) {
         return Err(Error::Usage(format!(
@@ -91,17 +87,6 @@ fn read(path: &Path, settings: &Settings) -> Result<TaskList, Error> {
         )));
     }
     Ok(list)
-}
-
-fn without_dots(path: &Path) -> PathBuf {
-    let mut out = PathBuf::new();
-    for part in path.components() {
-        match part {
-            std::path::Component::ParentDir => drop(out.pop()),
-            part => out.push(part),
-        }
-    }
-    out
 }
 
 fn open(list: &TaskList, settings: &Settings, screen: &Screen) -> Result<Engine, Error> {

@@ -21,7 +21,7 @@ use std::fmt::Display;
 use std::fs;
 use std::hash::{BuildHasher as _, Hasher as _, RandomState};
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Component, Path, PathBuf};
 
 use self::open::{Opened, Refusal};
 
@@ -29,8 +29,8 @@ pub use self::atomic_writer::AtomicWriter;
 pub use self::disk::Disk;
 pub use self::folder::{Files, Folder, Memory, Stamp};
 pub use self::machine::{
-    Clock, Monotonic, address_space, is_limited, output_goes_nowhere, processor,
-    return_freed_memory, return_large_blocks,
+    Clock, Monotonic, address_space, is_limited, processor, return_freed_memory,
+    return_large_blocks,
 };
 pub use self::store::{Entry, MemoryStore, Store};
 
@@ -82,6 +82,19 @@ pub enum FileError {
 /// True when two paths name one existing file.
 pub fn is_same(a: &Path, b: &Path) -> bool {
     matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+/// A path without `.` and `..`, whether or not it exists.
+pub fn normal(path: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir => drop(out.pop()),
+            part => out.push(part),
+        }
+    }
+    out
 }
 
 /// True for a symbolic link, wherever it leads.

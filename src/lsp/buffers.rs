@@ -1,7 +1,7 @@
 //! The open texts of the client, which take precedence over the disk.
 
 use std::collections::BTreeMap;
-use std::path::{Component, Path, PathBuf};
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -9,7 +9,7 @@ use lsp_types::{TextDocumentContentChangeEvent, Uri};
 
 use super::text::{Encoding, Lines};
 use footlight_engine::TEXT_LIMIT;
-use footlight_host::files::{Disk, FileError, Files, Folder, Stamp, Store};
+use footlight_host::files::{Disk, FileError, Files, Folder, Stamp, Store, normal};
 use footlight_show::lang;
 
 /// An open text.
@@ -133,21 +133,6 @@ impl Files for Overlay {
     fn as_is(&self) -> Vec<Stamp> {
         self.disk.as_is()
     }
-}
-
-/// Resolves `.` and `..` in a path.
-pub fn normal(path: &Path) -> PathBuf {
-    let mut out = PathBuf::new();
-    for part in path.components() {
-        match part {
-            Component::CurDir => {}
-            Component::ParentDir => {
-                out.pop();
-            }
-            part => out.push(part),
-        }
-    }
-    out
 }
 
 /// The path of a `file:` URI.

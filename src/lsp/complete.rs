@@ -8,11 +8,11 @@ use lsp_types::{
     MarkupKind, TextEdit,
 };
 
-use super::buffers::normal;
 use super::hover::of_quantity;
 use super::open_show::{OpenShow, statement_at};
 use super::outline::endings;
 use super::text::{Encoding, Lines};
+use footlight_host::files::normal;
 use footlight_prompt::{help_of, help_of_word};
 use footlight_show::lang::{self, Token};
 

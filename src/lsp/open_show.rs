@@ -4,9 +4,10 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use super::buffers::{Buffers, Overlay, normal};
+use super::buffers::{Buffers, Overlay};
 use super::text::{Encoding, Lines};
 use footlight_engine::{self as engine, Document, Error};
+use footlight_host::files::normal;
 use footlight_prompt::Vocabulary;
 use footlight_show::diagnostic::{Diagnostic, Diagnostics};
 use footlight_show::lang::{self, NamePlace, Token};

@@ -8,9 +8,10 @@ use lsp_types::{
 };
 
 use super::background::Stop;
-use super::buffers::{normal, uri_of};
+use super::buffers::uri_of;
 use super::open_show::OpenShow;
 use super::text::{Encoding, Lines};
+use footlight_host::files::normal;
 use footlight_show::lang::{self, Outlined, Token};
 use footlight_show::timeline::CueTime;
 use footlight_show::units::CueNumber;
