@@ -1,13 +1,14 @@
 //! Playback speed against its bound: `cargo bench --bench playback`.
 //!
 //! Four key images become one frame of display bytes: by a sum over banks instead of keys, by three
-//! separate blends, and by the fused kernel on one and two threads; next to each, the time to read the same bytes without processing them. Then the same blends by OpenCV
-//! and numpy (`tests/peers/playback.py`), if Python has them. All methods alternate in every round,
-//! and the median counts; single-threaded ones are timed by the processor's clock if the system
-//! tells it, so that ratios hold on a busy machine (figures of two threads need an idle one). Last,
-//! the frame budget of editing: from a retyped cue to the bytes of the image at the current time,
-//! with 24 coarse images (of two qualities) and 10 refined ones. `--rounds 40` takes more rounds,
-//! `--size 1280x720` only one size.
+//! separate blends, and by the fused kernel on one and two threads; next to each, the time to read
+//! the same bytes without processing them. Then the same blends by OpenCV and numpy
+//! (`tests/peers/playback.py`), if Python has them. All methods alternate in every round, and the
+//! median counts; single-threaded ones are timed by the processor's clock if the system tells it,
+//! so that ratios hold on a busy machine (figures of two threads need an idle one). Last, the frame
+//! budget of editing: from a retyped cue to the bytes of the image at the current time, with 24
+//! coarse images (of two qualities) and 10 refined ones. `--rounds 40` takes more rounds, `--size
+//! 1280x720` only one size.
 
 #![allow(
     clippy::unwrap_used,

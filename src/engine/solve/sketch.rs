@@ -335,45 +335,19 @@ fn luminances(image: &Image) -> impl Iterator<Item = f64> {
         .map(|pixel| Rgb(pixel.map(f64::from)).luminance().max(0.0))
 }
 
-/// Rows summed as one part, independent of the threads, divided into blocks that fit the cache.
-const PART: usize = 1 << 13;
-const ROWS: usize = 1 << 9;
+/// Rows summed as one part, independent of the threads.
+const PART: usize = 1 << 11;
 
 /// The sums over all rows of `weight^2 a b` for every pair of columns.
 fn products(columns: &[&[f32]], weights: &[f32], work: Work<'_>) -> Result<Matrix, Cancelled> {
-    let n = columns.len();
     let parts: Vec<(usize, &[f32])> = weights.chunks(PART).enumerate().collect();
     let of_part = |(part, weights): &(usize, &[f32])| {
         work.check()?;
-        let mut sums = Matrix::zeros(n, n);
-        let mut block = vec![[0.0_f64; ROWS]; n];
-        for (rows, weights) in weights.chunks(ROWS).enumerate() {
-            let start = part * PART + rows * ROWS;
-            for (to, column) in block.iter_mut().zip(columns) {
-                let own = &column[start..start + weights.len()];
-                to.fill(0.0);
-                let values = own
-                    .iter()
-                    .zip(weights)
-                    .map(|(v, w)| f64::from(*v) * f64::from(*w));
-                to.iter_mut()
-                    .zip(values)
-                    .for_each(|(to, value)| *to = value);
-            }
-            for (i, a) in block.iter().enumerate() {
-                for (j, b) in block.iter().enumerate().take(i + 1) {
-                    let mut lanes = [0.0_f64; 8];
-                    for (a, b) in a.as_chunks::<8>().0.iter().zip(b.as_chunks::<8>().0) {
-                        lanes
-                            .iter_mut()
-                            .zip(a.iter().zip(b))
-                            .for_each(|(lane, (a, b))| *lane += a * b);
-                    }
-                    sums[(i, j)] += lanes.iter().sum::<f64>();
-                }
-            }
-        }
-        Ok(sums)
+        let weighted = |row: usize, column: usize| {
+            f64::from(columns[column][part * PART + row]) * f64::from(weights[row])
+        };
+        let rows = Matrix::from_fn(weights.len(), columns.len(), weighted);
+        Ok(rows.transpose() * rows)
     };
     let parts = in_order(&parts, work.threads, of_part).into_iter();
     let mut all = parts.sum::<Result<Matrix, Cancelled>>()?;
@@ -387,10 +361,10 @@ mod tests {
 
     use super::*;
 
-    /// More rows than a part has, and not a multiple of a block.
+    /// More rows than a part has, and not a multiple.
     #[test]
     fn products_are_the_weighted_sums_of_every_pair() {
-        let rows = PART + 3 * ROWS + 11;
+        let rows = 2 * PART + 311;
         let column = |seed: usize| -> Vec<f32> {
             (0..rows)
                 .map(|i| (i * (seed + 7) % 101) as f32 / 50.0 - 0.7)
