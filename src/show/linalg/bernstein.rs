@@ -96,22 +96,6 @@ impl Bernstein {
         Bernstein::cubic([from, from + slope_from / 3.0, to - slope_to / 3.0, to])
     }
 
-    /// Converts from the power basis, lowest power first: c_i = sum over j <= i of C(i,j)/C(d,j)
-    /// a_j. `None` unless there are one to four numbers.
-    pub fn from_power(power: &[f64]) -> Option<Bernstein> {
-        let degree = power.len().checked_sub(1).filter(|d| *d <= 3)?;
-        let mut coefficients = [0.0; 4];
-        for (i, c) in coefficients.iter_mut().enumerate().take(degree + 1) {
-            for (j, a) in power.iter().enumerate().take(i + 1) {
-                *c += BINOMIAL[i][j] / BINOMIAL[degree][j] * a;
-            }
-        }
-        Some(Bernstein {
-            degree,
-            coefficients,
-        })
-    }
-
     /// The degree given at construction.
     pub fn degree(&self) -> usize {
         self.degree
@@ -302,6 +286,24 @@ mod tests {
 
     fn polynomial() -> impl Strategy<Value = Bernstein> {
         prop::collection::vec(-2.0..2.0f64, 1..5).prop_map(|c| Bernstein::new(&c).unwrap())
+    }
+
+    impl Bernstein {
+        /// Converts from the power basis, lowest power first: c_i = sum over j <= i of C(i,j)/C(d,j)
+        /// a_j. `None` unless there are one to four numbers.
+        pub(crate) fn from_power(power: &[f64]) -> Option<Bernstein> {
+            let degree = power.len().checked_sub(1).filter(|d| *d <= 3)?;
+            let mut coefficients = [0.0; 4];
+            for (i, c) in coefficients.iter_mut().enumerate().take(degree + 1) {
+                for (j, a) in power.iter().enumerate().take(i + 1) {
+                    *c += BINOMIAL[i][j] / BINOMIAL[degree][j] * a;
+                }
+            }
+            Some(Bernstein {
+                degree,
+                coefficients,
+            })
+        }
     }
 
     proptest! {
