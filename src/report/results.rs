@@ -74,7 +74,8 @@ pub fn write(
     };
     let errors = error_chart(engine, tolerance, Theme::Light)?;
     to.write(engine, "error.png", &errors.png()?)?;
-    let channels = channel_sheet(engine, Theme::Dark)?;
+    let held = playback.map_or(0, |playback| playback.image_bytes());
+    let channels = channel_sheet(engine, held, Theme::Dark)?;
     to.write(engine, "channels.png", &channels.png()?)?;
     let pool = engine.estimate().pool().ok_or(engine::Error::NotRendered)?;
     if !pool.refined().is_empty() {
@@ -322,10 +323,18 @@ pub fn basis_sheet(engine: &Engine, pool: &Pool, theme: Theme) -> Result<Drawing
     signed_sheet(engine, (title, images, captions), theme)
 }
 
-/// Each bank alone, at full.
-pub fn channel_sheet(engine: &Engine, theme: Theme) -> Result<Drawing, Error> {
-    let images = engine.bank_images(0)?;
-    let images = images.iter().collect();
+/// Each bank alone, at full; `held` bytes of the caller count against the memory.
+pub fn channel_sheet(engine: &Engine, held: usize, theme: Theme) -> Result<Drawing, Error> {
+    let pool = engine.estimate().pool().ok_or(engine::Error::NotRendered)?;
+    // Images of the pool lack the direct light of heads.
+    let made = match engine.heads() {
+        Some(_) => engine.bank_images(held)?,
+        None => Vec::new(),
+    };
+    let images = match made.as_slice() {
+        [] => pool.coarse().iter().map(AsRef::as_ref).collect(),
+        made => made.iter().collect(),
+    };
     let coordinates = engine.show().coordinates().into_iter();
     let captions = coordinates.map(|c| c.name).collect();
     signed_sheet(engine, ("each bank alone", images, captions), theme)

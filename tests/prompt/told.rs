@@ -139,7 +139,7 @@ cue 2 at 2:00 { time 2  front 20 }
     ] {
         assert!(written(name), "{name}");
     }
-    let said = show.execute("play 1:00").unwrap().text;
+    let said = show.execute("play").unwrap().text;
     assert!(said.contains("a sum of the banks"), "{said}");
     let page = show.execute("play -o p.html").unwrap().text;
     assert!(page.contains("2 bank images of 160x90"), "{page}");
@@ -150,7 +150,7 @@ cue 2 at 2:00 { time 2  front 20 }
     };
     frame(&mut show, "sum%04d").unwrap();
     let mut rich = prompt("e.lxq", text.as_bytes(), host(4 << 30)).unwrap();
-    let said = rich.execute("play 1:00").unwrap().text;
+    let said = rich.execute("play").unwrap().text;
     assert!(said.contains("key images"), "{said}");
     frame(&mut rich, "key%04d").unwrap();
     let read = |name: &str| exr::decode(&store.read(Path::new(name), 1 << 20).unwrap(), 1 << 20);

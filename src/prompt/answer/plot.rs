@@ -137,7 +137,7 @@ fn basis(repl: &mut Repl, theme: Theme) -> Result<(Drawing, String), Error> {
     let pool = pool.ok_or(footlight_engine::Error::NoSetup)?;
     Ok(match pool.refined().len() {
         0 => (
-            results::channel_sheet(engine, theme)?,
+            results::channel_sheet(engine, 0, theme)?,
             format!(
                 "nothing is refined yet: the coarse pictures of {}",
                 count(engine.show().coordinates().len(), "source")
