@@ -207,8 +207,9 @@ pub enum Error {
     Cancelled(#[from] Cancelled),
     /// The call reached the limit [`Host::time`](super::Host::time).
     #[error(
-        "stopped after {seconds} s, the limit of time; every picture that was finished is kept, and the \
-         same again goes on from there (or give it more time: `--time-limit`)"
+        "stopped after {seconds} s, the limit of time; finished pictures are kept, and the same again \
+         goes on from there. The pictures of one quality are finished together: if none was, give it \
+         more time by `--time-limit`"
     )]
     OutOfTime {
         /// The limit.

@@ -148,6 +148,12 @@ fn in_a_browser_the_page_plays_and_shows_what_picture_shows() {
     std::fs::write(&file, &html).unwrap();
     let added_file = folder.path().join("added.html");
     std::fs::write(&added_file, without_keys(&html)).unwrap();
+    let heads_file = folder.path().join("heads.html");
+    std::fs::write(
+        &heads_file,
+        changed(&html, |data| data["heads"] = json!(true)),
+    )
+    .unwrap();
     let times = TIMES.map(|t| t.to_string()).join(",");
     let pictures = TIMES.map(|t| picture(&mut show, &store, &format!("{t}s")));
     let mixed = mixture(&mut show, 3.1);
@@ -179,6 +185,14 @@ fn in_a_browser_the_page_plays_and_shows_what_picture_shows() {
             usize::from(off) <= HELD.len(),
             "{name}, mixed by hand: {off} of 255"
         );
+        // With heads the change is added to the keys, and each image is rounded for itself.
+        let held = browser.report(&heads_file, &format!("test=3.1{hold}{more}"));
+        let off = apart(&held[2], &mixed);
+        eprintln!("{name}, mixed by hand with heads: {off} of 255");
+        assert!(
+            usize::from(off) <= 2 * HELD.len(),
+            "{name}, mixed by hand with heads: {off} of 255"
+        );
         // The same times from the banks' images alone.
         let added = browser.report(&added_file, &format!("test={times}{more}"));
         for ((time, line), picture) in TIMES.iter().zip(&added[2..]).zip(&pictures) {
@@ -196,13 +210,20 @@ fn in_a_browser_the_page_plays_and_shows_what_picture_shows() {
 
 /// A page as it is written when the keys' images do not fit.
 fn without_keys(html: &str) -> String {
+    changed(html, |data| {
+        let keys = data["keys"].as_u64().unwrap() as usize;
+        assert!(keys > 1);
+        data["pictures"].as_array_mut().unwrap().drain(..keys);
+        data["keys"] = json!(0);
+    })
+}
+
+/// A page with changed data.
+fn changed(html: &str, change: impl FnOnce(&mut Value)) -> String {
     let (head, rest) = html.split_once("id=\"show\">").unwrap();
     let (data, tail) = rest.split_once("</script>").unwrap();
     let mut data: Value = serde_json::from_str(data).unwrap();
-    let keys = data["keys"].as_u64().unwrap() as usize;
-    assert!(keys > 1);
-    data["pictures"].as_array_mut().unwrap().drain(..keys);
-    data["keys"] = json!(0);
+    change(&mut data);
     let data = data.to_string().replace('<', "\\u003c");
     format!("{head}id=\"show\">{data}</script>{tail}")
 }

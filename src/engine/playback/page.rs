@@ -194,6 +194,8 @@ struct Data<'a> {
     cues: &'a [Cue],
     /// Number of key images, which precede those of banks.
     keys: usize,
+    /// True when only key images show heads where they are.
+    heads: bool,
     settings: &'a [Vec<f64>],
     segments: Vec<Stretch<'a>>,
     pictures: Vec<Picture>,
@@ -302,6 +304,7 @@ fn json<'a>(
         mixers: &contents.mixers,
         cues: &contents.cues,
         keys,
+        heads: contents.has_heads,
         settings: contents.keys.keys(),
         segments: segments.iter().map(stretch).collect(),
         pictures,

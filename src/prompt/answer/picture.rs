@@ -15,7 +15,7 @@ use footlight_picture::exr::Precision;
 use footlight_picture::tone::{self, Tone};
 use footlight_report::film::Shown;
 use footlight_report::format::{self, DRAWING, PICTURE, ending};
-use footlight_report::words::count;
+use footlight_report::words::{count, qualities};
 use footlight_report::{self as report, illuminance};
 use footlight_show::geometry::Vec3;
 use footlight_show::model::Pose;
@@ -202,7 +202,11 @@ fn made_of(repl: &Repl, asked: &Picture) -> String {
     if repl.engine.estimate().is_final() {
         return "the sum of the banks".to_owned();
     }
+    let [cheap, fine] = repl.engine.estimate().coarse_steps();
     match repl.engine.estimate().refined() {
+        0 if cheap == fine && fine.0 > repl.engine.show().preview.coarse => {
+            format!("pictures {}", qualities(&repl.engine))
+        }
         0 => "coarse pictures".to_owned(),
         n => format!("coarse pictures and {}", count(n, "refined picture")),
     }

@@ -44,12 +44,21 @@ function sumOf(settings) {
   return terms.filter(({ weight }) => weight !== 0);
 }
 
+/// The keys of a moment, each with its weight.
+function keysOf({ keys, factors: [f0, f1, f2] }) {
+  const weights = [(1 - f2) * (1 - f0), (1 - f2) * f0, f2 * (1 - f1), f2 * f1];
+  return weights.map((weight, k) => ({ picture: keys[k], weight }));
+}
+
 /// The sum that shows faders held by hand. Null while none is held: then the keys are blended, where
 /// the page has them. (A sum alone, since taking a lamp's 8 bits away from a key's would leave the
-/// rounding of both.)
-function sumAt(settings) {
+/// rounding of both. But only keys have moving heads where they are, so with heads the change by hand
+/// is added to them.)
+function sumAt(settings, moment) {
   if (show.keys > 0 && desk.held.size === 0 && !desk.rest) return null;
-  return sumOf(settings.map((setting, i) => (desk.held.has(i) ? settingOf(show.coordinates[i].law, desk.held.get(i)) : setting)));
+  const held = settings.map((setting, i) => (desk.held.has(i) ? settingOf(show.coordinates[i].law, desk.held.get(i)) : setting));
+  if (!show.heads) return sumOf(held);
+  return [...keysOf(moment), ...sumOf(held.map((setting, i) => setting - moment.settings[i]))];
 }
 
 /// The level of everything that cues move.
@@ -59,9 +68,7 @@ const grandLevel = () => (desk.isDark ? 0 : desk.grand);
 function behindGrand(moment, light, sum) {
   const level = grandLevel();
   if (level === 1) return sum;
-  const [f0, f1, f2] = moment.factors;
-  const keys = [(1 - f2) * (1 - f0), (1 - f2) * f0, f2 * (1 - f1), f2 * f1].map((weight, k) => ({ picture: moment.keys[k], weight }));
-  const scaled = (sum ?? keys).map(({ picture, weight }) => ({ picture, weight: weight * level }));
+  const scaled = (sum ?? keysOf(moment)).map(({ picture, weight }) => ({ picture, weight: weight * level }));
   const fixed = sumOf(light.map((setting, i) => (show.coordinates[i].varies ? 0 : setting * (1 - level))));
   return [...scaled, ...fixed].filter(({ weight }) => weight !== 0);
 }
@@ -253,7 +260,7 @@ function frame(now) {
     desk.dirty = false;
     const moment = momentAt(show, desk.time);
     const light = lightOf(show, desk);
-    desk.renderer.draw(moment, behindGrand(moment, light, sumAt(light)));
+    desk.renderer.draw(moment, behindGrand(moment, light, sumAt(light, moment)));
     refresh(light);
   }
   if (desk.moved) {

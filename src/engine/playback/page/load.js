@@ -103,7 +103,7 @@ function told(renderer) {
 async function test(renderer) {
   const lines = asked.get("test").split(",").map((seconds) => {
     const moment = momentAt(show, Number(seconds));
-    renderer.draw(moment, sumAt(moment.settings));
+    renderer.draw(moment, sumAt(moment.settings, moment));
     return told(renderer);
   });
   const start = desk.time;
