@@ -48,41 +48,6 @@ pub enum PreparedLight {
     Spot(Beam),
 }
 
-/// Most culling marks kept for a light: one for each of its pieces and each piece of the scene.
-const MOST_MARKS: usize = 1 << 24;
-
-/// A light with the occluders culled for it.
-#[derive(Clone, Debug)]
-pub struct Shining<'a> {
-    light: &'a PreparedLight,
-    culled: CulledOccluders,
-}
-
-impl<'a> Shining<'a> {
-    /// Culls the occluders of a light.
-    pub fn new(surfaces: &Surfaces, light: &'a PreparedLight) -> Shining<'a> {
-        let culled = light.culled_occluders(surfaces);
-        Shining { light, culled }
-    }
-}
-
-/// Occluders that need no test for a light, because their solids' own fronts hide them from it.
-#[derive(Clone, Debug)]
-pub struct CulledOccluders {
-    /// Number of consecutive pieces of the light that share their marks.
-    together: usize,
-    /// [`Solids::hidden`](crate::surfaces::solid::Solids::hidden) from each such group.
-    marks: Vec<Vec<bool>>,
-}
-
-impl CulledOccluders {
-    /// For each piece of the scene, true when it is culled for this piece of the light; a point
-    /// source is piece 0.
-    pub fn from(&self, piece: usize) -> &[bool] {
-        &self.marks[piece / self.together]
-    }
-}
-
 impl PreparedLight {
     /// Transmittance of the haze between the light and a point; for a panel an estimate from the
     /// centres of its pieces.
@@ -108,49 +73,6 @@ impl PreparedLight {
             }
         }
     }
-
-    /// Bytes of the marks of [`Shining`].
-    pub fn mark_bytes(&self, surfaces: &Surfaces) -> usize {
-        let sets = match self {
-            PreparedLight::Panel(pieces) => pieces.len().div_ceil(together(pieces.len(), surfaces)),
-            PreparedLight::Spot(_) => 1,
-        };
-        sets * surfaces.pieces.len()
-    }
-
-    fn culled_occluders(&self, surfaces: &Surfaces) -> CulledOccluders {
-        let marks = |corners: &[Vec3]| {
-            let touching = surfaces.touching();
-            surfaces
-                .solids()
-                .hidden(&surfaces.pieces, corners, touching)
-        };
-        match self {
-            PreparedLight::Panel(pieces) => {
-                let together = together(pieces.len(), surfaces);
-                let corners = |group: &[usize]| {
-                    let vertices = group
-                        .iter()
-                        .flat_map(|&i| surfaces.pieces[i].vertices.iter());
-                    marks(&vertices.copied().collect::<Vec<Vec3>>())
-                };
-                CulledOccluders {
-                    together,
-                    marks: pieces.chunks(together).map(corners).collect(),
-                }
-            }
-            PreparedLight::Spot(beam) => CulledOccluders {
-                together: 1,
-                marks: vec![marks(&[beam.position])],
-            },
-        }
-    }
-}
-
-/// Number of a light's pieces that share their marks.
-fn together(pieces: usize, surfaces: &Surfaces) -> usize {
-    let sets = (MOST_MARKS / surfaces.pieces.len().max(1)).max(1);
-    pieces.div_ceil(sets).max(1)
 }
 
 /// Checks that the parts of a rig are consistent and its numbers finite.
@@ -244,7 +166,7 @@ impl IrradiancePrecision {
 /// On cancel; [`TransportError::Memory`] when the occluders of a panel fill half of the memory.
 pub fn irradiance(
     setting: SceneGeometry<'_>,
-    Shining { light, culled }: &Shining<'_>,
+    light: &PreparedLight,
     receivers: &Receivers,
     fragments: Option<&Fragments>,
     IrradiancePrecision { allowed, near }: IrradiancePrecision,
@@ -269,7 +191,6 @@ pub fn irradiance(
                     let picture =
                         fragments.map(|f| Picture::new(receivers, f, own.normal, cluster));
                     let mut panel = Panel::new(setting, own.normal, *facet, (near, of_thread));
-                    let pieces = (pieces.as_slice(), culled);
                     let fits = panel.shine(pieces, picture.as_ref(), cluster, &mut patch);
                     let needed = if fits {
                         0
@@ -279,7 +200,7 @@ pub fn irradiance(
                     check_memory("what shades a light of many faces", needed, work.memory)?;
                 }
                 PreparedLight::Spot(beam) => {
-                    let mut source = PointSourceIntegrator::new(setting, beam, culled, own.normal);
+                    let mut source = PointSourceIntegrator::new(setting, beam, own.normal);
                     source.shine(receivers, fragments, cluster, &mut patch);
                 }
             }

@@ -1,5 +1,5 @@
-//! The scene and its view, as both renderers use them: facets, their convex pieces and solids, the
-//! hierarchy over the pieces, the camera, and the fragments of facets in the image.
+//! The scene and its view, as both renderers use them: facets, their convex pieces, the hierarchy
+//! over the pieces, the camera, and the fragments of facets in the image.
 //!
 //! This module depends on neither meshes nor rays; its only knowledge of lights is the set of
 //! emitting materials.
@@ -14,7 +14,6 @@ pub mod hierarchy;
 pub mod lists;
 pub mod lobe;
 pub(crate) mod raster;
-pub mod solid;
 pub mod surface;
 
 /// Approximate bytes of a polygon as facet and pieces, in the hierarchy and in both grids.

@@ -19,9 +19,7 @@ use footlight_show::geometry::{Vec3, frame};
 use footlight_show::hash::{GOLDEN, mix};
 use footlight_stage::Light;
 use footlight_transport::direct::cluster::{Receiver, Receivers};
-use footlight_transport::direct::{
-    IrradiancePrecision, PreparedLight, Shining, irradiance, luminaires,
-};
+use footlight_transport::direct::{IrradiancePrecision, PreparedLight, irradiance, luminaires};
 use footlight_transport::surfaces::camera::{Camera, camera};
 use footlight_transport::surfaces::hierarchy::{Hierarchy, SceneGeometry};
 use footlight_transport::surfaces::surface::Surfaces;
@@ -183,7 +181,7 @@ impl Walker<'_> {
         for (at, light) in self.lights.iter().enumerate() {
             let lit = irradiance(
                 setting,
-                &Shining::new(&self.surfaces, light),
+                light,
                 &receivers,
                 None,
                 IrradiancePrecision::EXACT,

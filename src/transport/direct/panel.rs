@@ -10,7 +10,6 @@
     reason = "ranges of the emitters, pairs and lists that this module has stacked"
 )]
 
-use crate::direct::CulledOccluders;
 use crate::direct::cluster::{Cluster, PATCH};
 use crate::direct::irradiance_patch::{IrradiancePatch, SHADED};
 use crate::direct::lambert::{LambertIntegrator, LightPolygon};
@@ -110,11 +109,10 @@ impl<'a> Panel<'a> {
         }
     }
 
-    /// Adds the light of these pieces, given the occluders culled for them, to a chunk; false when
-    /// memory is too small.
+    /// Adds the light of these pieces to a chunk; false when memory is too small.
     pub fn shine(
         &mut self,
-        (pieces, culled): (&[usize], &CulledOccluders),
+        pieces: &[usize],
         picture: Option<&Picture<'_>>,
         chunk: &Cluster,
         patch: &mut IrradiancePatch<'_>,
@@ -124,7 +122,7 @@ impl<'a> Panel<'a> {
             hierarchy,
         } = self.setting;
         let mut found = Vec::new();
-        for (k, &i) in pieces.iter().enumerate() {
+        for &i in pieces {
             let piece = &surfaces.pieces[i];
             if piece.facet == self.facet || self.is_below(&piece.vertices, chunk) {
                 continue;
@@ -137,7 +135,7 @@ impl<'a> Panel<'a> {
                 continue;
             }
             let shaft = self.shaft(&emitter, chunk);
-            hierarchy.occluders(surfaces, &shaft, culled.from(k), &mut found);
+            hierarchy.occluders(surfaces, &shaft, &mut found);
             let dark = |&i: &usize| shaft.is_blocked_by(&surfaces.pieces[i], surfaces.touching());
             if found.iter().any(dark) {
                 continue;

@@ -8,7 +8,6 @@
     reason = "receivers are named by their clusters, pieces by the hierarchy"
 )]
 
-use crate::direct::CulledOccluders;
 use crate::direct::beam::Beam;
 use crate::direct::cluster::{Cluster, PATCH, Receivers};
 use crate::direct::irradiance_patch::IrradiancePatch;
@@ -24,24 +23,21 @@ use footlight_show::geometry::Vec3;
 pub struct PointSourceIntegrator<'a> {
     setting: SceneGeometry<'a>,
     beam: &'a Beam,
-    culled: &'a CulledOccluders,
     normal: Vec3,
     shadows: Shadows,
     clipper: PolygonClipper,
 }
 
 impl<'a> PointSourceIntegrator<'a> {
-    /// For a facet of unit `normal`, given the occluders culled for the source.
+    /// For a facet of unit `normal`.
     pub fn new(
         setting: SceneGeometry<'a>,
         beam: &'a Beam,
-        culled: &'a CulledOccluders,
         normal: Vec3,
     ) -> PointSourceIntegrator<'a> {
         PointSourceIntegrator {
             setting,
             beam,
-            culled,
             normal,
             shadows: Shadows::default(),
             clipper: PolygonClipper::default(),
@@ -70,7 +66,7 @@ impl<'a> PointSourceIntegrator<'a> {
         let position = [self.beam.position];
         let mut list = Vec::new();
         let shaft = self.shaft(&position, chunk);
-        hierarchy.occluders(surfaces, &shaft, self.culled.from(0), &mut list);
+        hierarchy.occluders(surfaces, &shaft, &mut list);
         let Some(fragments) = fragments else {
             self.points(chunk, &shaft, &list, patch);
             return;

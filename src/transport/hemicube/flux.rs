@@ -13,7 +13,7 @@
 
 use crate::TransportError;
 use crate::direct::cluster::{Receiver, Receivers};
-use crate::direct::{Shining, irradiance};
+use crate::direct::{PreparedLight, irradiance};
 use crate::hemicube::HemicubeRadiosity;
 use crate::hemicube::interior::is_interior;
 use crate::hemicube::mesh::sample::Sample;
@@ -44,7 +44,7 @@ impl HemicubeRadiosity {
     /// As [`irradiance`].
     pub fn on_elements(
         &self,
-        light: &Shining<'_>,
+        light: &PreparedLight,
         lights: &[usize],
         work: Work<'_>,
     ) -> Result<Vec<Vec<f32>>, TransportError> {
@@ -53,7 +53,7 @@ impl HemicubeRadiosity {
     }
 
     /// Parts of the elements, as fine as the light requires.
-    fn parts(&self, light: &Shining<'_>, work: Work<'_>) -> Result<Vec<Part>, TransportError> {
+    fn parts(&self, light: &PreparedLight, work: Work<'_>) -> Result<Vec<Part>, TransportError> {
         let mut groups = self.first_parts(light, work)?;
         let power = |p: &Part| self.weight(p.element) * p.sample.area * f64::from(p.light);
         let allowed = ALLOWED * groups.iter().flatten().map(power).sum::<f64>();
@@ -116,7 +116,7 @@ impl HemicubeRadiosity {
     /// The mesh's own samples, element by element.
     fn first_parts(
         &self,
-        light: &Shining<'_>,
+        light: &PreparedLight,
         work: Work<'_>,
     ) -> Result<Vec<Vec<Part>>, TransportError> {
         let receivers = &self.element_receivers;
@@ -139,7 +139,7 @@ impl HemicubeRadiosity {
     /// Quarters of each part, without those inside a solid, which are dark.
     fn quartered(
         &self,
-        light: &Shining<'_>,
+        light: &PreparedLight,
         parts: &[Part],
         work: Work<'_>,
     ) -> Result<Vec<Vec<Part>>, TransportError> {

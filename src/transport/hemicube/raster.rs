@@ -4,10 +4,10 @@
 //! Shared corners are stored and transformed once. A face is an item buffer of facets: the nearest
 //! wins, or the later one of two in one plane. Backs are drawn first, so that two coincident faces
 //! back to back are visible from both sides, then large pieces before small ones. Backs and black
-//! facets are drawn as [`BLACK`]: they occlude and send nothing. Backs of convex solids are
-//! omitted. Invariants: every outline is widened by a five-hundredth of a pixel, and a polygon is
-//! clipped nearer than any of its points on the face can be, so that coordinates stay small. This
-//! module does not depend on elements or lights.
+//! facets are drawn as [`BLACK`]: they occlude and send nothing. Invariants: every outline is
+//! widened by a five-hundredth of a pixel, and a polygon is clipped nearer than any of its points on
+//! the face can be, so that coordinates stay small. This module does not depend on elements or
+//! lights.
 
 #![allow(
     clippy::indexing_slicing,
@@ -258,13 +258,7 @@ impl<'a> HemicubeRasterizer<'a> {
         let touching = surfaces.touching();
         let horizon = (touching * 3.0_f64.sqrt()) as f32;
         self.seen.iter_mut().for_each(Vec::clear);
-        let hidden = surfaces
-            .solids()
-            .hidden(&surfaces.pieces, &[point], touching);
         for (i, piece) in surfaces.pieces.iter().enumerate() {
-            if hidden[i] {
-                continue;
-            }
             let (mut outside, mut highest) = (u8::MAX, f32::NEG_INFINITY);
             for &c in self.corners(i) {
                 let p = self.corner(c);

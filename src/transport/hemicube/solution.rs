@@ -9,7 +9,7 @@
 use crate::TransportError;
 use crate::contract::check_memory;
 use crate::direct::projector::pixel;
-use crate::direct::{IrradiancePrecision, Shining, irradiance};
+use crate::direct::{IrradiancePrecision, irradiance};
 use crate::gather::airlight::Airlight;
 use crate::gather::emitter::Emitter;
 use crate::gather::ray_scene::{RayScene, SurfacePoint};
@@ -36,7 +36,7 @@ impl HemicubeRadiosity {
         let gather_points = self.gather_points.mesh.elements.len();
         let each = 12 * (5 * self.mesh.elements.len() + 3 * gather_points);
         let together = (work.memory / 4 / each.max(1)).max(1);
-        let begun = (work.memory / 8 / self.bytes_of_begun(&missing).max(1)).max(1);
+        let begun = (work.memory / 8 / self.bytes_of_begun().max(1)).max(1);
         let done = AtomicUsize::new(0);
         // Direct light of bounced lights, and their light in haze, is computed elsewhere.
         let (whole, bounced): (Vec<usize>, Vec<usize>) = missing
@@ -126,16 +126,13 @@ impl HemicubeRadiosity {
         Ok(airlight.picture(&emitters, view, ends, work)?)
     }
 
-    /// Most bytes of one of `lights` during the computation of its direct light. A waiting thread
-    /// starts another light, so several may be in progress.
-    fn bytes_of_begun(&self, lights: &[usize]) -> usize {
-        let marks = lights
-            .iter()
-            .map(|&l| self.lights[l].mark_bytes(&self.surfaces));
+    /// Bytes of a light during the computation of its direct light. A waiting thread starts another
+    /// light, so several may be in progress.
+    fn bytes_of_begun(&self) -> usize {
         let places = self.rounding.as_ref().map_or(0, |r| r.sorted.points.len());
         let points =
             self.fragment_receivers.points.len() + self.element_receivers.points.len() + places;
-        marks.max().unwrap_or(0) + 2 * size_of::<f32>() * points
+        2 * size_of::<f32>() * points
     }
 
     /// True when both are planes of one projected image, which share everything except the texels.
@@ -148,12 +145,12 @@ impl HemicubeRadiosity {
 
     /// Direct light of one light, or of the planes of one projected image.
     fn lit(&self, lights: &[usize], work: Work<'_>) -> Result<Vec<DirectLight>, TransportError> {
-        let shining = Shining::new(&self.surfaces, &self.lights[lights[0]]);
+        let light = &self.lights[lights[0]];
         // All planes of an image, wanted or not, so that the precision of one does not depend on
         // the others.
         let is_plane = |l: &usize| *l == lights[0] || self.shares_projection(lights[0], *l);
         let planes: Vec<usize> = (0..self.lights.len()).filter(is_plane).collect();
-        let means = self.on_elements(&shining, &planes, work)?;
+        let means = self.on_elements(light, &planes, work)?;
         let level = means.iter().map(|m| self.level(m)).fold(0.0, f64::max);
         let precision = self.precision(self.tolerance * level);
         if self.rig.lights[lights[0]].is_bounced() {
@@ -164,17 +161,10 @@ impl HemicubeRadiosity {
         }
         let receivers = &self.fragment_receivers;
         let outlines = Some(&self.fragments);
-        let mut seen = irradiance(
-            self.setting(),
-            &shining,
-            receivers,
-            outlines,
-            precision,
-            work,
-        )?;
+        let mut seen = irradiance(self.setting(), light, receivers, outlines, precision, work)?;
         if let Some(rounding) = &self.rounding {
             let places = &rounding.sorted;
-            let there = irradiance(self.setting(), &shining, places, None, precision, work)?;
+            let there = irradiance(self.setting(), light, places, None, precision, work)?;
             rounding.mix(&mut seen, &there);
         }
         let wanted = planes.iter().zip(means).filter(|(l, _)| lights.contains(l));

@@ -13,8 +13,6 @@
 use std::borrow::Borrow;
 
 use crate::surfaces::facet::Piece;
-#[cfg(doc)]
-use crate::surfaces::solid::Solids;
 use crate::surfaces::surface::Surfaces;
 use footlight_show::geometry::{Vec3, bounds, greater, smaller};
 
@@ -354,20 +352,13 @@ impl Hierarchy {
         best
     }
 
-    /// All pieces that may meet the shaft, by rising index, except those `hidden` behind others
-    /// (`Solids::hidden`).
-    pub fn occluders(
-        &self,
-        surfaces: &Surfaces,
-        shaft: &Shaft<'_>,
-        hidden: &[bool],
-        found: &mut Vec<usize>,
-    ) {
+    /// All pieces that may meet the shaft, by rising index.
+    pub fn occluders(&self, surfaces: &Surfaces, shaft: &Shaft<'_>, found: &mut Vec<usize>) {
         found.clear();
         let mut leaves = self.leaves();
         while let Some(leaf) = leaves.next(|bounds| shaft.may_meet(bounds)) {
             for &i in leaf {
-                let near = !hidden[i] && self.bounds[i].overlaps(&shaft.bounds);
+                let near = self.bounds[i].overlaps(&shaft.bounds);
                 if near && !shaft.misses(&surfaces.pieces[i]) {
                     found.push(i);
                 }
@@ -471,7 +462,7 @@ mod tests {
             let up = vec3(0.0, 0.0, 1.0);
             let shaft = Shaft::new(&receiver, up, &emitter, Some(-up), s.touching());
             let mut found = Vec::new();
-            h.occluders(&s, &shaft, &vec![false; s.pieces.len()], &mut found);
+            h.occluders(&s, &shaft, &mut found);
             let on = |q: &[Vec3], u: f64, v: f64| {
                 q[0] + (q[1] - q[0]) * u + (q[3] - q[0]) * v
             };

@@ -12,14 +12,13 @@
 use crate::TransportError;
 use crate::surfaces::facet::{Facet, Piece};
 use crate::surfaces::lobe::Lobe;
-use crate::surfaces::solid::Solids;
 use footlight_show::geometry::{Vec3, diameter, newell};
 use footlight_show::hash::mix;
 use footlight_show::model::Haze;
 use footlight_stage::stage_file::FAR;
 use footlight_stage::texture::Texture;
 use footlight_stage::{Material, Scene};
-use std::sync::{Arc, OnceLock};
+use std::sync::Arc;
 
 /// Lengths below this share of the scene's size are ignored: stored coordinates are rounded to
 /// about 1e-7 of it. On a ground plane of 10 km nothing lower than 14 mm casts a shadow.
@@ -35,8 +34,6 @@ pub struct Surfaces {
     pub facets: Vec<Facet>,
     /// In the order of the facets.
     pub pieces: Vec<Piece>,
-    /// Computed on first use.
-    pub(crate) solids: OnceLock<Solids>,
     /// Diagonal of the bounding box, metres.
     pub size: f64,
     /// Texture of each material.
@@ -124,7 +121,6 @@ impl Surfaces {
             size: diameter(facets.iter().flat_map(|f| f.vertices.iter())),
             facets,
             pieces,
-            solids: OnceLock::new(),
             textures: scene.materials.iter().map(|m| m.texture.clone()).collect(),
             lobes: scene.materials.iter().map(lobe).collect(),
             is_cut: scene.is_cut(),
@@ -268,12 +264,6 @@ impl Surfaces {
             ..Scene::default()
         };
         Surfaces::new(&scene).unwrap()
-    }
-
-    /// Convex solids among the pieces.
-    pub fn solids(&self) -> &Solids {
-        let found = || Solids::new(&self.facets, &self.pieces, self.touching());
-        self.solids.get_or_init(found)
     }
 
     /// Length below which objects touch.

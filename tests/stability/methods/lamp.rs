@@ -8,7 +8,7 @@ use footlight_host::work::Work;
 use footlight_show::geometry::{Vec3, vec3};
 use footlight_transport::TransportError;
 use footlight_transport::direct::cluster::{Receiver, Receivers};
-use footlight_transport::direct::{IrradiancePrecision, PreparedLight, Shining, irradiance};
+use footlight_transport::direct::{IrradiancePrecision, PreparedLight, irradiance};
 use footlight_transport::hemicube::indirect::hemicube::{FormFactorTable, Hemicube, hash_to_unit};
 use footlight_transport::hemicube::raster::VertexBuffer;
 use footlight_transport::surfaces::hierarchy::{Hierarchy, SceneGeometry};
@@ -166,7 +166,6 @@ impl Room {
         let lamp = self.surfaces.facets.get(1 - self.floor.min(1));
         let pieces = lamp.map(|f| f.pieces.clone().collect());
         let light = PreparedLight::Panel(pieces.unwrap_or_default());
-        let light = Shining::new(&self.surfaces, &light);
         let lit = irradiance(
             setting,
             &light,

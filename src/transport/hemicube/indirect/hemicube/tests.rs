@@ -3,10 +3,8 @@
 use super::*;
 use crate::direct::lambert::{LambertIntegrator, LightPolygon};
 use crate::hemicube::mesh::Layout;
-use crate::hemicube::mesh::element::Element;
 use crate::surfaces::facet::Facet;
 use crate::surfaces::hierarchy::Hierarchy;
-use crate::surfaces::solid::Solids;
 use crate::surfaces::surface::Surfaces;
 use footlight_show::geometry::{block, vec3};
 use std::collections::BTreeMap;
@@ -110,38 +108,6 @@ fn what_is_near_is_told() {
         let near = near.mean_inverse_distance;
         assert!((near - 1.0 / 3.0).abs() < 2e-3, "{near}");
     });
-}
-
-/// A block on the floor, drawn with all its faces and without those hidden by its fronts.
-#[test]
-fn backs_of_solids_change_nothing() {
-    let facets = room(1.0).facets.into_iter();
-    let mut polygons: Vec<Vec<Vec3>> = facets.map(|f| f.vertices.to_vec()).collect();
-    let corners = [vec3(0.2, -0.1, 0.0), vec3(0.7, 0.3, 0.6)];
-    polygons.extend_from_slice(&block(corners, false)[..5]);
-    let with_block = Surfaces::grey(polygons);
-    let mut without = with_block.clone();
-    without.solids = Solids::new(&[], &without.pieces, without.touching()).into();
-    assert_eq!((with_block.solids().count, without.solids().count), (1, 0));
-    let rows = |surfaces: &Surfaces| {
-        with_cube(surfaces, 16, |cube, mesh| {
-            let row =
-                |(i, e): (usize, &Element)| cube.row(e.facet, e.centre, hash_to_unit(i as u64));
-            mesh.elements
-                .iter()
-                .enumerate()
-                .map(row)
-                .collect::<Vec<Row>>()
-        })
-    };
-    // Outlines are widened: a pixel on a back's rim may have been black. Its share is below .002.
-    let shares = |row: &Row| row.iter().copied().collect::<BTreeMap<u32, f32>>();
-    for (a, b) in rows(&with_block).iter().zip(&rows(&without)) {
-        let (a, b) = (shares(a), shares(b));
-        assert!(a.keys().eq(b.keys()));
-        let apart = a.values().zip(b.values()).map(|(x, y)| (x - y).abs());
-        assert!(apart.sum::<f32>() < 0.002);
-    }
 }
 
 /// A shelf cuts the wall that it hangs on, and the strip above it is less than a pixel high. From
