@@ -28,13 +28,11 @@ use std::process::ExitCode;
 use std::sync::mpsc::channel;
 use std::sync::{Arc, OnceLock};
 
-use clap::error::{ContextKind, ContextValue};
-
 use footlight_engine::{Background, Engine, Host, PoolPlace, TEXT_LIMIT};
 use footlight_host::files::{self, Disk, Folder, Monotonic, process};
 #[cfg(feature = "lsp")]
 use footlight_lsp as lsp;
-use footlight_prompt::{Console, Error, Repl, help_of, removed, spared};
+use footlight_prompt::{Console, Error, Repl, help_of, spared};
 use footlight_report::explain::explain;
 use footlight_report::film::{Outlets, Pipe};
 use footlight_show::printable::Printable;
@@ -62,10 +60,6 @@ pub fn main() -> ExitCode {
             return ExitCode::SUCCESS;
         }
         Err(error) => {
-            if let Some(message) = removed_argument(&error) {
-                complain(format!("error: {message}\n"));
-                return ExitCode::from(2);
-            }
             // Standard error may be closed.
             complain(error.render().to_string());
             if let Some(show) = sole_show(std::env::args_os()) {
@@ -91,20 +85,6 @@ pub fn main() -> ExitCode {
         None => ExitCode::from(code),
         Some(lost) => ExitCode::from(screen.fail(&Error::Device(lost.clone()))),
     }
-}
-
-/// Replacement of a rejected argument that an earlier version had.
-fn removed_argument(error: &clap::Error) -> Option<String> {
-    let verb = std::env::args().nth(1).unwrap_or_default();
-    let kinds = [
-        ContextKind::InvalidSubcommand,
-        ContextKind::InvalidArg,
-        ContextKind::InvalidValue,
-    ];
-    kinds.into_iter().find_map(|kind| match error.get(kind) {
-        Some(ContextValue::String(word)) => removed(&verb, word.split([' ', '=']).next()?),
-        _ => None,
-    })
 }
 
 /// Help of `footlight help go`: a verb that exists only at the prompt.

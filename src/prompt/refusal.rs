@@ -4,7 +4,6 @@ use clap::Command;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use super::error::{Error, usage};
-use super::removed::removed;
 use super::usage;
 use footlight_show::lang::nearest;
 
@@ -12,9 +11,6 @@ use footlight_show::lang::nearest;
 pub fn find<'c>(verbs: &'c Command, name: &str) -> Result<&'c Command, Error> {
     if let Some(found) = verbs.find_subcommand(name) {
         return Ok(found);
-    }
-    if let Some(message) = removed(name, "") {
-        return usage(message);
     }
     let names = verbs.get_subcommands().map(Command::get_name);
     let hint = match nearest(name, names) {
@@ -41,10 +37,6 @@ pub fn refused(verb: &Command, error: &clap::Error) -> Error {
     let argument = said(ContextKind::InvalidArg);
     let value = said(ContextKind::InvalidValue);
     let way_out = || format!("such as `{}`", usage::example(verb));
-    let old = [argument.as_str(), value.as_str()];
-    if let Some(message) = old.into_iter().find_map(|word| removed(name, word)) {
-        return Error::Usage(message);
-    }
     Error::Usage(match error.kind() {
         ErrorKind::UnknownArgument if argument.starts_with('-') => {
             match said(ContextKind::SuggestedArg) {

@@ -123,7 +123,6 @@ fn what_cannot_be_drawn_says_what_could() {
             "plot warm --tolerance 2%",
             "`--tolerance` is for `plot spectrum`",
         ),
-        ("plot keys --metric error", "`--metric` was removed"),
         ("plot spectrum --tolerance much", "is not an error"),
     ] {
         let error = show.execute(line).unwrap_err();

@@ -274,10 +274,7 @@ fn what_is_no_chart_is_refused() {
     let mut show = furnace(&store);
     for (line, said) in [
         ("chart", "`chart transport -o"),
-        ("chart plan", "was removed"),
         ("chart scale", "chart transport"),
-        ("chart transport --truth", "was removed"),
-        ("session x", "was removed"),
         (
             "chart transport -o chart.gif",
             "use .png, .svg, .csv or .json",
