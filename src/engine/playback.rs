@@ -55,13 +55,13 @@ enum Light {
 }
 
 impl Playback {
-    /// Makes every key image from the current pool, if they fit into memory; otherwise the playback
-    /// adds up the images of the pool.
+    /// Makes every key image from the current pool, if they take at most two thirds of the memory:
+    /// the rest is for what is made of them. Otherwise the playback adds up the images of the pool.
     ///
     /// # Errors
     /// [`PlaybackError`] on cancel, or when the keys do not fit the pool.
     pub fn new(keys: &KeySequence, pool: &Pool, work: Work<'_>) -> Result<Playback, PlaybackError> {
-        if Playback::bytes(keys, pool) > work.memory {
+        if !Playback::has_keys(keys, pool, work.memory) {
             return Ok(Playback {
                 size: pool.size(),
                 keys: keys.clone(),
@@ -94,10 +94,10 @@ impl Playback {
         self.heads.as_ref()
     }
 
-    /// Approximate bytes of all key images.
-    pub fn bytes(keys: &KeySequence, pool: &Pool) -> usize {
+    /// True when key images take at most two thirds of the memory.
+    pub(crate) fn has_keys(keys: &KeySequence, pool: &Pool, memory: usize) -> bool {
         let (width, height) = pool.size();
-        keys.keys().len() * BYTES_PER_PIXEL * width * height
+        keys.keys().len() * BYTES_PER_PIXEL * width * height <= memory / 3 * 2
     }
 
     /// Uses key images made elsewhere, one for each of the keys and all of one size; `None`

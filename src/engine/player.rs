@@ -5,25 +5,13 @@ use std::sync::Arc;
 use super::document::Document;
 use super::{Engine, Error};
 use crate::playback::{Playback, Player};
-use footlight_picture::Image;
-use footlight_picture::tone::Tone;
 use footlight_show::units::Time;
 
 /// Most moments whose frames count for the exposure.
 const EXPOSED: usize = 32;
 
 impl Document {
-    /// The tone of a sequence: the show's own exposure, or an automatic one from its brightest key
-    /// images; with heads and without key images, from frames at cues' completion.
-    pub fn tone_of_playback(&self, playback: &Playback) -> Tone {
-        if playback.heads().is_none() && !playback.is_summed() {
-            return self.tone_of(playback.images());
-        }
-        let frames: Vec<Image> = self.exposed().map(|time| playback.frame(time)).collect();
-        self.tone_of(&frames)
-    }
-
-    /// Moments whose frames set the exposure of a show with heads or without key images.
+    /// Moments whose frames set the exposure of a show with heads.
     pub(super) fn exposed(&self) -> impl Iterator<Item = Time> {
         let all = self.timeline().cues();
         let step = all.len().div_ceil(EXPOSED).max(1);
@@ -39,8 +27,8 @@ impl Engine {
     /// [`Error::NoSetup`] when the show has no stage or view, or an error of rendering.
     pub fn playback(&mut self) -> Result<Arc<Playback>, Error> {
         self.coarse()?;
-        let needed = Playback::bytes(self.document.keys(), self.estimate().rendered()?);
-        if needed > self.work().memory {
+        let pool = self.estimate().rendered()?;
+        if !Playback::has_keys(self.document.keys(), pool, self.work().memory) {
             let view = self.looked_from().view;
             self.images.rendering(&view)?.keep_operators(&[]);
         }
@@ -58,7 +46,7 @@ impl Engine {
     /// As [`Engine::playback`].
     pub fn player(&mut self) -> Result<Player, Error> {
         let playback = self.playback()?;
-        let tone = self.document.tone_of_playback(&playback);
+        let tone = self.tone()?;
         Ok(Player::new(&playback, tone, self.host.work()))
     }
 }

@@ -56,6 +56,17 @@ impl Page {
 
 /// The page, with `rate` frames a second while heads move.
 pub fn page(engine: &Engine, playback: &Playback, tone: Tone, rate: f64) -> Result<Page, Error> {
+    let coordinates = engine.show().coordinates().len();
+    let bank_bytes = coordinates * playback.size().0 * playback.size().1 * size_of::<[f32; 3]>();
+    // Refuse before images are made in vain.
+    let fits = |playback: &Playback| {
+        let work = engine.work();
+        let pictures = playback.images().len() + coordinates;
+        let page = page::bytes(pictures, playback.size(), page::BUDGET, work.threads);
+        let needed = playback.image_bytes() + bank_bytes + page;
+        check_memory("the page", needed, work.memory).map_err(engine::Error::from)
+    };
+    fits(playback)?;
     let banks = engine.bank_images(playback.image_bytes())?;
     let work = engine.work().holding(playback.image_bytes());
     let stepped = engine.stepped(playback, rate, work)?;
@@ -66,11 +77,9 @@ pub fn page(engine: &Engine, playback: &Playback, tone: Tone, rate: f64) -> Resu
         has_heads: stepped.is_some(),
         ..contents(engine, (keys, &banks), tone)
     };
-    let bank_bytes: usize = banks.iter().map(|image| size_of_val(image.data())).sum();
+    fits(playback)?;
     let held = playback.image_bytes() + bank_bytes;
     let work = engine.work().holding(held);
-    let needed = page::bytes(&contents, page::BUDGET, work.threads);
-    check_memory("the page", needed, work.memory).map_err(engine::Error::from)?;
     let made = page::write(&contents, page::BUDGET, work)?;
     let (width, height) = made.size;
     let keys = if made.blends {

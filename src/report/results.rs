@@ -119,7 +119,7 @@ pub fn write_first(
     to: &mut Results<'_>,
 ) -> Result<Option<(Tone, String)>, Error> {
     let playback = engine.playback()?;
-    let tone = engine.document().tone_of_playback(&playback);
+    let tone = engine.tone()?;
     let files = CueFiles {
         pictures: true,
         sheets: false,

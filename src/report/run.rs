@@ -104,10 +104,9 @@ pub fn run(
             return Err(error);
         }
     };
-    let tone = match (&done.written, &done.playback) {
-        (Some((tone, _)), _) => *tone,
-        (None, Some(playback)) => engine.document().tone_of_playback(playback),
-        (None, None) => engine.tone()?,
+    let tone = match &done.written {
+        Some((tone, _)) => *tone,
+        None => engine.tone()?,
     };
     let (playback, written) = (done.playback.as_ref(), done.written.map(|(_, page)| page));
     if let Some(playback) = playback.filter(|_| with_keys) {

@@ -201,13 +201,16 @@ struct Data<'a> {
     pictures: Vec<Picture>,
 }
 
-/// Approximate memory for [`write()`]: one image being encoded on each thread, and twice the file,
+/// Approximate memory for [`write()`] with this number of images: one image being encoded on each thread, and twice the file,
 /// which is at most all images uncompressed in base64.
-pub fn bytes(contents: &Contents<'_>, budget: usize, threads: usize) -> usize {
-    let pictures = contents.pictures.iter().chain(&contents.banks);
-    let channels: usize = pictures.map(|image| image.data().len()).sum();
-    let one = contents.banks.first().map_or(0, |i| i.data().len());
-    threads * one * (size_of::<f32>() + 4) + 2 * budget.min(channels / 3 * 4)
+pub fn bytes(
+    pictures: usize,
+    (width, height): (usize, usize),
+    budget: usize,
+    threads: usize,
+) -> usize {
+    let one = 3 * width * height;
+    threads * one * (size_of::<f32>() + 4) + 2 * budget.min(pictures * one / 3 * 4)
 }
 
 /// Writes the page of a show in at most `budget` bytes. If the key images do not fit, as with

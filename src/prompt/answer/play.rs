@@ -153,10 +153,11 @@ fn sequence(repl: &mut Repl, part: &Part, target: Option<Target>) -> Result<Repl
         target.check(&repl.engine, span, &repl.console.outlets)?;
     }
     let playback = repl.engine.playback()?;
+    let tone = repl.engine.tone()?;
     let (engine, console) = (&repl.engine, &repl.console);
     let sequence = Sequence {
         engine,
-        tone: engine.document().tone_of_playback(&playback),
+        tone,
         playback,
         span,
     };
@@ -263,9 +264,6 @@ mod tests {
             ("play -o -", "`film -o -`"),
             ("play -o f/####.png", "`frames -o f/####.png`"),
             ("film -o a.html", "`play -o a.html`"),
-            ("play -o a.html --layers keys", "`frames -o banks.exr"),
-            ("play -o a.y4m --chroma 444", "`film -o show.y4m"),
-            ("play --sacn 1", "`footlight send show.lxq"),
             ("film -o a.mp4 --chroma 444", "`--chroma` is for a .y4m"),
             ("frames -o a##.png --float", "`--float` is for an .exr"),
             ("frames -o a.exr --layers lamps", "keys, banks, basis"),
