@@ -15,6 +15,7 @@ use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_picture::tone::{self, Tone};
 use footlight_show::timeline::KeySequence;
+use footlight_transport::Quality;
 
 /// Most key images sampled; a show with effects has thousands, mostly alike.
 const MOST_KEYS: usize = 500;
@@ -48,8 +49,8 @@ impl Brightness {
 /// The exposure of a sequence, with data for its update.
 #[derive(Default)]
 pub(super) struct Exposure {
-    /// In stops, with the number of refined images at that time.
-    found: Option<(f64, usize)>,
+    /// In stops, with the number of refined images and the quality of the others at that time.
+    found: Option<(f64, (usize, [Quality; 2]))>,
     /// Brightness of each key before the last edit.
     brightness: Option<Brightness>,
 }
@@ -71,14 +72,15 @@ impl Engine {
         if let Some(exposure) = self.document.show().preview.exposure {
             return Ok(self.document.tone_at(exposure));
         }
-        let refined = self.estimate().refined();
+        let estimate = self.estimate();
+        let images = (estimate.refined(), estimate.coarse_steps());
         if let Some((exposure, at)) = self.exposure.found
-            && at == refined
+            && at == images
         {
             return Ok(self.document.tone_at(exposure));
         }
         let exposure = self.auto_exposure()? + self.document.show().preview.bias;
-        self.exposure.found = Some((exposure, refined));
+        self.exposure.found = Some((exposure, images));
         Ok(self.document.tone_at(exposure))
     }
 
