@@ -2,7 +2,7 @@
 //! and the same page served by a program, with the show and its images in separate files.
 //!
 //! Invariants: a file fetches nothing, and a served page only from its own server (their content
-//! security policies forbid the rest); images use the 8-bit code of [`super::key`], as PNG or JPEG,
+//! security policies forbid the rest); images use the 8-bit code of `byte_curve`, as PNG or JPEG,
 //! and are decoded to light before blending; exposure and curve equal those of every other output;
 //! the images keep the size budget, reduced if necessary. The page's own text (`page/`) decides its
 //! appearance and does not depend on Rust.
