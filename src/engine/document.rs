@@ -273,18 +273,21 @@ impl Document {
         heads.map(|(_, head, _)| head.home).collect()
     }
 
-    /// Completion of the first cue that leaves one of a bank's coordinates lit, or the start if none
-    /// does. Until then its heads may aim anywhere.
-    pub fn first_lit(&self, bank: usize) -> Time {
-        let timeline = self.timeline();
-        let own = self.show().coordinates_of(bank);
+    /// Completion of the first cue that leaves a bank with heads lit, or the start if none does:
+    /// until then its heads may aim anywhere. `None` for a bank without heads.
+    pub fn first_lit(&self, bank: usize) -> Option<Time> {
+        let (show, timeline) = (self.show(), self.timeline());
+        if !show.heads().iter().any(|(.., of)| *of == bank) {
+            return None;
+        }
+        let own = show.coordinates_of(bank);
         let is_lit = |time: &Time| {
             let setting = timeline.evaluate(*time);
             own.clone()
                 .any(|c| setting.get(c).is_some_and(|light| *light > 0.0))
         };
         let mut times = timeline.cues().iter().map(|cue| cue.completion);
-        times.find(is_lit).unwrap_or(timeline.start())
+        Some(times.find(is_lit).unwrap_or(timeline.start()))
     }
 
     /// The setting of a bank alone at full, with heads in these poses; `fixed` means all fixed

@@ -476,9 +476,9 @@ impl Engine {
         check_memory("a picture of each bank", bytes, work.memory)?;
         let mut images = Vec::with_capacity(count);
         let document = &self.document;
-        let poses = |coordinate: &Coordinate| match coordinate.bank {
-            Some(bank) => document.timeline().poses(document.first_lit(bank)),
-            None => document.home(),
+        let poses = |coordinate: &Coordinate| {
+            let lit = coordinate.bank.and_then(|bank| document.first_lit(bank));
+            lit.map_or_else(|| document.home(), |time| document.timeline().poses(time))
         };
         self.each_bank(poses, work, |image| images.push(image))?;
         Ok(images)

@@ -126,32 +126,20 @@ impl Playback {
         }
     }
 
-    /// True when frames are sums of the pool's images.
-    pub fn is_summed(&self) -> bool {
-        matches!(self.light, Light::Sums(_))
-    }
-
     /// The image of a key; black for an index beyond the last.
     pub fn key_image(&self, key: usize) -> Image {
         let image = match &self.light {
             Light::Keys(images) => images.get(key).cloned(),
-            Light::Sums(_) => self.keys.keys().get(key).map(|setting| self.sum(setting)),
+            Light::Sums(pool) => {
+                let setting = self.keys.keys().get(key);
+                setting.and_then(|setting| pool.preview(setting, Work::silent()).ok())
+            }
         };
         image.unwrap_or_else(|| self.black())
     }
 
     fn black(&self) -> Image {
         Image::new(self.size.0, self.size.1)
-    }
-
-    /// The sum of the pool's images for a setting, if frames are sums.
-    fn sum(&self, setting: &[f64]) -> Image {
-        match &self.light {
-            // Settings of the keys fit the pool.
-            Light::Sums(pool) => pool.preview(setting, Work::silent()).ok(),
-            Light::Keys(_) => None,
-        }
-        .unwrap_or_else(|| self.black())
     }
 
     /// The key settings and the segments between them.
@@ -174,20 +162,31 @@ impl Playback {
 
     /// A frame without the direct light of heads.
     pub(crate) fn blended(&self, time: Time) -> Image {
-        if self.is_summed() {
-            return self.sum(&self.keys.evaluate(time));
-        }
         let mut out = self.black();
         self.blend(time, Target::Light(out.data_mut()), 1);
         out
     }
 
-    /// Blends the key images of a moment.
+    /// Blends the key images of a moment, or adds up the images of the pool.
     fn blend(&self, time: Time, target: Target<'_>, threads: usize) {
+        let images = match &self.light {
+            Light::Keys(images) => images,
+            Light::Sums(pool) => {
+                let work = Work {
+                    threads,
+                    ..Work::silent()
+                };
+                // Settings of the keys fit the pool.
+                if let Ok(sum) = pool.preview(&self.keys.evaluate(time), work) {
+                    target.write(sum.data());
+                }
+                return;
+            }
+        };
         let (index, t) = self.keys.segment_at(time);
         if let Some(segment) = self.keys.segments().get(index) {
             let keys = segment.keys.iter();
-            let keys = keys.filter_map(|key| Some(self.images().get(*key)?.data()));
+            let keys = keys.filter_map(|key| Some(images.get(*key)?.data()));
             let keys: Vec<&[f32]> = keys.collect();
             kernel::blend(
                 &keys,

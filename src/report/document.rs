@@ -26,7 +26,8 @@ pub fn headline(document: &Document) -> String {
     )
 }
 
-/// The warnings, and true if there are any, including a `long` run and `unlit` banks. `transparent` names the transparent materials of the stage.
+/// The warnings, and true if there are any, including a `long` run and `unlit` banks. `transparent`
+/// names the transparent materials of the stage.
 pub fn check(
     document: &Document,
     long: Option<LongRun>,

@@ -17,14 +17,14 @@ mod light;
 pub use self::effect::{Effect, EffectChange, EffectKind};
 pub use self::fade::{FADES, Fade, FadeCurve};
 pub use self::haze::Haze;
-pub use self::head::{Axis, Head, Pose};
+pub use self::head::{Axis, Head, Point, Pose};
 pub use self::light::{ImageFile, ImportedLuminaire, LightKind, Luminaire, Output, Spot, Strength};
 
 use std::ops::Range;
 
 use crate::geometry::shape::Shape;
 use crate::geometry::solid::Solid;
-use crate::geometry::{self, Place, Vec3};
+use crate::geometry::{self, Place};
 use crate::units::{CueNumber, Rgb, Time, Tolerance, ToneCurve};
 
 /// Identifies a statement or a part of one; meaningful only to the span map made with the show.
@@ -151,17 +151,6 @@ pub struct NamedView {
     pub camera: geometry::View,
     /// Name of the camera in the stage's files.
     pub imported: Option<String>,
-}
-
-/// A point where heads can aim.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Point {
-    /// The statement.
-    pub id: NodeId,
-    /// Its name, or its coordinates if it has none.
-    pub name: String,
-    /// Its position, metres.
-    pub at: Vec3,
 }
 
 /// Lights that always vary in unison: one coordinate, or three when `rgb`, which share a level.

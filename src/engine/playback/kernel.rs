@@ -53,6 +53,14 @@ impl<'a> Target<'a> {
         }
     }
 
+    /// Writes light of the same size.
+    pub fn write(self, light: &[f32]) {
+        match self {
+            Target::Light(out) => out.copy_from_slice(light),
+            Target::Bytes(out, table) => table.encode(light, out),
+        }
+    }
+
     /// Splits at `channels`.
     fn split(self, channels: usize) -> (Target<'a>, Target<'a>) {
         let at = channels.min(self.len());

@@ -201,8 +201,8 @@ struct Data<'a> {
     pictures: Vec<Picture>,
 }
 
-/// Approximate memory for [`write()`] with this number of images: one image being encoded on each thread, and twice the file,
-/// which is at most all images uncompressed in base64.
+/// Approximate memory for [`write()`] with this number of images: one image being encoded on each
+/// thread, and twice the file, which is at most all images uncompressed in base64.
 pub fn bytes(
     pictures: usize,
     (width, height): (usize, usize),

@@ -62,7 +62,7 @@ impl Player {
     pub fn show(&self, time: Time, out: &mut Vec<u8>) {
         let (width, height) = self.playback.size();
         out.resize(width * height * 3, 0);
-        if self.playback.heads().is_some() || self.playback.is_summed() {
+        if self.playback.heads().is_some() {
             let mut light = Image::new(width, height);
             self.light(time, &mut light);
             return self.table.encode(light.data(), out);
@@ -73,10 +73,6 @@ impl Player {
 
     /// Writes the linear light of the frame at `time`.
     pub fn light(&self, time: Time, out: &mut Image) {
-        if self.playback.is_summed() {
-            *out = self.playback.frame(time);
-            return;
-        }
         let size = self.playback.size();
         if out.size() != size {
             *out = Image::new(size.0, size.1);

@@ -54,24 +54,21 @@ impl Shot {
         let mut words = self.moment.clone();
         words.splice(0..0, self.cue.iter().map(|cue| format!("cue {cue}")));
         let said = self.at.map(Moment::Time);
-        let mut moment = match said.or(Moment::of(&words)?) {
-            Some(moment) => Some(moment.time(&repl.engine)?),
-            None => None,
-        };
+        let said = said.or(Moment::of(&words)?);
+        let said = said.map(|moment| moment.time(&repl.engine)).transpose()?;
         let document = repl.engine.document();
         let show = document.show();
         let bank = self.bank.as_ref();
         let bank = bank.and_then(|name| show.banks.iter().position(|bank| bank.name == *name));
-        let moves = bank.filter(|bank| show.heads().iter().any(|(.., of)| of == bank));
+        let first = bank.and_then(|bank| Some((bank, document.first_lit(bank)?)));
         // A dark head may aim anywhere, unless its aim is being tried.
-        let setting = repl.live.setting(document);
-        let is_lit = |c: usize| setting.get(c).is_some_and(|light| *light != 0.0);
-        let is_dark = |bank: &usize| !show.coordinates_of(*bank).any(is_lit);
-        let is_tried = repl.live.poses(document) != document.timeline().poses(now);
-        if let Some(bank) = moves.filter(|bank| is_dark(bank) && !is_tried) {
-            moment = moment.or(Some(document.first_lit(bank)));
-        }
-        let moment = moment.unwrap_or(now);
+        let first_lit = first.filter(|(bank, _)| {
+            let setting = repl.live.setting(document);
+            let is_lit = |c: usize| setting.get(c).is_some_and(|light| *light != 0.0);
+            let is_tried = || repl.live.poses(document) != document.timeline().poses(now);
+            !show.coordinates_of(*bank).any(is_lit) && !is_tried()
+        });
+        let moment = said.or(first_lit.map(|(_, time)| time)).unwrap_or(now);
         let (mut setting, poses) = if moment == now {
             (repl.live.setting(document), repl.live.poses(document))
         } else {
@@ -80,7 +77,7 @@ impl Shot {
         let mut what = format!("{moment}");
         if let Some(name) = &self.bank {
             setting = document.alone(name, &poses)?;
-            let heads = if moves.is_some() {
+            let heads = if first.is_some() {
                 format!(", its heads as at {moment}")
             } else {
                 String::new()

@@ -12,6 +12,7 @@
 //! The pose (pan, tilt, beam angle, field angle) is four parameters of the show, each from 0 at the
 //! low end of its range to 1 at the high end. A pose is linear in them.
 
+use super::NodeId;
 use super::light::{LightKind, Luminaire, Output};
 use crate::geometry::mount::Mount;
 use crate::geometry::profile::Profile;
@@ -260,6 +261,24 @@ impl Head {
             _ => {}
         }
         fixed
+    }
+}
+
+/// A point where heads can aim.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Point {
+    /// The statement.
+    pub id: NodeId,
+    /// Its name, or its coordinates if it has none.
+    pub name: String,
+    /// Its position, metres.
+    pub at: Vec3,
+}
+
+impl Point {
+    /// False for a place that a cue writes.
+    pub fn is_named(&self) -> bool {
+        !self.name.contains(',')
     }
 }
 

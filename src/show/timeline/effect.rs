@@ -4,8 +4,8 @@
 //! first bank. Its first step leads to its next turn.
 //!
 //! Each effect begins and ends without a jump: its first step leads from the current light, and
-//! its end leads back to 1 in the time of the move that ends it, or in one more step if that time is 0. Shares of a flicker are eighths of its depth, so that many
-//! of its key settings coincide.
+//! its end leads back to 1 in the time of the move that ends it, or in one more step if that time is
+//! 0. Shares of a flicker are eighths of its depth, so that many of its key settings coincide.
 
 use super::clock::CueTime;
 use super::curve::{CurvePiece, hold};

@@ -321,9 +321,9 @@ impl PictureRays<'_> {
         settings.land(self.scene, place, way, shape, [u, v, w, x])
     }
 
-    /// Radius within which the light of these rays is evened out, metres: a share `reach` of the harmonic
-    /// mean of their lengths. In corners too, where light varies within a pixel, neighbours share their
-    /// rays.
+    /// Radius within which the light of these rays is evened out, metres: a share `reach` of the
+    /// harmonic mean of their lengths. In corners too, where light varies within a pixel, neighbours
+    /// share their rays.
     fn radius(&self, (landings, rays): (&[Landing], u32), length: f64, reach: f64) -> f32 {
         let near: f64 = landings.iter().map(Landing::nearness).sum();
         let least = LEAST_RADIUS * self.footprint(length);
