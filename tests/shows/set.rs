@@ -60,6 +60,7 @@ pub fn shows_fronts(outlines: &[VertexBuffer], view: &View) {
     let (right, up) = (right / right.length(), up / up.length());
     let half = (view.fov.to_radians() / 2.0).tan() * forward.length();
     let wide = half * view.width as f64 / view.height as f64;
+    let normals: Vec<Vec3> = outlines.iter().map(|(_, o)| newell(o)).collect();
     for row in 0..90 {
         for column in 0..160 {
             let x = (f64::from(column) + 0.5) / 80.0 - 1.0;
@@ -67,7 +68,8 @@ pub fn shows_fronts(outlines: &[VertexBuffer], view: &View) {
             let ray = forward + right * (x * wide) + up * (y * half);
             let hits = outlines
                 .iter()
-                .filter_map(|(name, o)| Some((hit(o, view.from, ray)?, name)));
+                .zip(&normals)
+                .filter_map(|((name, o), n)| Some((hit(o, *n, view.from, ray)?, name)));
             let nearest = hits.min_by(|a, b| a.0.0.total_cmp(&b.0.0));
             let Some(((_, front), name)) = nearest else {
                 unreachable!("nothing is seen at column {column}, row {row}")
@@ -81,8 +83,7 @@ pub fn shows_fronts(outlines: &[VertexBuffer], view: &View) {
 }
 
 /// Distance along the ray to a convex outline, and true if its front is hit.
-fn hit(outline: &[Vec3], from: Vec3, ray: Vec3) -> Option<(f64, bool)> {
-    let normal = newell(outline);
+fn hit(outline: &[Vec3], normal: Vec3, from: Vec3, ray: Vec3) -> Option<(f64, bool)> {
     let toward = ray.dot(normal);
     let t = (outline[0] - from).dot(normal) / toward;
     let at = from + ray * t;

@@ -1,3 +1,5 @@
+use std::collections::BTreeMap;
+
 use super::*;
 
 fn vocabulary() -> Vocabulary {
@@ -120,8 +122,15 @@ fn every_word_of_a_show_is_offered_in_its_place_and_none_that_cannot_stand() {
             .into_iter()
             .chain(vocabulary.names())
             .collect();
+        // Eight of a kind.
+        let mut seen = BTreeMap::new();
         for statement in statements(text) {
-            goes_on(&vocabulary, &known, &statement);
+            let kind = statement.split_whitespace().next().unwrap().to_owned();
+            let count: &mut usize = seen.entry(kind).or_default();
+            *count += 1;
+            if *count <= 8 {
+                goes_on(&vocabulary, &known, &statement);
+            }
         }
     }
 }

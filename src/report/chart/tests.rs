@@ -194,8 +194,8 @@ fn keys(rows: usize, columns: usize) -> Grid {
 #[test]
 fn no_text_of_a_grid_meets_another_or_leaves_the_page() {
     for theme in [Theme::Light, Theme::Dark] {
-        for rows in [0, 1, 3, 22, 40, 300] {
-            for columns in [0, 1, 2, 6, 30, 75, 128, 999, 3000] {
+        for rows in [0, 1, 22, 300] {
+            for columns in [0, 1, 6, 75, 999] {
                 let drawing = grid(&keys(rows, columns), theme);
                 assert_clear(&drawing);
                 assert_well_formed(&drawing.svg());
@@ -213,20 +213,20 @@ fn a_cell_is_as_dark_as_its_value_and_columns_that_share_one_show_the_largest() 
         ..Grid::default()
     };
     // Cells begin at x = 16, y = 16 + 42; there are four of 160 units.
-    let shade = |data: &Grid, x: usize| {
+    let shades = |data: &Grid| -> Vec<i32> {
         let (width, _, rgb) = grid(data, Theme::Light).rgb8().unwrap();
-        i32::from(rgb[((16 + 42 + 10) * width + 16 + x) * 3])
+        let row = &rgb[((16 + 42 + 10) * width + 16) * 3..];
+        row.chunks(3).take(808).map(|c| i32::from(c[0])).collect()
     };
-    let four = data([0.0, 0.2, 0.6, 1.0].map(|v| vec![v]).to_vec());
-    let reds = [80, 240, 400, 560].map(|x| shade(&four, x));
+    let four = shades(&data([0.0, 0.2, 0.6, 1.0].map(|v| vec![v]).to_vec()));
+    let reds = [80, 240, 400, 560].map(|x| four[x]);
     assert!(
         reds.windows(2).all(|pair| pair[0] > pair[1] + 20),
         "{reds:?}"
     );
     let mut many = vec![vec![0.0]; 3000];
     many[1501] = vec![1.0];
-    let most = data(many);
-    let darkest = (0..808).map(|x| shade(&most, x)).min().unwrap();
+    let darkest = shades(&data(many)).into_iter().min().unwrap();
     assert_eq!(darkest, reds[3]);
 }
 
