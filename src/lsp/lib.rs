@@ -1,10 +1,24 @@
 //! The language server: receives a client's texts and answers with what the engine knows about
 //! them.
 //!
-//! It does not know the language: [`footlight_show::lang`] reads text, the engine shows, and the
-//! prompt provides completion and help. Open texts take precedence over the disk; a broken text
-//! keeps the last good show. One thread reads messages and answers, another computes slow answers,
-//! a third makes images. Changes that arrive together are read once.
+//! ```text
+//! transport --Message--> server --> workspace: open shows and their buffers
+//!                          |--> request: hover, complete, name, outline, action   (answers at once)
+//!                          |--> background                                        (slow answers)
+//!                          `--> picture                                           (images of cues)
+//! ```
+//!
+//! [`serve`] runs a server until its client leaves.
+//!
+//! Invariants:
+//!
+//! - Open texts take precedence over the disk; a broken text keeps the last good show.
+//! - Changes that arrive together are read once.
+//! - One thread reads messages and answers, another computes slow answers, a third makes images.
+//!   No keystroke waits for the latter two.
+//!
+//! This crate does not know the language: [`footlight_show::lang`] reads text, the engine shows,
+//! and the prompt provides completion and help. It does not know the terminal either.
 
 mod action;
 mod background;

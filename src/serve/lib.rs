@@ -1,9 +1,22 @@
 //! The live page: serves a show to the browsers of this machine, from the file as it is edited.
 //!
-//! Invariants: it listens on loopback only; every request needs one of two random tokens in its
-//! address, and requests from foreign pages are refused; only the first token's pages run the show.
-//! The memory that a client can use is bounded. One thread reads the show and publishes it, one
-//! more serves each connection; images are refined in the background.
+//! ```text
+//! file --saves--> Repl --publisher--> audience --http--> pages
+//!                   ^---- goes, levels ------------------'
+//! ```
+//!
+//! [`serve`] runs the service until its [`Operator`] ends it.
+//!
+//! Invariants:
+//!
+//! - It listens on loopback only; every request needs one of two random tokens in its address, and
+//!   requests from foreign pages are refused. Only the first token's pages run the show.
+//! - The memory that a client can use is bounded.
+//! - One thread reads the show and publishes it, one more serves each connection; images are
+//!   refined in the background.
+//!
+//! This crate does not know the language or the player: the page's own script plays the show from
+//! the data and images that it gets.
 
 mod audience;
 mod http;

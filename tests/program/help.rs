@@ -143,8 +143,9 @@ fn every_example_of_the_help_runs() {
     let mut seen = BTreeSet::new();
     examples.retain(|example| seen.insert(example.clone()));
     for example in examples {
-        // These run until stopped; `serve.rs` and `editor.rs` test them.
-        if ["serve", "lsp"]
+        // These run until stopped or for as long as the show; `serve.rs`, `editor.rs` and `roads.rs`
+        // test them.
+        if ["serve", "lsp", "send"]
             .iter()
             .any(|word| example.starts_with(word))
         {
