@@ -118,11 +118,17 @@ impl Texture {
         let texels = self.pixels.size().map(|n| n as f64);
         let scaled = sides.map(|[u, v]| [u * texels[0], v * texels[1]]);
         let taps = Taps::new(scaled.map(|side| side.map(bounded)));
-        let (level, share) = (taps.size.log2(), 1.0 / taps.count() as f64);
+        let share = 1.0 / taps.count() as f64;
+        // So that most samples lie within the image.
+        let place = [0, 1].map(|k| match self.wrap[k] {
+            Wrap::Repeat => place[k] - place[k].floor(),
+            Wrap::Clamp | Wrap::Mirror => place[k],
+        });
         let mut sum = [0.0; 4];
+        let levels = self.pixels.around(taps.size.log2());
         for offset in taps.offsets() {
             let at = [0, 1].map(|k| place[k] + offset[k] / texels[k]);
-            let texel = self.pixels.at_level(at, level, self.wrap);
+            let texel = levels.texel(at, self.wrap);
             sum.iter_mut().zip(texel).for_each(|(s, t)| *s += t * share);
         }
         self.coloured(sum)
@@ -259,22 +265,34 @@ impl Pixels {
             .sum()
     }
 
-    /// Premultiplied colour and alpha, linear between texels and between levels.
-    fn at_level(&self, place: [f64; 2], level: f64, wrap: [Wrap; 2]) -> [f64; 4] {
-        let level = level
-            .max(0.0)
-            .min((self.levels.len().saturating_sub(1)) as f64);
-        let (low, share) = (level.floor(), level.fract());
-        let at = |index: f64| {
-            let level = self.levels.get(index as usize);
-            level.map_or([0.0; 4], |level| level.bilinear(place, wrap))
-        };
-        let near = at(low);
-        if share == 0.0 {
-            return near;
+    /// The two levels around a fractional one.
+    fn around(&self, level: f64) -> Between<'_> {
+        let last = self.levels.len().saturating_sub(1);
+        let level = level.max(0.0).min(last as f64);
+        let low = level as usize;
+        Between {
+            levels: [low, low + 1].map(|index| self.levels.get(index)),
+            share: level - low as f64,
         }
-        let far = at(low + 1.0);
-        [0, 1, 2, 3].map(|k| near[k] + (far[k] - near[k]) * share)
+    }
+}
+
+/// Two levels, and the share of the second.
+struct Between<'a> {
+    levels: [Option<&'a Level>; 2],
+    share: f64,
+}
+
+impl Between<'_> {
+    /// Premultiplied colour and alpha, linear between texels and between levels.
+    fn texel(&self, place: [f64; 2], wrap: [Wrap; 2]) -> [f64; 4] {
+        let [near, far] = self.levels;
+        let at = |level: &Level| level.bilinear(place, wrap);
+        let near = near.map_or([0.0; 4], at);
+        match far.filter(|_| self.share > 0.0).map(at) {
+            Some(far) => [0, 1, 2, 3].map(|k| near[k] + (far[k] - near[k]) * self.share),
+            None => near,
+        }
     }
 }
 
@@ -289,6 +307,11 @@ impl Level {
     fn bilinear(&self, place: [f64; 2], wrap: [Wrap; 2]) -> [f64; 4] {
         let axis = |k: usize| {
             let at = place[k] * self.size[k] as f64 - 0.5;
+            // Most samples lie within the image.
+            let within = at as usize;
+            if at >= 0.0 && within + 1 < self.size[k] {
+                return (within, within + 1, at - within as f64);
+            }
             let low = at.floor();
             let index = |i: f64| wrapped(i, self.size[k], wrap[k]);
             (index(low), index(low + 1.0), at - low)
