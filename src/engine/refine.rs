@@ -86,8 +86,8 @@ impl Engine {
     /// Predicted seconds decide if another image fits into a time; at least one is rendered.
     ///
     /// A cancel ends it at once. Finished images are kept, unfinished ones are lost. Before the
-    /// first refined image the result is [`Error::Cancelled`], after it [`Ended::Stopped`]. The
-    /// host's progress receives "refined pictures" after each.
+    /// first refined image of this call the result is [`Error::Cancelled`], after it
+    /// [`Ended::Stopped`]. The host's progress receives "refined pictures" after each image.
     ///
     /// # Errors
     /// [`Error::Busy`] while a refinement runs in the background, [`Error::NoSetup`], or an error
@@ -110,8 +110,9 @@ impl Engine {
         loop {
             let has_pool = self.estimate_of(&refiner.wanted).pool().is_some();
             let has_done = refiner.done.images > 0 && has_pool;
-            if has_done && self.host.progress.cancelled() {
-                return Ok(Ended::Stopped);
+            match self.work().check() {
+                Err(_) if has_done => return Ok(Ended::Stopped),
+                not_cancelled => not_cancelled?,
             }
             match refiner.advance(&mut self.means())? {
                 Next::Ended(ended) => return Ok(ended),

@@ -233,7 +233,7 @@ fn error_words(engine: &Engine, done: &RunSummary) -> String {
         Ended::Counted => "; as many pictures as asked for",
         Ended::Spent => "; the time is used up",
         Ended::Complete => "; nothing left to refine",
-        Ended::Finest => "; no quality reaches less",
+        Ended::Finest => "; no quality reaches that",
         Ended::Memory(_) => "; memory allows no less",
     };
     if let Some(worst) = &done.measured {

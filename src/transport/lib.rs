@@ -362,8 +362,8 @@ pub trait Prepared: Send {
     /// done once and kept for later calls.
     ///
     /// A loop longer than a tenth of a second must call [`Work::check`], which reports when to
-    /// stop, and may report progress by `work.progress`; the engine itself reports only "refined
-    /// pictures", "banks" and "key images".
+    /// stop, and may report progress by `work.progress`; the engine itself reports "refined
+    /// pictures", "key images" and a few more.
     ///
     /// # Errors
     /// [`TransportError`] for an invalid setting or too small a budget, and on cancel. The engine

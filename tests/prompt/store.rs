@@ -146,7 +146,7 @@ fn the_pictures_of_a_run_are_those_of_its_last_images() {
             let line = format!("run --until {until} --way alone -o {out}");
             let text = show.execute(&line).unwrap().text.to_string();
             assert!(!text.contains("predicted"), "{text}");
-            let is_finest = text.contains("no quality reaches less");
+            let is_finest = text.contains("no quality reaches that");
             assert!(!(is_finest && text.contains("half the error")), "{text}");
             let steps = show.engine().estimate().coarse_steps();
             assert_eq!(steps.map(|q| q.0), [quality; 2], "{text}");
