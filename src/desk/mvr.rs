@@ -362,3 +362,9 @@ fn colour(text: &str) -> Option<[f64; 3]> {
 fn child<'a>(node: Node<'a, '_>, name: &str) -> Option<&'a str> {
     node.children().find(|n| n.has_tag_name(name))?.text()
 }
+
+/// Rounds to a tenth of a millimetre.
+fn rounded(number: f64) -> String {
+    let number = (number * 1e4).round() / 1e4;
+    format!("{}", if number == 0.0 { 0.0 } else { number })
+}

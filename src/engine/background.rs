@@ -14,8 +14,9 @@ use std::time::Duration;
 
 use super::goal::{Ended, Refinement, RefinementSummary, Way};
 use super::images::ViewName;
-use super::refiner::{Extent, Next, Refiner, Ticket};
+use super::refiner::{Next, Refiner, Ticket};
 use super::rendering::Rendered;
+use super::ways::Extent;
 use super::ways::Mixtures;
 use super::{Engine, Error};
 use crate::measure::MeasuredMoment;

@@ -5,7 +5,7 @@
 //! over the pixels uses the slope at the 1st percentile of their darkest channels.
 
 use super::Error;
-use super::estimate::Estimate;
+use super::estimate::{Estimate, OF_ALL_LIGHT};
 use crate::plan::Moment;
 use crate::pool::Pool;
 use footlight_picture::Image;
@@ -19,8 +19,6 @@ const LOOKED_AT: usize = 3600;
 const MOST: usize = 500_000_000;
 /// Fewest samples for a percentile.
 const LEAST: usize = 400;
-/// Steps of 255 for an error of all light: the median of the shipped shows.
-pub(super) const OF_ALL_LIGHT: f64 = 500.0;
 
 /// Brightness statistics of a moment's image.
 struct Look {

@@ -2,7 +2,6 @@
 //! of method.
 
 use super::Error;
-use super::displayed::OF_ALL_LIGHT;
 use super::document::Document;
 use super::goal::{Goal, Refinement, Step, TooLarge, Way};
 use super::host::Host;
@@ -11,6 +10,9 @@ use super::rendering::{MeasuredShow, SetupImages};
 use crate::pool::Pool;
 use footlight_show::units::ErrorUnit;
 use footlight_transport::{Cost, Quality, Transport as _};
+
+/// Steps of 255 for an error of all light: the median of the shipped shows.
+pub(super) const OF_ALL_LIGHT: f64 = 500.0;
 
 /// Largest multiple of the usual effort of a measurement.
 const MOST_EFFORT: usize = 256;

@@ -1,17 +1,19 @@
 //! All rendered images of a show: the cache, and operators and pool of each view in use.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::Error;
 use super::document::Document;
 use super::goal::Step;
-use super::heads::Lit;
 use super::host::Host;
 use super::pace::Pace;
 use super::rendering::SetupImages;
 use crate::pool::disk_cache::Note;
 use crate::pool::image_cache::{CacheStatistics, ImageCache};
 use footlight_host::work::Work;
+use footlight_transport::Setup;
+use footlight_transport::moving::{Hung, MovingLights};
 
 /// Name of a view; `None` if the show has none.
 pub(super) type ViewName = Option<String>;
@@ -22,6 +24,21 @@ pub(super) struct ViewImages {
     pub rendering: SetupImages,
     /// The sequence after each refined image.
     pub steps: Vec<Step>,
+}
+
+/// Direct light of heads in one view, computed once.
+#[derive(Clone, Debug)]
+pub(super) struct Lit {
+    pub setup: Setup,
+    pub hung: Vec<Hung>,
+    pub lights: Arc<MovingLights>,
+}
+
+impl Lit {
+    /// Approximate size in bytes.
+    fn bytes(&self) -> usize {
+        self.lights.bytes()
+    }
 }
 
 /// Rendered images of a document, and the speed of rendering.

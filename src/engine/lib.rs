@@ -55,6 +55,7 @@ mod setup;
 pub mod solve;
 mod speed_accuracy;
 mod stage;
+mod stepped;
 mod tasks;
 mod ways;
 

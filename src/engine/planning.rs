@@ -1,8 +1,7 @@
 //! The plan of a show, and the order of refinement.
 
 use super::Error;
-use super::displayed::OF_ALL_LIGHT;
-use super::estimate::Estimate;
+use super::estimate::{Estimate, OF_ALL_LIGHT};
 use crate::plan::{self, LeftOut, Moment, Plan, PlanReport, Predicted, Weighting};
 use crate::pool::{Pool, is_within};
 use footlight_show::units::{ErrorUnit, Time, Tolerance};

@@ -1,7 +1,8 @@
 //! Blocking refinement: the calls that render until a goal is met.
 
 use super::goal::{Ended, Goal, Refinement, RefinementSummary};
-use super::refiner::{Extent, Next, Refiner};
+use super::refiner::{Next, Refiner};
+use super::ways::Extent;
 use super::ways::WayForecast;
 use super::{Engine, Error};
 use footlight_transport::TransportError;

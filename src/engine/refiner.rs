@@ -12,7 +12,7 @@ use super::forecast::NextImage;
 use super::goal::{Ended, Goal, Refinement, RefinementSummary, TooLarge};
 use super::means::Means;
 use super::rendering::{self, Job, MeasuredShow, Rendered, Reused};
-use super::ways::{Mixtures, WayForecast};
+use super::ways::{Extent, Mixtures, WayForecast};
 use crate::measure::MeasuredMoment;
 use crate::measure::independent::MeasureJob;
 use crate::pool::Pool;
@@ -73,17 +73,6 @@ struct Coarse {
     setup: Option<Setup>,
     /// Images of a quality step, one for each source.
     sets: Vec<(Quality, Vec<Arc<Image>>)>,
-}
-
-/// Extent of a refinement.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Extent {
-    /// Only images of single sources.
-    Coarse,
-    /// To the goal, one mixture at a time, because knowledge after each is better than prediction.
-    Goal,
-    /// To the goal, with all mixtures predicted to be needed in one job, for a farm.
-    AtOnce,
 }
 
 /// Refines step by step until a goal is met.

@@ -13,11 +13,21 @@ use super::Error;
 use super::estimate::Estimate;
 use super::forecast::Forecast;
 use super::goal::{Goal, Way};
-use super::refiner::Extent;
 use super::rendering::each_step;
 use crate::pool::{Stated, is_within};
 use footlight_show::units::ErrorUnit;
 use footlight_transport::Quality;
+
+/// Extent of a refinement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Extent {
+    /// Only images of single sources.
+    Coarse,
+    /// To the goal, one mixture at a time, because knowledge after each is better than prediction.
+    Goal,
+    /// To the goal, with all mixtures predicted to be needed in one job, for a farm.
+    AtOnce,
+}
 
 /// A method with its predicted cost and error.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 
 use super::frame::Frame;
 use super::gdtf::{Fixture, Turn};
-use super::{Hung, rig::rounded};
+use super::{Hung, rounded};
 use footlight_show::geometry::vec3;
 use footlight_show::model::{Head, Pose};
 

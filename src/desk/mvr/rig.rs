@@ -8,7 +8,7 @@ use super::frame::Frame;
 use super::gdtf::{self, Fixture};
 use super::head::{self, Hanging};
 use super::zip::Archive;
-use super::{Carried, Fault, Hung, Plan, Set, addressed};
+use super::{Carried, Fault, Hung, Plan, Set, addressed, rounded};
 use crate::Loss;
 use crate::names::Names;
 use footlight_host::files::Memory;
@@ -562,10 +562,4 @@ fn gel([x, y, luminance]: [f64; 3]) -> Option<String> {
 
 fn point(at: [f64; 3]) -> String {
     at.map(rounded).join(", ")
-}
-
-/// Rounds to a tenth of a millimetre.
-pub fn rounded(number: f64) -> String {
-    let number = (number * 1e4).round() / 1e4;
-    format!("{}", if number == 0.0 { 0.0 } else { number })
 }

@@ -1,10 +1,10 @@
 //! Direct light in pixels and their parts: more samples where the first ones differ.
 
 use crate::gather::BLOCK;
-use crate::gather::emitter::{Emitter, LobeRay, Receiver, SampleSum};
+use crate::gather::emitter::{Emitter, LobeRay, SampleSum};
 use crate::gather::parts::{Look, Parts};
 use crate::gather::picture_rays::PictureRays;
-use crate::gather::ray_scene::{DARK, SurfacePoint, View};
+use crate::gather::ray_scene::{DARK, Receiver, SurfacePoint, View};
 use crate::gather::sampling::{point, shifted};
 use crate::gather::step::{GatherStep, more_pixels};
 use footlight_host::work::{Cancelled, Work};

@@ -8,10 +8,9 @@ use crate::direct::beam::Beam;
 use crate::direct::lambert::closed_form;
 use crate::direct::projector::Projector;
 use crate::gather::lamp_patches::LampPatches;
-use crate::gather::ray_scene::{MOST_LAYERS, RayScene, SurfacePoint};
+use crate::gather::ray_scene::{MOST_LAYERS, RayScene, Receiver, SurfacePoint};
 use crate::gather::sampling::{cosine_direction, shifted};
 use crate::gather::triangle::{Part, Triangle, area_of, point_of};
-use crate::surfaces::facet::Facet;
 use crate::surfaces::lobe::Lobe;
 use crate::surfaces::surface::Surfaces;
 use arrayvec::ArrayVec;
@@ -45,30 +44,6 @@ pub struct AreaLight {
     areas: Vec<f64>,
     /// Centre by area, and the greatest distance from it, metres.
     ball: Option<(Vec3, f64)>,
-}
-
-/// A lit point of a surface.
-#[derive(Clone, Copy, Debug)]
-pub struct Receiver {
-    /// Metres.
-    pub point: Vec3,
-    /// Unit shading normal.
-    pub normal: Vec3,
-    /// Unit normal of the facet: no light arrives from below its plane.
-    pub facet: Vec3,
-}
-
-impl Receiver {
-    /// A point of a facet; on a facet with varying shading normals it is raised by `offset`,
-    /// metres.
-    pub fn new(facet: &Facet, point: Vec3, offset: f64) -> Receiver {
-        let lift = if facet.is_smooth() { offset } else { 0.0 };
-        Receiver {
-            point: point + facet.normal * lift,
-            normal: facet.normal_at(point),
-            facet: facet.normal,
-        }
-    }
 }
 
 /// Direct light at a point from one sample of a light.

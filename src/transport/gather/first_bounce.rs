@@ -1,9 +1,8 @@
 //! Bounces of lamps that have patches ([`LampPatches`]), at cells and along rays.
 
 use crate::gather::cells::Cells;
-use crate::gather::emitter::Receiver;
 use crate::gather::lamp_patches::LampPatches;
-use crate::gather::ray_scene::{RayScene, SurfacePoint};
+use crate::gather::ray_scene::{RayScene, Receiver, SurfacePoint};
 use crate::gather::sampling::{hash, point};
 use footlight_host::work::{Cancelled, Work};
 use rayon::prelude::*;

@@ -11,8 +11,7 @@
 
 use crate::direct::beam::Beam;
 use crate::direct::projector::Projector;
-use crate::gather::emitter::Receiver;
-use crate::gather::ray_scene::{DARK, RayScene};
+use crate::gather::ray_scene::{DARK, RayScene, Receiver};
 use crate::gather::sampling::{cosine_direction, morton, point};
 use footlight_show::geometry::{Vec3, frame};
 use rayon::prelude::*;

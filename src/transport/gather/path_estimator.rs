@@ -7,9 +7,9 @@
 //! their patches are sources too, and a path counts the remainder of the kernel. The two halves of
 //! the paths have independent random numbers, which separates noise from error.
 
-use super::emitter::{Emitter, Receiver};
+use super::emitter::Emitter;
 use super::lamp_patches::{KernelBounds, LampPatches, receiver_way};
-use super::ray_scene::{DARK, RayScene, SurfacePoint};
+use super::ray_scene::{DARK, RayScene, Receiver, SurfacePoint};
 use super::sampling::{cosine_direction, hash, point};
 use crate::direct::projector::{Projector, pixel as footprint, projector};
 use crate::direct::{PreparedLight, check_rig, luminaires};

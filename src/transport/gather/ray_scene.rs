@@ -3,10 +3,35 @@
 //! This module does not depend on lights.
 
 use crate::gather::bvh::{Bvh, Hit};
+use crate::surfaces::facet::Facet;
 use crate::surfaces::lobe::Lobe;
 use crate::surfaces::surface::Surfaces;
 use arrayvec::ArrayVec;
 use footlight_show::geometry::Vec3;
+
+/// A lit point of a surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
+    /// Metres.
+    pub point: Vec3,
+    /// Unit shading normal.
+    pub normal: Vec3,
+    /// Unit normal of the facet: no light arrives from below its plane.
+    pub facet: Vec3,
+}
+
+impl Receiver {
+    /// A point of a facet; on a facet with varying shading normals it is raised by `offset`,
+    /// metres.
+    pub fn new(facet: &Facet, point: Vec3, offset: f64) -> Receiver {
+        let lift = if facet.is_smooth() { offset } else { 0.0 };
+        Receiver {
+            point: point + facet.normal * lift,
+            normal: facet.normal_at(point),
+            facet: facet.normal,
+        }
+    }
+}
 
 /// Marks a ray end without light: no hit, or a back.
 pub const DARK: u32 = u32::MAX;

@@ -3,7 +3,6 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use super::Lower;
-use super::light::Spec;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Vec3;
 use crate::lang::ast::{
@@ -74,22 +73,19 @@ impl<'a> Lower<'a, '_> {
     // ---- declarations ---------------------------------------------------------------------------
 
     /// A clause of [`CLAUSES`].
-    pub fn head_clause(&mut self, clause: &Clause<'a>, spec: &mut Spec) -> Option<()> {
+    pub fn head_clause(&mut self, clause: &Clause<'a>, head: &mut Option<Ranges>) -> Option<()> {
         let word = clause.word.text;
         if word == "moves" {
-            spec.head.get_or_insert_default();
+            head.get_or_insert_default();
             return Some(());
         }
-        if spec.head.is_none() {
+        let Some(ranges) = head else {
             let message = format!("`{word}` is said of a light that moves");
             let help = format!("put `moves` before it: `moves  {word} …`");
             let at = (clause.span, "does not move");
             return self.report.error(codes::DOES_NOT_FIT, message, at, help);
-        }
-        let mut ranges = spec.head.take()?;
-        let done = self.range_clause(clause, &mut ranges);
-        spec.head = Some(ranges);
-        done
+        };
+        self.range_clause(clause, ranges)
     }
 
     fn range_clause(&mut self, clause: &Clause<'a>, ranges: &mut Ranges) -> Option<()> {
@@ -133,8 +129,12 @@ impl<'a> Lower<'a, '_> {
     }
 
     /// The head of a light with `moves`.
-    pub fn head(&mut self, light: &ast::Light<'a>, spec: &Spec, kind: &LightKind) -> Option<Head> {
-        let ranges = spec.head.as_ref()?;
+    pub fn head(
+        &mut self,
+        light: &ast::Light<'a>,
+        ranges: &Ranges,
+        kind: &LightKind,
+    ) -> Option<Head> {
         let (position, aim, beam, field) = match kind {
             LightKind::Spot(spot) => (spot.position, spot.aim, spot.beam, spot.field),
             LightKind::Projection { mount, field, .. } => {

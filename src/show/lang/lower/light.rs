@@ -160,7 +160,7 @@ pub(super) struct Spec {
     /// White and colour as written.
     written: [String; 2],
     /// Set for a moving light.
-    pub(super) head: Option<heads::Ranges>,
+    head: Option<heads::Ranges>,
 }
 
 impl Spec {
@@ -229,7 +229,8 @@ impl<'a> Lower<'a, '_> {
             let id = self.node(*span);
             let spec = spec.unwrap_or_default();
             let kind = self.finished(light, &spec);
-            let head = kind.as_ref().and_then(|kind| self.head(light, &spec, kind));
+            let head = kind.as_ref().zip(spec.head.as_ref());
+            let head = head.and_then(|(kind, ranges)| self.head(light, ranges, kind));
             let [form, colour] = spec.words();
             self.show.lights.push(Luminaire {
                 id,
@@ -339,7 +340,7 @@ impl<'a> Lower<'a, '_> {
         let word = clause.word;
         if heads::CLAUSES.contains(&word.text) {
             self.fits(clause, spec.form)?;
-            return self.head_clause(clause, spec);
+            return self.head_clause(clause, &mut spec.head);
         }
         if clause.values.is_empty() {
             let text = self.text(word)?;
