@@ -8,7 +8,9 @@ use std::fmt;
 /// Receives the progress of long tasks and may cancel them. All methods may be called from any
 /// thread.
 pub trait Progress: Send + Sync {
-    /// `done` of `total` units of the task called `task` are finished.
+    /// `done` of `total` units of the task called `task` are finished. The engine's tasks are
+    /// "refined pictures", "key images", "moving lights", "frames with moving heads", "banks" and
+    /// "measuring"; a renderer adds those that it names.
     fn report(&self, task: &str, done: usize, total: usize) {
         let _ = (task, done, total);
     }
