@@ -95,7 +95,7 @@ fn frames_are_those_of_fixed_lights() {
 #[test]
 #[ignore = "slow: many moments"]
 fn frames_in_haze_are_those_of_fixed_lights() {
-    for (haze, moments) in [("", 12), ("haze 40m forward 0.4", 6)] {
+    for (haze, moments) in [("", 24), ("haze 40m forward 0.4", 12)] {
         let worst = worst(haze, Quality(2), moments);
         assert!(worst < 0.02, "{haze}: {worst}");
     }

@@ -194,8 +194,8 @@ fn keys(rows: usize, columns: usize) -> Grid {
 #[test]
 fn no_text_of_a_grid_meets_another_or_leaves_the_page() {
     for theme in [Theme::Light, Theme::Dark] {
-        for rows in [0, 1, 22, 300] {
-            for columns in [0, 1, 6, 75, 999] {
+        for rows in [0, 1, 3, 22, 40, 300] {
+            for columns in [0, 1, 2, 6, 30, 75, 128, 999, 3000] {
                 let drawing = grid(&keys(rows, columns), theme);
                 assert_clear(&drawing);
                 assert_well_formed(&drawing.svg());
