@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use super::Loss;
-use footlight_show::model::{Axis, Show};
+use footlight_show::model::{HeadAxis, Show};
 use footlight_show::timeline::Timeline;
 use footlight_show::units::Time;
 
@@ -37,7 +37,7 @@ pub fn values(show: &Show, timeline: &Timeline, time: Time) -> Vec<f64> {
     let mut out = timeline.evaluate(time);
     out.truncate(show.coordinates().len());
     for ((_, head, _), pose) in show.heads().into_iter().zip(timeline.poses(time)) {
-        out.extend(Axis::ALL.map(|axis| head.parameter(axis, pose.angle(axis))));
+        out.extend(HeadAxis::ALL.map(|axis| head.parameter(axis, pose.angle(axis))));
     }
     out
 }
@@ -181,7 +181,7 @@ impl Patch {
             (&zooms, "zoom", "field 1/105"),
         ] {
             let heads = show.heads().into_iter().enumerate();
-            let lost = heads.filter(|(head, _)| is_lost(Axis::ALL.len() * head));
+            let lost = heads.filter(|(head, _)| is_lost(HeadAxis::ALL.len() * head));
             let lost = lost.filter_map(|(_, (light, ..))| show.lights.get(light));
             let lost: Vec<&str> = lost.map(|light| light.name.as_str()).collect();
             if let Some(one) = lost.first() {
@@ -233,11 +233,11 @@ impl Patch {
 /// # Errors
 /// A message about the line, with a correction.
 fn placed<'t>(show: &Show, name: &str, rest: &[&'t str]) -> Result<Vec<Placed<'t>>, String> {
-    let axis = |word: &str| Axis::ALL.into_iter().find(|axis| axis.word() == word);
+    let axis = |word: &str| HeadAxis::ALL.into_iter().find(|axis| axis.word() == word);
     let heads = show.heads();
     let is_named = |light: usize| show.lights.get(light).is_some_and(|l| l.name == name);
     if let Some(index) = heads.iter().position(|(light, ..)| is_named(*light)) {
-        let first = show.coordinates().len() + Axis::ALL.len() * index;
+        let first = show.coordinates().len() + HeadAxis::ALL.len() * index;
         let number = |word: &str| word.parse().ok().filter(|n: &f64| n.is_finite());
         let mut words = rest.iter().copied().peekable();
         let mut axis_of_head = || {

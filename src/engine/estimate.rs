@@ -3,7 +3,7 @@
 
 use super::Error;
 use super::document::Document;
-use super::goal::{Goal, Refinement, Step, TooLarge, Way};
+use super::goal::{Goal, Refinement, SequenceState, TooLarge, Way};
 use super::host::Host;
 use super::images::{Images, ViewImages};
 use super::rendering::{MeasuredShow, SetupImages};
@@ -83,7 +83,7 @@ impl<'e> Estimate<'e> {
     }
 
     /// The sequence after each refined image, coarse images alone first.
-    pub fn steps(&self) -> &'e [Step] {
+    pub fn steps(&self) -> &'e [SequenceState] {
         self.of_view.map_or(&[], |of_view| &of_view.steps)
     }
 

@@ -113,7 +113,7 @@ impl Refinement {
 
 /// State of the sequence after an image.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
+pub struct SequenceState {
     /// Refined images in the pool.
     pub refined: usize,
     /// Seconds of computing since the show was opened.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::Error;
 use super::document::Document;
-use super::goal::Step;
+use super::goal::SequenceState;
 use super::host::Host;
 use super::pace::Pace;
 use super::rendering::SetupImages;
@@ -23,7 +23,7 @@ pub(super) struct ViewImages {
     /// Operators and pool.
     pub rendering: SetupImages,
     /// The sequence after each refined image.
-    pub steps: Vec<Step>,
+    pub steps: Vec<SequenceState>,
 }
 
 /// Direct light of heads in one view, computed once.

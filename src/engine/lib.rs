@@ -83,7 +83,7 @@ pub use self::error::{Error, ReferenceError, TaskFault};
 pub use self::estimate::Estimate;
 pub use self::forecast::{Forecast, NextImage};
 pub use self::goal::{
-    Ended, Goal, Refinement, RefinementSummary, Step, TooLarge, Way, WorstMoment,
+    Ended, Goal, Refinement, RefinementSummary, SequenceState, TooLarge, Way, WorstMoment,
 };
 pub use self::heads::{Heads, frame};
 pub use self::host::{Background, Host, POOL_LIMIT, PoolPlace};

@@ -4,7 +4,7 @@
 use super::Error;
 use super::document::Document;
 use super::estimate::Estimate;
-use super::goal::{Refinement, Step};
+use super::goal::{Refinement, SequenceState};
 use super::host::Host;
 use super::images::Images;
 use super::rendering::Reused;
@@ -79,7 +79,7 @@ impl Means<'_> {
         let refined = estimate.refined();
         let (_, of_view) = self.images.split(&refinement.view)?;
         let spent = of_view.steps.last().map_or(0.0, |s| s.seconds);
-        of_view.steps.push(Step {
+        of_view.steps.push(SequenceState {
             refined,
             seconds: spent + now - begin,
             error,

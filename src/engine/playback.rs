@@ -13,7 +13,7 @@ pub use self::player::Player;
 
 use std::sync::Arc;
 
-use self::kernel::{Factors, Target};
+use self::kernel::{BlendTarget, Factors};
 use crate::heads::Heads;
 use crate::plan::PlanError;
 use crate::pool::Pool;
@@ -163,12 +163,12 @@ impl Playback {
     /// A frame without the direct light of heads.
     pub(crate) fn blended(&self, time: Time) -> Image {
         let mut out = self.black();
-        self.blend(time, Target::Light(out.data_mut()), 1);
+        self.blend(time, BlendTarget::Light(out.data_mut()), 1);
         out
     }
 
     /// Blends the key images of a moment, or adds up the images of the pool.
-    fn blend(&self, time: Time, target: Target<'_>, threads: usize) {
+    fn blend(&self, time: Time, target: BlendTarget<'_>, threads: usize) {
         let images = match &self.light {
             Light::Keys(images) => images,
             Light::Sums(pool) => {

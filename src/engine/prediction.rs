@@ -67,7 +67,7 @@ impl Estimate<'_> {
         })
     }
 
-    /// The predicted error, relative, and its value before calibration ([`Step`](super::Step)).
+    /// The predicted error, relative, and its value before calibration ([`SequenceState`](super::SequenceState)).
     pub(super) fn error_and_forecast(&self) -> Result<[f64; 2], Error> {
         let left = self.left(ErrorUnit::Light)?;
         Ok(left.map_or([0.0; 2], |(pool, [alone, now])| {

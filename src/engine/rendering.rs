@@ -15,7 +15,7 @@ use crate::goal::TooLarge;
 use crate::measure::MeasuredMoment;
 use crate::pool::Pool;
 use crate::pool::address::{Lighting, Lights, SceneKey};
-use crate::pool::disk_cache::Place;
+use crate::pool::disk_cache::PlaceInPool;
 use crate::pool::image_cache::{ImageCache, Wanted};
 use footlight_host::files::Store;
 use footlight_host::work::Work;
@@ -371,7 +371,7 @@ impl SetupImages {
         let want = |(i, setting): (usize, &Vec<f64>)| Wanted {
             address: self.lights.address(key, quality, setting),
             words: self.setup.rig.lit(setting),
-            refined: refined.map(|first| Place {
+            refined: refined.map(|first| PlaceInPool {
                 order: first + i,
                 setting: setting.clone(),
             }),

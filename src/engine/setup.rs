@@ -26,7 +26,7 @@ use footlight_stage::rig;
 use footlight_stage::rig_error::RigError;
 use footlight_stage::stage_file::Options;
 use footlight_stage::{
-    Emitter, Gloss, Images, Lamp, Light, Rig, Scene, Shading, StageCamera, still,
+    Emitter, Gloss, Lamp, Light, Rig, Scene, Shading, StageCamera, StillImages, still,
 };
 use footlight_transport::Setup;
 use footlight_transport::layered::only_images;
@@ -90,7 +90,7 @@ impl Inputs {
 #[derive(Debug)]
 pub(super) struct Loaded {
     inputs: Inputs,
-    images: Images,
+    images: StillImages,
     luminaires: LuminaireAssets,
     cameras: Vec<StageCamera>,
     notes: Notes,
@@ -209,12 +209,12 @@ pub(super) fn load(
     // One budget for everything that is read.
     let held = stages.as_ref().map_or(0, |s| scene_bytes(&s.scene));
     let source = source.holding(held);
-    let none = Images::new();
+    let none = StillImages::new();
     let known = old.map_or(&none, |l| &l.images);
     let images = read_images(show, spans, source, known);
     let held = images
         .iter()
-        .flat_map(Images::values)
+        .flat_map(StillImages::values)
         .map(|image| size_of_val(image.data()));
     let source = source.holding(held.sum());
     let luminaires = luminaires::read(show, spans, source, old.map(|l| &l.luminaires));
@@ -318,8 +318,8 @@ fn read_images(
     show: &Show,
     spans: &SpanMap,
     source: Source<'_>,
-    known: &Images,
-) -> Result<Images, Vec<Diagnostic>> {
+    known: &StillImages,
+) -> Result<StillImages, Vec<Diagnostic>> {
     let wanted: Vec<ImageFile> = show.images().map(|(_, file)| file.clone()).collect();
     let images = still::read(source.files, &wanted, known, source.memory);
     let images = images.map_err(|refused| {

@@ -15,7 +15,7 @@ const LONG: usize = 25;
 
 /// Result of a poll.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Look {
+pub enum Poll {
     /// No change.
     Same,
     /// The show's file has been missing or empty for a while.
@@ -58,15 +58,15 @@ impl Saves {
     }
 
     /// Polls the files of the show as last read, if it was.
-    pub fn look(&mut self, show: Option<&Repl>) -> Look {
+    pub fn look(&mut self, show: Option<&Repl>) -> Poll {
         let texts = texts(&self.path, show);
         // An editor that writes in two steps leaves the file missing, or empty, for a moment.
         let Some(text) = texts.first().filter(|text| !text.is_empty()).cloned() else {
             self.away += 1;
             return if self.away == LONG {
-                Look::Away
+                Poll::Away
             } else {
-                Look::Same
+                Poll::Same
             };
         };
         self.away = 0;
@@ -76,14 +76,14 @@ impl Saves {
         // Without a show, the missing file is not known.
         let again = show.is_none() && self.looks.is_multiple_of(LONG);
         if same && stamps == self.stamps && !again {
-            return Look::Same;
+            return Poll::Same;
         }
         let is_new = !same || show.is_some();
         (self.texts, self.stamps) = (texts, stamps);
-        Look::Saved { text, is_new }
+        Poll::Saved { text, is_new }
     }
 
-    /// The message for [`Look::Away`], without its full stop.
+    /// The message for [`Poll::Away`], without its full stop.
     pub fn away(&self) -> String {
         format!("{} is gone or empty", self.path.display())
     }

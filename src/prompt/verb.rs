@@ -11,17 +11,19 @@ use super::answer::{edit, export, help, live, measure, picture, play, plot, rend
 use super::repl::{Repl, Reply};
 
 // The options of each verb.
-pub use super::answer::edit::{Copy, Delete, Rename};
-pub use super::answer::export::Export;
-pub use super::answer::help::Help;
-pub use super::answer::live::{At, Blind, Goto, Insert, Record, Set};
-pub use super::answer::measure::{Chart, Compare, Measure, Scale};
-pub use super::answer::picture::{Picture, Shot};
-pub use super::answer::play::{Film, Frames, Play};
-pub use super::answer::plot::Plot;
-pub use super::answer::render::{Plan, Pool, Refine, Run, Stop};
-pub use super::answer::solve::Solve;
-pub use super::answer::text::{Diff, Explain, Fmt, LookFrom, Save, Sheet, Show};
+pub use super::answer::edit::{CopyArgs, DeleteArgs, RenameArgs};
+pub use super::answer::export::ExportArgs;
+pub use super::answer::help::HelpArgs;
+pub use super::answer::live::{AtArgs, BlindArgs, GotoArgs, InsertArgs, RecordArgs, SetArgs};
+pub use super::answer::measure::{ChartArgs, CompareArgs, MeasureArgs, QualityArgs};
+pub use super::answer::picture::{PictureArgs, ShotArgs};
+pub use super::answer::play::{FilmArgs, FramesArgs, PlayArgs};
+pub use super::answer::plot::PlotArgs;
+pub use super::answer::render::{PlanArgs, PoolArgs, RefineArgs, RunArgs, StopArgs};
+pub use super::answer::solve::SolveArgs;
+pub use super::answer::text::{
+    DiffArgs, ExplainArgs, FmtArgs, SaveArgs, SheetArgs, ShowArgs, ViewArgs,
+};
 pub use super::argument::{ByWay, FromView};
 
 /// A verb with its options, in the order of the manual. Its doc comment is its help, `after_help`
@@ -33,19 +35,19 @@ pub enum Verb {
     Check,
     /// List banks and cues with their times, or the text of NAME
     #[command(after_help = "show lamps", hide = true)]
-    Show(text::Show),
+    Show(text::ShowArgs),
     /// Move to a time and print the levels and the light there
     #[command(after_help = "at cue 2 + 1s", hide = true)]
-    At(live::At),
+    At(live::AtArgs),
     /// Keys, basis, and the error predicted after each refined picture
     #[command(after_help = "plan --tolerance 1%")]
-    Plan(render::Plan),
+    Plan(render::PlanArgs),
     /// One picture of the show
     #[command(after_help = "picture 1:30 -o evening.png")]
-    Picture(picture::Picture),
+    Picture(picture::PictureArgs),
     /// Render refined pictures, most useful first; `&`: in the background
     #[command(after_help = "refine until 2%")]
-    Refine(render::Refine),
+    Refine(render::RefineArgs),
     /// How far the refinement in the background is, and when it will end
     #[command(after_help = "status", hide = true)]
     Status,
@@ -54,40 +56,40 @@ pub enum Verb {
     Wait,
     /// End the refinement in the background after what is in hand, or now
     #[command(after_help = "stop", hide = true)]
-    Stop(render::Stop),
+    Stop(render::StopArgs),
     /// Play the sequence back from its key images
     #[command(after_help = "play -o show.html")]
-    Play(play::Play),
+    Play(play::PlayArgs),
     /// Write the sequence as a film
     #[command(after_help = "film -o show.y4m")]
-    Film(play::Film),
+    Film(play::FilmArgs),
     /// Write the sequence as numbered pictures, or as layers of an .exr
     #[command(after_help = "frames -o frames/####.png")]
-    Frames(play::Frames),
+    Frames(play::FramesArgs),
     /// Draw curves of banks and groups, or rig, keys, spectrum, basis
     #[command(after_help = "plot -o curves.svg")]
-    Plot(plot::Plot),
+    Plot(plot::PlotArgs),
     /// The whole loop: pictures, plan, refined ones, page, cues, sheets
     #[command(after_help = "run --until 2%")]
-    Run(render::Run),
+    Run(render::RunArgs),
     /// Render every bank alone and hold it against its reference picture
     #[command(after_help = "compare --reference refs --quality 2 -o differences.png")]
-    Compare(measure::Compare),
+    Compare(measure::CompareArgs),
     /// What a picture is off by, measured on some of its pixels
     #[command(after_help = "measure cue 3")]
-    Measure(measure::Measure),
+    Measure(measure::MeasureArgs),
     /// What each step of quality sets, and how long it is likely to take
     #[command(after_help = "quality --measure")]
-    Quality(measure::Scale),
+    Quality(measure::QualityArgs),
     /// Draw error against time over the steps of quality
     #[command(after_help = "chart transport -o transport.png")]
-    Chart(measure::Chart),
+    Chart(measure::ChartArgs),
     /// What pictures there are and which serve this show, or free them
     #[command(after_help = "pool drop unused")]
-    Pool(render::Pool),
+    Pool(render::PoolArgs),
     /// List the views, or make pictures from NAME from now on
     #[command(after_help = "view stalls", hide = true)]
-    View(text::LookFrom),
+    View(text::ViewArgs),
     /// Run the next cue, and those that follow by themselves, to the end
     #[command(after_help = "go", hide = true)]
     Go,
@@ -96,37 +98,37 @@ pub enum Verb {
     Back,
     /// To the end of a cue, or to where a part of its time has gone by
     #[command(after_help = "goto 2.5 at 50%", hide = true)]
-    Goto(live::Goto),
+    Goto(live::GotoArgs),
     /// Try levels without a cue; a move in time lets go of them
     #[command(after_help = "set lamps 40 sky #203060", hide = true)]
-    Set(live::Set),
+    Set(live::SetArgs),
     /// Try the levels that come nearest to a sketch, or to lux at points
     #[command(after_help = "solve sketch.png --cue 2")]
-    Solve(solve::Solve),
+    Solve(solve::SolveArgs),
     /// Let go of the levels that are tried
     #[command(after_help = "release", hide = true)]
     Release,
     /// Write the tried levels as a new cue; alone: keep blind edits
     #[command(after_help = "record 2.5 \"Lamp up\" --time 3", hide = true)]
-    Record(live::Record),
+    Record(live::RecordArgs),
     /// Write the tried levels into the cue that stands
     #[command(after_help = "update", hide = true)]
     Update,
     /// Write the tried levels as a new cue behind the one that stands
     #[command(after_help = "insert \"Lamp up\" --time 3", hide = true)]
-    Insert(live::Insert),
+    Insert(live::InsertArgs),
     /// Take a cue or another declaration out
     #[command(after_help = "delete cue 3", hide = true)]
-    Delete(edit::Delete),
+    Delete(edit::DeleteArgs),
     /// Write a cue once more under another number
     #[command(after_help = "copy cue 2 to 7", hide = true)]
-    Copy(edit::Copy),
+    Copy(edit::CopyArgs),
     /// Call something otherwise, wherever the show names it
     #[command(after_help = "rename lamps to practicals", hide = true)]
-    Rename(edit::Rename),
+    Rename(edit::RenameArgs),
     /// Show edits but keep them only by `record`; `off` drops them
     #[command(after_help = "blind", hide = true)]
-    Blind(live::Blind),
+    Blind(live::BlindArgs),
     /// Take the last edit back
     #[command(after_help = "undo", hide = true)]
     Undo,
@@ -135,34 +137,34 @@ pub enum Verb {
     Redo,
     /// Cues by banks: each bank's level; moved, tracked, blocked marked
     #[command(after_help = "tracksheet -o tracks.csv")]
-    Tracksheet(text::Sheet),
+    Tracksheet(text::SheetArgs),
     /// What each cue does, when it starts and how long it takes
     #[command(after_help = "cuesheet -o cues.md")]
-    Cuesheet(text::Sheet),
+    Cuesheet(text::SheetArgs),
     /// Every light by channel: what it is, where it hangs and points
     #[command(after_help = "hookup -o hookup.csv")]
-    Hookup(text::Sheet),
+    Hookup(text::SheetArgs),
     /// Every light by place, from the house upstage
     #[command(after_help = "schedule -o schedule.md")]
-    Schedule(text::Sheet),
+    Schedule(text::SheetArgs),
     /// Write the show for a desk or QLC+; tell what is lost
     #[command(after_help = "export -o show.asc")]
-    Export(export::Export),
+    Export(export::ExportArgs),
     /// Lay out the show's text, comments and groups kept
     #[command(after_help = "fmt", hide = true)]
-    Fmt(text::Fmt),
+    Fmt(text::FmtArgs),
     /// What changed since the show was read or saved, or from FILE to it
     #[command(after_help = "diff -o changes.png", hide = true)]
-    Diff(text::Diff),
+    Diff(text::DiffArgs),
     /// What a message's code means, with a wrong sheet and its correction
     #[command(after_help = "explain E012", hide = true)]
-    Explain(text::Explain),
+    Explain(text::ExplainArgs),
     /// Write the show's text, comments and layout kept
     #[command(after_help = "save", hide = true)]
-    Save(text::Save),
+    Save(text::SaveArgs),
     /// List the verbs, or explain one
     #[command(after_help = "help picture", hide = true)]
-    Help(help::Help),
+    Help(help::HelpArgs),
     /// Leave
     #[command(alias = "exit", after_help = "quit", hide = true)]
     Quit,

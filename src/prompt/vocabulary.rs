@@ -14,7 +14,7 @@ use super::usage;
 use super::verb::verbs;
 use footlight_engine::Document;
 use footlight_show::lang::{self, codes};
-use footlight_show::model::{Axis, FADES, Show};
+use footlight_show::model::{FADES, HeadAxis, Show};
 
 /// The names of a show.
 #[derive(Clone, Debug, Default)]
@@ -282,7 +282,7 @@ impl Vocabulary {
         let begun = |offered: &&str| offered.starts_with(word);
         let has_level = self.ends_with_level(before);
         let still = before.trim_start().starts_with("cue") && self.declared_by("head").is_empty();
-        let is_axis = |word: &str| Axis::ALL.iter().any(|axis| axis.word() == word);
+        let is_axis = |word: &str| HeadAxis::ALL.iter().any(|axis| axis.word() == word);
         let keywords = lang::words()
             .into_iter()
             .filter(begun)

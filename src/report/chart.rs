@@ -30,7 +30,7 @@ mod trace;
 
 pub use axis::{Axis, Scale};
 pub use colour::Theme;
-pub use curve_chart::{CurveChart, CurveRow, Knot};
+pub use curve_chart::{ChartKnot, CurveChart, CurveRow};
 pub use curves::curves;
 pub use drawing::Drawing;
 pub use false_colour::{FalseColour, false_colour};

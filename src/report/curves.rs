@@ -1,9 +1,9 @@
 //! Drawings of the light of banks over time.
 
-use crate::chart::{self, Drawing, Knot, Theme};
+use crate::chart::{self, ChartKnot, Drawing, Theme};
 use crate::sheet::heads;
 use footlight_engine::Document;
-use footlight_show::model::{Axis, Coordinate, Show};
+use footlight_show::model::{Coordinate, HeadAxis, Show};
 use footlight_show::timeline::{CurvePiece, KeySequence, Segment, Timeline};
 use footlight_show::units::Time;
 
@@ -42,11 +42,11 @@ pub fn curves(
     let heads = heads(show).into_iter().enumerate();
     let axes = heads.filter(|(i, moving)| named.contains(i) || is_wanted(moving.bank));
     let axes = axes.flat_map(|(index, moving)| {
-        Axis::ALL.map(|axis| {
+        HeadAxis::ALL.map(|axis| {
             let (pieces, last) = timeline.pose_curve(index, axis);
             let [low, high] = moving.head.range(axis);
             let moves = pieces.iter().any(|p| !p.polynomial.is_constant()) || pieces.len() > 1;
-            let turns = matches!(axis, Axis::Pan | Axis::Tilt);
+            let turns = matches!(axis, HeadAxis::Pan | HeadAxis::Tilt);
             (moves || named.contains(&index) && turns).then(|| chart::CurveRow {
                 points: drawn(timeline, pieces, Some(last)),
                 name: format!("{} {} {low} to {high}", moving.light.name, axis.word()),
@@ -87,13 +87,13 @@ pub fn cues_in_time(show: &Show, timeline: &Timeline) -> Vec<(f64, String)> {
 }
 
 /// Joints of the key sequence's segments, including its ends.
-fn knots(keys: &KeySequence) -> Vec<Knot> {
+fn knots(keys: &KeySequence) -> Vec<ChartKnot> {
     let segments = keys.segments();
-    let last = segments.last().map(|s| Knot {
+    let last = segments.last().map(|s| ChartKnot {
         time: s.end(),
         inserted: false,
     });
-    let of = |s: &Segment| Knot {
+    let of = |s: &Segment| ChartKnot {
         time: s.start(),
         inserted: s.is_inserted(),
     };

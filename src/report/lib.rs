@@ -64,4 +64,4 @@ pub mod words;
 
 pub use error::Error;
 pub use manifest::Results;
-pub use record::{Point, Quantity, Record, RecordSeries, StudyKind};
+pub use record::{Quantity, Record, RecordRow, RecordSeries, StudyKind};

@@ -6,7 +6,7 @@ use super::Error;
 use super::words::{count, qualities};
 use crate::sheet::{fades, link, time, up_down};
 use footlight_engine::playback::Playback;
-use footlight_engine::playback::page::{self, Contents, Cue, Fader, Law, Mixer};
+use footlight_engine::playback::page::{self, Contents, Fader, Law, Mixer, PageCue};
 use footlight_engine::{self as engine, Document, Engine};
 use footlight_picture::Image;
 use footlight_picture::tone::Tone;
@@ -28,7 +28,7 @@ pub const HEAD_FRAMES: f64 = 10.0;
 pub const FIRST_HEAD_FRAMES: f64 = 2.0;
 
 /// A page, and what it contains.
-pub struct Page {
+pub struct PageFile {
     /// The file.
     pub html: String,
     /// Size of the images, where it is smaller than the view's.
@@ -37,7 +37,7 @@ pub struct Page {
     contents: String,
 }
 
-impl Page {
+impl PageFile {
     /// Says so where images were made smaller; otherwise empty.
     pub fn smaller(&self) -> String {
         self.smaller.map_or(String::new(), |(width, height)| {
@@ -55,7 +55,7 @@ impl Page {
 }
 
 /// The page, with `rate` frames a second while heads move.
-pub fn page(engine: &Engine, playback: &Playback, tone: Tone, rate: f64) -> Result<Page, Error> {
+pub fn page(engine: &Engine, playback: &Playback, tone: Tone, rate: f64) -> Result<PageFile, Error> {
     let coordinates = engine.show().coordinates().len();
     let bank_bytes = coordinates * playback.size().0 * playback.size().1 * size_of::<[f32; 3]>();
     // Refuse before images are made in vain.
@@ -92,7 +92,7 @@ pub fn page(engine: &Engine, playback: &Playback, tone: Tone, rate: f64) -> Resu
         count(banks.len(), "bank image"),
         made.html.len() as f64 / 1e6
     );
-    Ok(Page {
+    Ok(PageFile {
         html: made.html,
         smaller: (made.size != playback.size()).then_some(made.size),
         contents,
@@ -214,10 +214,10 @@ fn straight(a: &[f64; 5], b: &[f64; 5], c: &[f64; 5]) -> bool {
     values.all(|((a, b), c)| (a + share * (c - a) - b).abs() < 2e-4)
 }
 
-fn cues(document: &Document, coordinates: usize) -> Vec<Cue> {
+fn cues(document: &Document, coordinates: usize) -> Vec<PageCue> {
     let timeline = document.timeline();
     let cues = document.show().cues.iter().zip(timeline.cues());
-    let cue = |(cue, time): (&footlight_show::model::Cue, &timeline::CueTime)| Cue {
+    let cue = |(cue, time): (&footlight_show::model::Cue, &timeline::CueTime)| PageCue {
         number: cue.number.to_string(),
         label: visible(&cue.label).into_owned(),
         go: time.go.seconds(),

@@ -2,7 +2,7 @@
 
 use super::table::set_right;
 use super::words::{self, figure};
-use footlight_engine::measure::quality::{QualityForecast, Seconds, Step};
+use footlight_engine::measure::quality::{QualityForecast, QualityStep, Seconds};
 
 /// One line for each step, with a column for every setting.
 pub fn describe(forecast: &QualityForecast) -> String {
@@ -64,7 +64,7 @@ fn legend(columns: &[&str]) -> String {
 }
 
 /// Names of all settings, in order of first use.
-fn columns(steps: &[Step]) -> Vec<&'static str> {
+fn columns(steps: &[QualityStep]) -> Vec<&'static str> {
     let mut out = Vec::new();
     for set in steps.iter().flat_map(|s| &s.sets) {
         if !out.contains(&set.name) {
@@ -75,7 +75,7 @@ fn columns(steps: &[Step]) -> Vec<&'static str> {
 }
 
 /// A step's value of a setting; a dash if it has none.
-fn amount(step: &Step, name: &str) -> String {
+fn amount(step: &QualityStep, name: &str) -> String {
     let found = step.sets.iter().find(|e| e.name == name);
     match found.map(|e| e.amount) {
         None | Some(0.0) => "-".to_owned(),
@@ -110,7 +110,7 @@ mod tests {
             vec![set("elements", 900.0), set("tolerance", 0.01)],
         ];
         for ((quality, sets), total) in (1..).zip(sets).zip([1.0, 3.0]) {
-            forecast.steps.push(Step {
+            forecast.steps.push(QualityStep {
                 quality,
                 sets,
                 predicted: seconds(total),

@@ -57,7 +57,7 @@ impl Quantity {
 
 /// A row.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Point {
+pub struct RecordRow {
     /// Its label, such as `quality 3`.
     pub label: String,
     /// Remarks, such as `coarse` or `pareto`.
@@ -73,7 +73,7 @@ pub struct RecordSeries {
     /// Its name.
     pub name: String,
     /// Points in the order measured.
-    pub points: Vec<Point>,
+    pub points: Vec<RecordRow>,
 }
 
 /// A measurement.
@@ -120,7 +120,7 @@ impl Record {
         let mut values: Vec<Option<f64>> =
             values.iter().map(|v| v.filter(|v| v.is_finite())).collect();
         values.resize(self.quantities.len(), None);
-        let point = Point {
+        let point = RecordRow {
             label: label.to_owned(),
             marks: marks.iter().map(|m| (*m).to_owned()).collect(),
             values,
@@ -142,7 +142,7 @@ impl Record {
     /// Two columns of a series as points of a chart; NaN for an unknown value.
     pub fn curve(&self, series: &RecordSeries, x: &str, y: &str) -> Vec<(f64, f64)> {
         let (x, y) = (self.column(x), self.column(y));
-        let value = |point: &Point, column: Option<usize>| {
+        let value = |point: &RecordRow, column: Option<usize>| {
             let value = column.and_then(|c| point.values.get(c).copied().flatten());
             value.unwrap_or(f64::NAN)
         };

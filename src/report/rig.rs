@@ -10,7 +10,7 @@ use crate::words::count;
 use footlight_engine::Document;
 use footlight_show::geometry::Vec3;
 use footlight_show::geometry::shape::Shape;
-use footlight_show::model::{Axis, Bank, LightKind, Luminaire, Show};
+use footlight_show::model::{Bank, HeadAxis, LightKind, Luminaire, Show};
 use footlight_stage::{Light, Polygon};
 use footlight_transport::Setup;
 
@@ -273,7 +273,7 @@ fn moves(light: &Luminaire) -> String {
     let Some(head) = light.head else {
         return String::new();
     };
-    let range = |(word, axis): (&str, Axis)| {
+    let range = |(word, axis): (&str, HeadAxis)| {
         let [low, high] = head.range(axis).map(number);
         if low == high {
             String::new()
@@ -282,9 +282,9 @@ fn moves(light: &Luminaire) -> String {
         }
     };
     let ranges = [
-        ("pan", Axis::Pan),
-        ("tilt", Axis::Tilt),
-        ("zoom", Axis::Beam),
+        ("pan", HeadAxis::Pan),
+        ("tilt", HeadAxis::Tilt),
+        ("zoom", HeadAxis::Beam),
     ]
     .map(range);
     let ranges: Vec<String> = ranges

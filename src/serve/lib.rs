@@ -29,7 +29,7 @@ use std::sync::Arc;
 use self::audience::{Audience, Token};
 use self::publisher::Publisher;
 use footlight_engine::{self as engine, Goal};
-use footlight_prompt::saves::{Look, PAUSE, Saves};
+use footlight_prompt::saves::{PAUSE, Poll, Saves};
 use footlight_prompt::{Error, Repl};
 use footlight_show::diagnostic::Style;
 use footlight_show::printable::{Printable, visible};
@@ -101,13 +101,13 @@ impl Served<'_> {
         while !self.operator.is_over() {
             std::thread::sleep(PAUSE);
             match self.saves.look(self.show.as_ref()) {
-                Look::Same => {}
-                Look::Away => {
+                Poll::Same => {}
+                Poll::Away => {
                     let away = self.saves.away();
                     self.publisher.wrong(&away);
                     self.operator.tell(format!("{away}\n").into());
                 }
-                Look::Saved { text, is_new } => {
+                Poll::Saved { text, is_new } => {
                     let taken = match self.show {
                         Some(_) => self.reload(&text),
                         None => self.open(open),

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::audience::{Audience, Files};
 use footlight_engine::Engine;
-use footlight_engine::playback::page::{self, Picture};
+use footlight_engine::playback::page::{self, PagePicture};
 use footlight_picture::Image;
 use footlight_picture::tone::Tone;
 use footlight_prompt::Error;
@@ -21,7 +21,7 @@ struct Kept {
     images: Vec<Image>,
     tone: Option<Tone>,
     size: (usize, usize),
-    pictures: Vec<Picture>,
+    pictures: Vec<PagePicture>,
     files: Files,
     /// Number of the next file; numbers are never reused.
     next: u64,
@@ -118,7 +118,7 @@ impl Kept {
             self.files.insert(number, bytes);
             format!("picture/{number}")
         };
-        let pictures = coded.into_iter().map(|coded| Picture {
+        let pictures = coded.into_iter().map(|coded| PagePicture {
             law: coded.law,
             codes: file(coded.codes),
             signs: coded.signs.map(&mut file),

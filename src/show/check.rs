@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 
 use crate::diagnostic::{Diagnostic, WARNINGS};
 use crate::lang::{self, Place, SpanMap, codes, limits};
-use crate::model::{Axis, Head, Interpolation, Motion, Move, NodeId, Role, Show};
+use crate::model::{Head, HeadAxis, Interpolation, Motion, Move, NodeId, Role, Show};
 use crate::timeline::{Timeline, TimelineError, TimelineWarning};
 use crate::units::{Time, percent};
 
@@ -338,7 +338,7 @@ impl Words<'_> {
         }
     }
 
-    fn axis(&self, parameter: usize) -> Option<(Head, Axis)> {
+    fn axis(&self, parameter: usize) -> Option<(Head, HeadAxis)> {
         match self.show.parameters().get(parameter)?.role {
             Role::Pose(head, axis) => Some((*self.show.heads().get(head)?.1, axis)),
             _ => None,

@@ -17,7 +17,7 @@ mod light;
 pub use self::effect::{Effect, EffectChange, EffectKind};
 pub use self::fade::{FADES, Fade, FadeCurve};
 pub use self::haze::Haze;
-pub use self::head::{Axis, Head, Point, Pose};
+pub use self::head::{Head, HeadAxis, Point, Pose};
 pub use self::light::{ImageFile, ImportedLuminaire, LightKind, Luminaire, Output, Spot, Strength};
 
 use std::ops::Range;
@@ -418,7 +418,7 @@ pub enum Role {
     /// The fixed lights.
     Fixed,
     /// A pose parameter of a head of [`Show::heads`]; the bank is the head's.
-    Pose(usize, Axis),
+    Pose(usize, HeadAxis),
 }
 
 impl Coordinate {
@@ -479,7 +479,7 @@ impl Show {
         }
         for (i, (light, _, bank)) in self.heads().into_iter().enumerate() {
             let light = self.lights.get(light).map_or("", |l| l.name.as_str());
-            out.extend(Axis::ALL.map(|axis| Coordinate {
+            out.extend(HeadAxis::ALL.map(|axis| Coordinate {
                 name: format!("{light}.{}", axis.word()),
                 bank: Some(bank),
                 role: Role::Pose(i, axis),
@@ -524,7 +524,7 @@ impl Show {
             .collect()
     }
 
-    /// The first parameter of heads; each head has four, in the order of [`Axis::ALL`].
+    /// The first parameter of heads; each head has four, in the order of [`HeadAxis::ALL`].
     pub fn first_pose(&self) -> usize {
         let banks = self.first_parameters().pop().unwrap_or(0);
         banks + usize::from(!self.fixed.is_empty())
@@ -532,7 +532,7 @@ impl Show {
 
     /// The first parameter of one head of [`Show::heads`].
     pub fn first_pose_of(&self, head: usize) -> usize {
-        self.first_pose() + Axis::ALL.len() * head
+        self.first_pose() + HeadAxis::ALL.len() * head
     }
 
     /// The pose of a head of [`Show::heads`] at these parameters of the show.

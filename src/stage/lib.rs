@@ -54,7 +54,7 @@ use footlight_show::units::Rgb;
 
 pub use self::light::{Light, MeasuredLight, Projection};
 pub use self::shading::Shading;
-pub use self::still::Images;
+pub use self::still::StillImages;
 use self::texture::{Alpha, Texture};
 
 /// A diffuse material, as shows refer to it by name.

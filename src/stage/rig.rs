@@ -4,7 +4,7 @@
 use super::imported_luminaire;
 use super::luminaire_asset::LuminaireAssets;
 use super::rig_error::RigError;
-use super::{Emitter, Images, Light, MeasuredLight, Projection, Rig, Scene, Source};
+use super::{Emitter, Light, MeasuredLight, Projection, Rig, Scene, Source, StillImages};
 use footlight_show::geometry::mount::Mount;
 use footlight_show::model::{
     Coordinate, Fixed, LightKind, Luminaire, NodeId, Output, Pose, Show, Strength,
@@ -24,7 +24,12 @@ pub fn add_light_geometry(show: &Show, scene: &mut Scene) {
 /// # Errors
 /// Every light that does not fit.
 pub fn rig(show: &Show, scene: &Scene) -> Result<Rig, Vec<RigError>> {
-    rig_with(show, scene, &Images::new(), &LuminaireAssets::default())
+    rig_with(
+        show,
+        scene,
+        &StillImages::new(),
+        &LuminaireAssets::default(),
+    )
 }
 
 /// The lights for the operator, with one source per coordinate. Names become indices; materials are
@@ -36,7 +41,7 @@ pub fn rig(show: &Show, scene: &Scene) -> Result<Rig, Vec<RigError>> {
 pub fn rig_with(
     show: &Show,
     scene: &Scene,
-    images: &Images,
+    images: &StillImages,
     luminaires: &LuminaireAssets,
 ) -> Result<Rig, Vec<RigError>> {
     let mut errors = Vec::new();
@@ -72,7 +77,7 @@ pub fn add_bounced(
     rig: &mut Rig,
     (show, bounced): (&Show, &[Bounced]),
     scene: &Scene,
-    images: &Images,
+    images: &StillImages,
     luminaires: &LuminaireAssets,
 ) -> Result<(), RigError> {
     let white = white(show);
@@ -121,7 +126,7 @@ pub fn posed(
     light: &Luminaire,
     pose: Pose,
     scene: &Scene,
-    images: &Images,
+    images: &StillImages,
     luminaires: &LuminaireAssets,
 ) -> Result<Vec<Light>, RigError> {
     match &light.head {
@@ -215,7 +220,7 @@ fn radiance(strength: Strength, area: f64, shown: f64) -> Rgb {
 fn resolved(
     light: &Luminaire,
     scene: &Scene,
-    images: &Images,
+    images: &StillImages,
     luminaires: &LuminaireAssets,
 ) -> Result<Vec<Light>, RigError> {
     let one = match &light.kind {

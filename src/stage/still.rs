@@ -13,7 +13,7 @@ use footlight_picture::{Image, PictureError, decode};
 use footlight_show::model::ImageFile;
 
 /// Images by file and layer.
-pub type Images = BTreeMap<ImageFile, Arc<Image>>;
+pub type StillImages = BTreeMap<ImageFile, Arc<Image>>;
 
 /// Reason why an image cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -37,10 +37,10 @@ pub type Refused = (ImageFile, ImageError);
 pub fn read(
     files: &dyn Files,
     wanted: &[ImageFile],
-    known: &Images,
+    known: &StillImages,
     budget: usize,
-) -> Result<Images, Vec<Refused>> {
-    let mut images = Images::new();
+) -> Result<StillImages, Vec<Refused>> {
+    let mut images = StillImages::new();
     let mut missing: BTreeMap<&str, Vec<&ImageFile>> = BTreeMap::new();
     for file in wanted {
         if let Some(image) = known.get(file) {
@@ -139,7 +139,7 @@ mod tests {
             file("b.bin", None),
             file("a.exr", None),
         ];
-        let images = read(&files, &wanted, &Images::new(), 1 << 20).unwrap();
+        let images = read(&files, &wanted, &StillImages::new(), 1 << 20).unwrap();
         assert_eq!(images.len(), 2);
         assert_eq!(*images[&wanted[0]], image);
 
@@ -150,13 +150,13 @@ mod tests {
         let read_png = read(
             &files,
             std::slice::from_ref(&coded),
-            &Images::new(),
+            &StillImages::new(),
             1 << 20,
         )
         .unwrap();
         assert_eq!(read_png[&coded].pixel(1, 0), Some([0.0, 1.0, 0.0]));
 
-        let over = read(&files, &wanted, &Images::new(), 48 + 95).unwrap_err();
+        let over = read(&files, &wanted, &StillImages::new(), 48 + 95).unwrap_err();
         assert!(matches!(
             over.as_slice(),
             [(f, ImageError::Picture(PictureError::Memory { .. }))] if f.path == "b.bin"
@@ -166,7 +166,7 @@ mod tests {
             file("none.exr", Some("x")),
             file("c.png", Some("x")),
         ];
-        let refused = read(&files, &wrong, &Images::new(), 1 << 20).unwrap_err();
+        let refused = read(&files, &wrong, &StillImages::new(), 1 << 20).unwrap_err();
         assert_eq!(refused.len(), 3);
     }
 }

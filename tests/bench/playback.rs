@@ -24,7 +24,7 @@ use std::hint::black_box;
 use std::process::Command;
 use std::time::Instant;
 
-use footlight_engine::playback::kernel::{self, Factors, Target};
+use footlight_engine::playback::kernel::{self, BlendTarget, Factors};
 use footlight_picture::Image;
 use footlight_picture::combine::combine;
 use footlight_picture::tone::Tone;
@@ -109,7 +109,12 @@ fn frames(size: (usize, usize), rounds: usize) {
             name: format!("fused, threads: {threads}"),
             bytes: 4 * 4 * channels,
             run: Box::new(move || {
-                kernel::blend(keys, factors, Target::Bytes(&mut shown, table), threads);
+                kernel::blend(
+                    keys,
+                    factors,
+                    BlendTarget::Bytes(&mut shown, table),
+                    threads,
+                );
                 black_box(&shown);
             }),
         });

@@ -36,7 +36,7 @@ impl Seconds {
 
 /// A quality step for a show.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Step {
+pub struct QualityStep {
     /// Its number.
     pub quality: u8,
     /// Its settings.
@@ -61,7 +61,7 @@ pub struct QualityForecast {
     /// Seconds per unit of the operator's cost, on this machine now.
     pub pace: f64,
     /// Steps, the cheapest first.
-    pub steps: Vec<Step>,
+    pub steps: Vec<QualityStep>,
 }
 
 fn by_name<S: Serializer>(sets: &[QualityParameter], out: S) -> Result<S::Ok, S::Error> {
@@ -98,7 +98,7 @@ pub fn measure(engine: &Engine, measure: bool) -> Result<QualityForecast, Error>
             banks: (cost.per_source * sources + cost.per_lone * settings.len() as f64) * pace,
             picture: cost.per_image * pace,
         };
-        out.steps.push(Step {
+        out.steps.push(QualityStep {
             quality,
             sets,
             predicted,

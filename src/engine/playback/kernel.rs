@@ -38,40 +38,43 @@ impl Factors {
 }
 
 /// Destination of the blended light.
-pub enum Target<'a> {
+pub enum BlendTarget<'a> {
     /// Linear light.
     Light(&'a mut [f32]),
     /// Display bytes.
     Bytes(&'a mut [u8], &'a ByteTable),
 }
 
-impl<'a> Target<'a> {
+impl<'a> BlendTarget<'a> {
     fn len(&self) -> usize {
         match self {
-            Target::Light(out) => out.len(),
-            Target::Bytes(out, _) => out.len(),
+            BlendTarget::Light(out) => out.len(),
+            BlendTarget::Bytes(out, _) => out.len(),
         }
     }
 
     /// Writes light of the same size.
     pub fn write(self, light: &[f32]) {
         match self {
-            Target::Light(out) => out.copy_from_slice(light),
-            Target::Bytes(out, table) => table.encode(light, out),
+            BlendTarget::Light(out) => out.copy_from_slice(light),
+            BlendTarget::Bytes(out, table) => table.encode(light, out),
         }
     }
 
     /// Splits at `channels`.
-    fn split(self, channels: usize) -> (Target<'a>, Target<'a>) {
+    fn split(self, channels: usize) -> (BlendTarget<'a>, BlendTarget<'a>) {
         let at = channels.min(self.len());
         match self {
-            Target::Light(out) => {
+            BlendTarget::Light(out) => {
                 let (first, rest) = out.split_at_mut(at);
-                (Target::Light(first), Target::Light(rest))
+                (BlendTarget::Light(first), BlendTarget::Light(rest))
             }
-            Target::Bytes(out, table) => {
+            BlendTarget::Bytes(out, table) => {
                 let (first, rest) = out.split_at_mut(at);
-                (Target::Bytes(first, table), Target::Bytes(rest, table))
+                (
+                    BlendTarget::Bytes(first, table),
+                    BlendTarget::Bytes(rest, table),
+                )
             }
         }
     }
@@ -80,7 +83,7 @@ impl<'a> Target<'a> {
 /// Blends the channels of key images into `target`, with up to `threads` threads; the result does
 /// not depend on their number. A block that a key does not fill counts as black in that key; when
 /// keys for `factors` are missing, nothing is written.
-pub fn blend(keys: &[&[f32]], factors: Factors, target: Target<'_>, threads: usize) {
+pub fn blend(keys: &[&[f32]], factors: Factors, target: BlendTarget<'_>, threads: usize) {
     let channels = target.len();
     let share = channels.div_ceil(threads.max(1)).max(SHARE);
     let share = share.next_multiple_of(BLOCK);
@@ -104,12 +107,12 @@ const SHARE: usize = 1 << 18;
 
 /// Everything called is inlined, and so compiled for each instruction set.
 #[multiversion::multiversion(targets = "simd")]
-fn by_degree(keys: &[&[f32]], factors: Factors, target: Target<'_>) {
+fn by_degree(keys: &[&[f32]], factors: Factors, target: BlendTarget<'_>) {
     plainly(keys, factors, target);
 }
 
 #[inline(always)]
-fn plainly(keys: &[&[f32]], factors: Factors, target: Target<'_>) {
+fn plainly(keys: &[&[f32]], factors: Factors, target: BlendTarget<'_>) {
     let lerps = factors.lerps;
     match (factors.keys, keys) {
         (1, [a, ..]) => by_target([*a], lerps, target),
@@ -121,10 +124,10 @@ fn plainly(keys: &[&[f32]], factors: Factors, target: Target<'_>) {
 }
 
 #[inline(always)]
-fn by_target<const N: usize>(keys: [&[f32]; N], factors: [f32; 3], target: Target<'_>) {
+fn by_target<const N: usize>(keys: [&[f32]; N], factors: [f32; 3], target: BlendTarget<'_>) {
     match target {
-        Target::Light(out) => by_block(keys, factors, out, |light, out| *out = *light),
-        Target::Bytes(out, table) => {
+        BlendTarget::Light(out) => by_block(keys, factors, out, |light, out| *out = *light),
+        BlendTarget::Bytes(out, table) => {
             by_block(keys, factors, out, |light, out| table.block(light, out));
         }
     }

@@ -82,7 +82,7 @@ pub enum Law {
 
 /// A cue in the list.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Cue {
+pub struct PageCue {
     /// Its number.
     pub number: String,
     /// Its label; may be empty.
@@ -113,7 +113,7 @@ pub struct Contents<'a> {
     /// Its banks of colour mixers, in order.
     pub mixers: Vec<Mixer>,
     /// Its cues, by time.
-    pub cues: Vec<Cue>,
+    pub cues: Vec<PageCue>,
     /// Its key settings and segments.
     pub keys: &'a KeySequence,
     /// True when key images contain the light of heads, which images of banks lack, so that they
@@ -140,7 +140,7 @@ pub struct Page {
 
 /// An image in the page.
 #[derive(Clone, Debug, Serialize)]
-pub struct Picture {
+pub struct PagePicture {
     /// Like [`Coded::law`].
     pub law: [f32; 2],
     /// URL of a PNG or JPEG file of the codes.
@@ -149,9 +149,9 @@ pub struct Picture {
     pub signs: Option<String>,
 }
 
-impl Picture {
+impl PagePicture {
     /// An image with its files as data URLs.
-    pub fn inside(coded: Coded) -> Picture {
+    pub fn inside(coded: Coded) -> PagePicture {
         let address = |file: Vec<u8>| {
             let kind = if file.starts_with(&[0xff, 0xd8]) {
                 "jpeg"
@@ -162,7 +162,7 @@ impl Picture {
             BASE64_STANDARD.encode_string(file, &mut address);
             address
         };
-        Picture {
+        PagePicture {
             law: coded.law,
             codes: address(coded.codes),
             signs: coded.signs.map(address),
@@ -191,14 +191,14 @@ struct Data<'a> {
     made: String,
     coordinates: &'a [Fader],
     mixers: &'a [Mixer],
-    cues: &'a [Cue],
+    cues: &'a [PageCue],
     /// Number of key images, which precede those of banks.
     keys: usize,
     /// True when only key images show heads where they are.
     heads: bool,
     settings: &'a [Vec<f64>],
     segments: Vec<Stretch<'a>>,
-    pictures: Vec<Picture>,
+    pictures: Vec<PagePicture>,
 }
 
 /// Approximate memory for [`write()`] with this number of images: one image being encoded on each
@@ -230,7 +230,7 @@ pub fn write(contents: &Contents<'_>, budget: usize, work: Work<'_>) -> Result<P
         let all: Vec<&Image> = keys.iter().chain(&contents.banks).copied().collect();
         let needed = match attempt(&all, contents.tone, form, budget, work)? {
             Ok(pictures) => {
-                let pictures = pictures.into_iter().map(Picture::inside).collect();
+                let pictures = pictures.into_iter().map(PagePicture::inside).collect();
                 let html = html(contents, pictures, keys.len(), (form.size, full))?;
                 if html.len() <= budget {
                     return Ok(Page {
@@ -259,7 +259,7 @@ pub fn write(contents: &Contents<'_>, budget: usize, work: Work<'_>) -> Result<P
 /// [`PageError::Data`].
 pub fn data(
     contents: &Contents<'_>,
-    pictures: Vec<Picture>,
+    pictures: Vec<PagePicture>,
     size: (usize, usize),
 ) -> Result<String, PageError> {
     let full = contents.banks.first().map_or(size, |i| i.size());
@@ -281,7 +281,7 @@ pub fn served(title: &str, follows: bool) -> String {
 /// The page's data as JSON.
 fn json<'a>(
     contents: &'a Contents<'_>,
-    pictures: Vec<Picture>,
+    pictures: Vec<PagePicture>,
     keys: usize,
     (size, full): ((usize, usize), (usize, usize)),
 ) -> Result<String, PageError> {
@@ -321,7 +321,7 @@ fn json<'a>(
 /// The page as a file.
 fn html(
     contents: &Contents<'_>,
-    pictures: Vec<Picture>,
+    pictures: Vec<PagePicture>,
     keys: usize,
     sizes: ((usize, usize), (usize, usize)),
 ) -> Result<String, PageError> {

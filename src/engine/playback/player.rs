@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Playback;
-use super::kernel::Target;
+use super::kernel::BlendTarget;
 use footlight_host::files::Clock;
 use footlight_host::work::Work;
 use footlight_picture::Image;
@@ -67,7 +67,7 @@ impl Player {
             self.light(time, &mut light);
             return self.table.encode(light.data(), out);
         }
-        let target = Target::Bytes(out, &self.table);
+        let target = BlendTarget::Bytes(out, &self.table);
         self.playback.blend(time, target, self.threads);
     }
 
@@ -77,7 +77,7 @@ impl Player {
         if out.size() != size {
             *out = Image::new(size.0, size.1);
         }
-        let target = Target::Light(out.data_mut());
+        let target = BlendTarget::Light(out.data_mut());
         self.playback.blend(time, target, self.threads);
         self.playback.add_heads(time, out);
     }

@@ -36,7 +36,7 @@ struct Label {
     address: Address,
     /// The setting, for people; ASCII.
     setting: String,
-    /// Place of a refined image: [`Place`], its numbers as bits, which JSON preserves.
+    /// Place of a refined image: [`PlaceInPool`], its numbers as bits, which JSON preserves.
     refined: Option<(usize, Vec<u64>)>,
 }
 
@@ -63,7 +63,7 @@ impl Stored {
 
 /// Place of a refined image in its original pool.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Place {
+pub struct PlaceInPool {
     /// Number of refined images before it.
     pub order: usize,
     /// Its setting, one number for each source. Strengths of lights would equal it only up to
@@ -273,14 +273,14 @@ impl DiskCache {
         store: &dyn Store,
         scene_key: SceneKey,
         least: Quality,
-    ) -> Vec<(Place, Address)> {
+    ) -> Vec<(PlaceInPool, Address)> {
         let of_scene = self.of_scene(store, &scene_key.0.to_string()).into_iter();
         let good = of_scene.filter(|stored| stored.quality >= least);
         let read = |stored: Stored| {
             let label = self.label(store, stored)?;
             let (order, setting) = label.refined?;
             let setting = setting.into_iter().map(f64::from_bits).collect();
-            Some((Place { order, setting }, label.address))
+            Some((PlaceInPool { order, setting }, label.address))
         };
         good.filter_map(read).collect()
     }
@@ -305,7 +305,7 @@ impl DiskCache {
         &mut self,
         store: &dyn Store,
         address: &Address,
-        (setting, place): (&str, Option<&Place>),
+        (setting, place): (&str, Option<&PlaceInPool>),
         image: &Image,
     ) {
         if self.stopped.is_some() {

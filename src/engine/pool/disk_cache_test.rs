@@ -35,9 +35,9 @@ fn lights() -> Lights {
     })
 }
 
-fn place(order: usize) -> Place {
+fn place(order: usize) -> PlaceInPool {
     let setting = vec![0.1, -1e-300, 2.0 / 3.0];
-    Place { order, setting }
+    PlaceInPool { order, setting }
 }
 
 fn view() -> View {

@@ -11,7 +11,7 @@ use footlight_host::files::Store;
 use footlight_picture::Image;
 
 use super::address::{Address, Digest, Lighting};
-use super::disk_cache::{DiskCache, Note, Place};
+use super::disk_cache::{DiskCache, Note, PlaceInPool};
 use super::linear_span::{self, Terms};
 
 /// Statistics on the sources of images.
@@ -54,7 +54,7 @@ pub struct Wanted {
     pub words: String,
     /// Its place among the pool's refined images, for reuse with other sources; `None` for a coarse
     /// one.
-    pub refined: Option<Place>,
+    pub refined: Option<PlaceInPool>,
 }
 
 /// An image in memory.
@@ -63,7 +63,7 @@ pub struct Kept {
     /// Its address.
     pub address: Address,
     /// Its place among its pool's refined images; `None` for a coarse one.
-    pub refined: Option<Place>,
+    pub refined: Option<PlaceInPool>,
     /// The image.
     pub image: Arc<Image>,
 }
@@ -173,7 +173,7 @@ impl ImageCache {
         self.kept.iter().find(|kept| kept.address.key == key)
     }
 
-    fn keep(&mut self, address: Address, refined: Option<Place>, image: Image) -> Arc<Image> {
+    fn keep(&mut self, address: Address, refined: Option<PlaceInPool>, image: Image) -> Arc<Image> {
         let image = Arc::new(image);
         self.kept.push(Kept {
             address,
@@ -231,7 +231,7 @@ impl ImageCache {
     fn fetch(
         &mut self,
         address: &Address,
-        refined: Option<&Place>,
+        refined: Option<&PlaceInPool>,
         size: (usize, usize),
         store: &dyn Store,
     ) -> Option<(Arc<Image>, bool)> {
@@ -253,7 +253,7 @@ impl ImageCache {
     pub fn recall(
         &mut self,
         address: &Address,
-        refined: Option<&Place>,
+        refined: Option<&PlaceInPool>,
         size: (usize, usize),
         store: &dyn Store,
     ) -> Option<Arc<Image>> {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use super::SetupImages;
 use crate::pool::Pool;
 use crate::pool::address::{Address, Lighting};
-use crate::pool::disk_cache::Place;
+use crate::pool::disk_cache::PlaceInPool;
 use crate::pool::image_cache::ImageCache;
 use crate::pool::linear_span;
 use footlight_host::files::Store;
@@ -27,7 +27,7 @@ pub(super) struct Known {
     /// Its setting in terms of the current sources.
     setting: Vec<f64>,
     pub address: Address,
-    place: Place,
+    place: PlaceInPool,
 }
 
 /// A refined image to be added to the pool.
@@ -52,7 +52,7 @@ impl SetupImages {
         };
         let fits = |a: &Address| a.scene_key == key && a.quality >= least;
         let kept = image_cache.kept().iter().filter(|k| fits(&k.address));
-        let mut all: Vec<(Place, Address)> = kept
+        let mut all: Vec<(PlaceInPool, Address)> = kept
             .filter_map(|k| Some((k.refined.clone()?, k.address.clone())))
             .collect();
         if let (Some(disk_cache), Some(store)) = (&image_cache.disk_cache, store) {

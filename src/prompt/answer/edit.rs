@@ -10,30 +10,30 @@ use footlight_show::lang::edit::Edit;
 
 /// The declaration to delete.
 #[derive(Args, Clone, Debug)]
-pub struct Delete {
+pub struct DeleteArgs {
     #[arg(value_name = "cue N | WORD NAME", required = true)]
     words: Vec<String>,
 }
 
 /// The cue to copy, and its new number.
 #[derive(Args, Clone, Debug)]
-pub struct Copy {
+pub struct CopyArgs {
     #[arg(value_name = "cue N to NUMBER", required = true)]
     words: Vec<String>,
 }
 
 /// The name to change, and the new one.
 #[derive(Args, Clone, Debug)]
-pub struct Rename {
+pub struct RenameArgs {
     #[arg(value_name = "NAME to NEW", required = true)]
     words: Vec<String>,
 }
 
-pub fn delete(repl: &mut Repl, asked: &Delete) -> Result<Reply, Error> {
+pub fn delete(repl: &mut Repl, asked: &DeleteArgs) -> Result<Reply, Error> {
     edited(repl, &Edit::Remove(asked.words.join(" ")))
 }
 
-pub fn copy(repl: &mut Repl, asked: &Copy) -> Result<Reply, Error> {
+pub fn copy(repl: &mut Repl, asked: &CopyArgs) -> Result<Reply, Error> {
     let [cue, from, to, copy] = asked.words.as_slice() else {
         return usage("say from and to: copy cue 5 to 7");
     };
@@ -46,7 +46,7 @@ pub fn copy(repl: &mut Repl, asked: &Copy) -> Result<Reply, Error> {
     edited(repl, &Edit::CopyCue { from, to })
 }
 
-pub fn rename(repl: &mut Repl, asked: &Rename) -> Result<Reply, Error> {
+pub fn rename(repl: &mut Repl, asked: &RenameArgs) -> Result<Reply, Error> {
     let words: Vec<&str> = asked.words.iter().map(String::as_str).collect();
     let (from, to) = match words[..] {
         [from, to] | [from, "to", to] => (from.to_owned(), to.to_owned()),

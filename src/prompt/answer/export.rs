@@ -13,7 +13,7 @@ use footlight_report::{exchange, format};
 
 /// The file to write.
 #[derive(Args, Clone, Debug)]
-pub struct Export {
+pub struct ExportArgs {
     /// Print data instead of words
     #[arg(long)]
     json: bool,
@@ -23,7 +23,7 @@ pub struct Export {
 }
 
 /// Writes the show in the format of the file's extension, and reports the losses.
-pub fn export(repl: &mut Repl, asked: &Export) -> Result<Reply, Error> {
+pub fn export(repl: &mut Repl, asked: &ExportArgs) -> Result<Reply, Error> {
     let path = repl.output(&asked.output, &format::EXCHANGE)?;
     let document = repl.engine.document();
     let (show, timeline) = (document.show(), document.timeline());

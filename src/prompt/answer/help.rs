@@ -12,12 +12,12 @@ use footlight_show::lang;
 
 /// The word to explain.
 #[derive(Args, Clone, Debug)]
-pub struct Help {
+pub struct HelpArgs {
     #[arg(value_name = "VERB")]
     word: Option<String>,
 }
 
-pub fn help(verbs: &Command, asked: &Help) -> Result<Reply, Error> {
+pub fn help(verbs: &Command, asked: &HelpArgs) -> Result<Reply, Error> {
     Ok(Reply::text(match &asked.word {
         Some(word) => of(verbs, word)?,
         None => all(verbs),

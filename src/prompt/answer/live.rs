@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::picture::{self, Picture};
+use super::picture::{self, PictureArgs};
 use super::usage;
 use crate::argument::{Moment, check_cue, fade_times, number, share};
 use crate::error::Error;
@@ -15,28 +15,28 @@ use footlight_show::units::{CueNumber, Time};
 
 /// The moment to go to.
 #[derive(Args, Clone, Debug)]
-pub struct At {
+pub struct AtArgs {
     #[arg(value_name = "TIME | cue N [+ TIME]")]
     moment: Vec<String>,
 }
 
 /// The cue to go to.
 #[derive(Args, Clone, Debug)]
-pub struct Goto {
+pub struct GotoArgs {
     #[arg(value_name = "CUE [at PART%]", required = true)]
     words: Vec<String>,
 }
 
 /// The levels to try.
 #[derive(Args, Clone, Debug)]
-pub struct Set {
+pub struct SetArgs {
     #[arg(value_name = "LEVEL…", allow_hyphen_values = true)]
     levels: Vec<String>,
 }
 
 /// The cue to write.
 #[derive(Args, Clone, Debug)]
-pub struct Record {
+pub struct RecordArgs {
     #[arg(value_name = "NUMBER", value_parser = number)]
     number: Option<CueNumber>,
     #[arg(value_name = "LABEL", default_value = "", hide_default_value = true)]
@@ -48,7 +48,7 @@ pub struct Record {
 
 /// The cue to write.
 #[derive(Args, Clone, Debug)]
-pub struct Insert {
+pub struct InsertArgs {
     #[arg(value_name = "LABEL", default_value = "", hide_default_value = true)]
     label: String,
     /// The new cue's time, such as 3 or 4/6
@@ -58,12 +58,12 @@ pub struct Insert {
 
 /// Option to end blind editing.
 #[derive(Args, Clone, Debug)]
-pub struct Blind {
+pub struct BlindArgs {
     #[arg(value_parser = ["off"])]
     off: Option<String>,
 }
 
-pub fn at(repl: &mut Repl, asked: &At) -> Result<Reply, Error> {
+pub fn at(repl: &mut Repl, asked: &AtArgs) -> Result<Reply, Error> {
     let released = match Moment::of(&asked.moment)? {
         None => Vec::new(),
         Some(Moment::Cue(number, None)) => {
@@ -89,7 +89,7 @@ pub fn back(repl: &mut Repl) -> Result<Reply, Error> {
     moved(repl, &released)
 }
 
-pub fn goto(repl: &mut Repl, asked: &Goto) -> Result<Reply, Error> {
+pub fn goto(repl: &mut Repl, asked: &GotoArgs) -> Result<Reply, Error> {
     let words: Vec<&str> = asked.words.iter().map(String::as_str).collect();
     let (cue, part) = match words[..] {
         [cue] => (cue, None),
@@ -129,7 +129,7 @@ fn pictured_moment(repl: &mut Repl) -> Result<Reply, Error> {
     if repl.engine.estimate().pool().is_none() {
         return Ok(levels);
     }
-    let picture = picture::picture(repl, &Picture::default())?;
+    let picture = picture::picture(repl, &PictureArgs::default())?;
     Ok(Reply {
         picture: picture.picture,
         ..levels
@@ -137,7 +137,7 @@ fn pictured_moment(repl: &mut Repl) -> Result<Reply, Error> {
 }
 
 /// Tries levels on top of the cues at the current time.
-pub fn set(repl: &mut Repl, asked: &Set) -> Result<Reply, Error> {
+pub fn set(repl: &mut Repl, asked: &SetArgs) -> Result<Reply, Error> {
     if asked.levels.is_empty() {
         let text = if !repl.live.is_trying() {
             "nothing is being tried: `set lamps 40`".to_owned()
@@ -197,7 +197,7 @@ pub fn update(repl: &mut Repl) -> Result<Reply, Error> {
 }
 
 /// Writes the trial levels as a new cue after the current one, with a number in between.
-pub fn insert(repl: &mut Repl, asked: &Insert) -> Result<Reply, Error> {
+pub fn insert(repl: &mut Repl, asked: &InsertArgs) -> Result<Reply, Error> {
     let document = repl.engine.document();
     let cues = &document.show().cues;
     let index = repl.live.cue(document).ok_or(engine::Error::NoCues)?;
@@ -235,7 +235,7 @@ pub fn release(repl: &mut Repl) -> Result<Reply, Error> {
 }
 
 /// Keeps blind edits, or records the trial levels as a cue.
-pub fn record(repl: &mut Repl, asked: &Record) -> Result<Reply, Error> {
+pub fn record(repl: &mut Repl, asked: &RecordArgs) -> Result<Reply, Error> {
     let Some(number) = asked.number else {
         return keep_blind(repl);
     };
@@ -281,7 +281,7 @@ fn keep_blind(repl: &mut Repl) -> Result<Reply, Error> {
     }
 }
 
-pub fn blind(repl: &mut Repl, asked: &Blind) -> Result<Reply, Error> {
+pub fn blind(repl: &mut Repl, asked: &BlindArgs) -> Result<Reply, Error> {
     if asked.off.is_some() {
         repl.live.drop_blind(&mut repl.engine)?;
         let headline = repl.headline();

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueHint};
 
-use super::picture::Shot;
+use super::picture::ShotArgs;
 use crate::argument::{Output, check_quality, step};
 use crate::error::Error;
 use crate::repl::{Repl, Reply};
@@ -17,7 +17,7 @@ use footlight_transport::Quality;
 
 /// Options of `quality`.
 #[derive(Args, Clone, Debug)]
-pub struct Scale {
+pub struct QualityArgs {
     /// Print data instead of words
     #[arg(long)]
     json: bool,
@@ -28,9 +28,9 @@ pub struct Scale {
 
 /// The picture to measure.
 #[derive(Args, Clone, Debug, Default)]
-pub struct Measure {
+pub struct MeasureArgs {
     #[command(flatten)]
-    pub(crate) picture: Shot,
+    pub(crate) picture: ShotArgs,
     /// Pixels that are estimated
     #[arg(long, value_name = "N", default_value_t = 512, value_parser = clap::value_parser!(u32).range(32..=100_000))]
     pixels: u32,
@@ -44,7 +44,7 @@ pub struct Measure {
 
 /// The pictures to compare.
 #[derive(Args, Clone, Debug)]
-pub struct Compare {
+pub struct CompareArgs {
     /// The folder of BANK.exr, or of the halves BANK_A.exr and BANK_B.exr
     #[arg(long, value_name = "DIR", value_hint = ValueHint::DirPath)]
     reference: PathBuf,
@@ -61,7 +61,7 @@ pub struct Compare {
 
 /// Options of `chart`.
 #[derive(Args, Clone, Debug)]
-pub struct Chart {
+pub struct ChartArgs {
     /// What to draw
     #[arg(value_name = "KIND", value_parser = ["transport"])]
     kind: String,
@@ -76,7 +76,7 @@ pub struct Chart {
     output: Option<Output>,
 }
 
-pub fn quality(repl: &mut Repl, asked: &Scale) -> Result<Reply, Error> {
+pub fn quality(repl: &mut Repl, asked: &QualityArgs) -> Result<Reply, Error> {
     let forecast = engine::measure::quality::measure(&repl.engine, asked.measure)?;
     if asked.json {
         Reply::json(&forecast)
@@ -85,7 +85,7 @@ pub fn quality(repl: &mut Repl, asked: &Scale) -> Result<Reply, Error> {
     }
 }
 
-pub fn measure(repl: &mut Repl, asked: &Measure) -> Result<Reply, Error> {
+pub fn measure(repl: &mut Repl, asked: &MeasureArgs) -> Result<Reply, Error> {
     let (image, (setting, poses), what) = asked.picture.image(repl)?;
     let effort = Effort {
         pixels: asked.pixels as usize,
@@ -102,7 +102,7 @@ pub fn measure(repl: &mut Repl, asked: &Measure) -> Result<Reply, Error> {
     }
 }
 
-pub fn compare(repl: &mut Repl, asked: &Compare) -> Result<Reply, Error> {
+pub fn compare(repl: &mut Repl, asked: &CompareArgs) -> Result<Reply, Error> {
     let quality = asked
         .quality
         .unwrap_or(repl.engine.estimate().coarse_steps()[1]);
@@ -124,7 +124,7 @@ pub fn compare(repl: &mut Repl, asked: &Compare) -> Result<Reply, Error> {
     Ok(if asked.json { reply } else { written })
 }
 
-pub fn chart(repl: &mut Repl, asked: &Chart) -> Result<Reply, Error> {
+pub fn chart(repl: &mut Repl, asked: &ChartArgs) -> Result<Reply, Error> {
     let path = repl.optional_output(asked.output.as_ref(), &RECORD)?;
     let theme = if asked.dark {
         Theme::Dark

@@ -24,7 +24,7 @@ use footlight_transport::Quality;
 
 /// A picture of a moment or a bank.
 #[derive(Args, Clone, Debug, Default)]
-pub struct Shot {
+pub struct ShotArgs {
     #[arg(value_name = "TIME | cue N [+ TIME]", conflicts_with = "at")]
     moment: Vec<String>,
     /// The moment (default: the current time, or the start)
@@ -46,7 +46,7 @@ pub struct Shot {
 /// The light of a picture: a setting, and the poses of heads.
 pub type Look = (Vec<f64>, Vec<Pose>);
 
-impl Shot {
+impl ShotArgs {
     /// The image, its light, and its description.
     pub fn image(&self, repl: &mut Repl) -> Result<(Image, Look, String), Error> {
         let now = repl.live.time();
@@ -97,9 +97,9 @@ impl Shot {
 
 /// The picture, its exposure and its file.
 #[derive(Args, Clone, Debug, Default)]
-pub struct Picture {
+pub struct PictureArgs {
     #[command(flatten)]
-    pub(crate) shot: Shot,
+    pub(crate) shot: ShotArgs,
     /// How bright the light shows (default: that of the sequence; of a bank alone its own)
     #[arg(long, value_name = "STOPS", value_parser = argument::exposure)]
     #[arg(allow_negative_numbers = true)]
@@ -129,7 +129,7 @@ fn place(text: &str) -> Result<Option<(String, Vec3)>, String> {
 }
 
 /// The illuminance in a picture.
-fn lux(repl: &mut Repl, asked: &Picture) -> Result<Reply, Error> {
+fn lux(repl: &mut Repl, asked: &PictureArgs) -> Result<Reply, Error> {
     let path = repl.optional_output(asked.output.as_ref(), &DRAWING)?;
     let (image, _, what) = asked.shot.image(repl)?;
     let points = asked.lux.iter().flatten();
@@ -145,7 +145,7 @@ fn lux(repl: &mut Repl, asked: &Picture) -> Result<Reply, Error> {
     repl.drawing(&drawing, path, text)
 }
 
-pub fn picture(repl: &mut Repl, asked: &Picture) -> Result<Reply, Error> {
+pub fn picture(repl: &mut Repl, asked: &PictureArgs) -> Result<Reply, Error> {
     if !asked.lux.is_empty() {
         return lux(repl, asked);
     }
@@ -192,7 +192,7 @@ pub fn picture(repl: &mut Repl, asked: &Picture) -> Result<Reply, Error> {
 }
 
 /// Describes the images from which the picture was made.
-fn made_of(repl: &Repl, asked: &Picture) -> String {
+fn made_of(repl: &Repl, asked: &PictureArgs) -> String {
     if let Some(Quality(step)) = asked.shot.quality {
         return format!("quality {step}");
     }
@@ -210,7 +210,7 @@ fn made_of(repl: &Repl, asked: &Picture) -> String {
 }
 
 /// True when a picture, or a bank alone, is completely dark.
-fn is_dark(repl: &mut Repl, asked: &Picture, image: &Image) -> bool {
+fn is_dark(repl: &mut Repl, asked: &PictureArgs, image: &Image) -> bool {
     let unlit = |name: &str| {
         UnlitBank::find(&mut repl.engine)
             .iter()
@@ -220,7 +220,7 @@ fn is_dark(repl: &mut Repl, asked: &Picture, image: &Image) -> bool {
 }
 
 /// Describes an automatic exposure.
-fn chosen(repl: &Repl, asked: &Picture) -> &'static str {
+fn chosen(repl: &Repl, asked: &PictureArgs) -> &'static str {
     match asked.exposure.is_some() || repl.engine.show().preview.exposure.is_some() {
         true => "",
         false if of_picture(repl, asked) => " (auto, for this picture)",
@@ -229,13 +229,13 @@ fn chosen(repl: &Repl, asked: &Picture) -> &'static str {
 }
 
 /// True for a picture that is exposed individually, because no sequence shows it.
-fn of_picture(repl: &Repl, asked: &Picture) -> bool {
+fn of_picture(repl: &Repl, asked: &PictureArgs) -> bool {
     asked.shot.bank.is_some() || repl.engine.show().cues.is_empty()
 }
 
 /// The given exposure, else that of the whole sequence, so that pictures of different moments
 /// compare. A bank alone and a show without cues get an individual exposure.
-fn exposed(repl: &mut Repl, asked: &Picture, image: &Image) -> Result<Tone, Error> {
+fn exposed(repl: &mut Repl, asked: &PictureArgs, image: &Image) -> Result<Tone, Error> {
     if let Some(stops) = asked.exposure {
         return Ok(repl.engine.document().tone_at(stops));
     }

@@ -32,7 +32,7 @@ struct Part {
 
 /// The part to play.
 #[derive(Args, Clone, Debug)]
-pub struct Play {
+pub struct PlayArgs {
     #[command(flatten)]
     pub(crate) from: FromView,
     #[command(flatten)]
@@ -45,7 +45,7 @@ pub struct Play {
 
 /// The film to write.
 #[derive(Args, Clone, Debug)]
-pub struct Film {
+pub struct FilmArgs {
     #[command(flatten)]
     pub(crate) from: FromView,
     #[command(flatten)]
@@ -62,7 +62,7 @@ const CHROMA: [(&str, Chroma); 2] = [("420", Chroma::Quarter), ("444", Chroma::F
 
 /// The pictures to write.
 #[derive(Args, Clone, Debug)]
-pub struct Frames {
+pub struct FramesArgs {
     #[command(flatten)]
     pub(crate) from: FromView,
     #[command(flatten)]
@@ -84,7 +84,7 @@ const LAYERS: [(&str, Layers); 3] = [
     ("basis", Layers::Basis),
 ];
 
-impl Film {
+impl FilmArgs {
     fn options(&self) -> TargetOptions {
         TargetOptions {
             chroma: self.chroma,
@@ -93,7 +93,7 @@ impl Film {
     }
 }
 
-impl Frames {
+impl FramesArgs {
     fn options(&self) -> TargetOptions {
         TargetOptions {
             layers: self.layers,
@@ -103,7 +103,7 @@ impl Frames {
     }
 }
 
-pub fn play(repl: &mut Repl, asked: &Play) -> Result<Reply, Error> {
+pub fn play(repl: &mut Repl, asked: &PlayArgs) -> Result<Reply, Error> {
     let path = asked.output.as_ref().map(|output| repl.spared(output));
     let target = path
         .transpose()?
@@ -111,12 +111,12 @@ pub fn play(repl: &mut Repl, asked: &Play) -> Result<Reply, Error> {
     sequence(repl, &asked.part, target.transpose()?)
 }
 
-pub fn film(repl: &mut Repl, asked: &Film) -> Result<Reply, Error> {
+pub fn film(repl: &mut Repl, asked: &FilmArgs) -> Result<Reply, Error> {
     let target = target("film", repl.spared(&asked.output)?, asked.options())?;
     sequence(repl, &asked.part, Some(target))
 }
 
-pub fn frames(repl: &mut Repl, asked: &Frames) -> Result<Reply, Error> {
+pub fn frames(repl: &mut Repl, asked: &FramesArgs) -> Result<Reply, Error> {
     let target = target("frames", repl.spared(&asked.output)?, asked.options())?;
     sequence(repl, &asked.part, Some(target))
 }

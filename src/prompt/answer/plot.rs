@@ -18,7 +18,7 @@ use footlight_show::units::Tolerance;
 
 /// Options of `plot`.
 #[derive(Args, Clone, Debug)]
-pub struct Plot {
+pub struct PlotArgs {
     #[arg(value_name = "BANK… | HEAD… | rig | keys | spectrum | basis | error")]
     words: Vec<String>,
     /// Error allowed in `spectrum`, such as 2% or 1.5steps (default: the show's preview)
@@ -35,7 +35,7 @@ pub struct Plot {
 /// Words that, alone, name another subject than banks.
 const SUBJECTS: [&str; 5] = ["rig", "keys", "spectrum", "basis", "error"];
 
-pub fn plot(repl: &mut Repl, asked: &Plot) -> Result<Reply, Error> {
+pub fn plot(repl: &mut Repl, asked: &PlotArgs) -> Result<Reply, Error> {
     let words: Vec<&str> = asked.words.iter().map(String::as_str).collect();
     let path = repl.optional_output(asked.output.as_ref(), &DRAWING)?;
     if asked.tolerance.is_some() && words != ["spectrum"] {

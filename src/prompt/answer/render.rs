@@ -16,7 +16,7 @@ use footlight_show::units::{Time, Tolerance};
 
 /// Options of `plan`.
 #[derive(Args, Clone, Debug)]
-pub struct Plan {
+pub struct PlanArgs {
     /// Print data instead of words
     #[arg(long)]
     json: bool,
@@ -39,7 +39,7 @@ pub struct Plan {
 
 /// The refinement to run.
 #[derive(Args, Clone, Debug)]
-pub struct Refine {
+pub struct RefineArgs {
     #[arg(num_args = 0.., value_names = ["N | until X | for TIME", "&"])]
     words: Vec<String>,
     #[command(flatten)]
@@ -60,14 +60,14 @@ struct OnFarm {
 
 /// Option to stop at once.
 #[derive(Args, Clone, Debug)]
-pub struct Stop {
+pub struct StopArgs {
     #[arg(value_parser = ["now"])]
     now: Option<String>,
 }
 
 /// Options of `run`.
 #[derive(Args, Clone, Debug)]
-pub struct Run {
+pub struct RunArgs {
     /// Refine until this error, such as 2% or 1.5steps (default: the show's preview)
     #[arg(long, value_name = "X", value_parser = argument::error)]
     until: Option<Tolerance>,
@@ -93,12 +93,12 @@ pub struct Run {
 
 /// The images to drop.
 #[derive(Args, Clone, Debug)]
-pub struct Pool {
+pub struct PoolArgs {
     #[arg(value_name = "drop [unused | all]")]
     words: Vec<String>,
 }
 
-pub fn plan(repl: &mut Repl, asked: &Plan) -> Result<Reply, Error> {
+pub fn plan(repl: &mut Repl, asked: &PlanArgs) -> Result<Reply, Error> {
     let tolerance = tolerance(&repl.engine, asked.tolerance);
     if let Some(tasks) = &asked.tasks {
         let path = repl.spared(tasks)?;
@@ -200,7 +200,7 @@ fn goal(words: &[&str]) -> Result<Goal, Error> {
     goal.map_err(Error::Usage)
 }
 
-pub fn refine(repl: &mut Repl, asked: &Refine) -> Result<Reply, Error> {
+pub fn refine(repl: &mut Repl, asked: &RefineArgs) -> Result<Reply, Error> {
     let typed = asked.words.join(" ");
     let foreground = typed.strip_suffix('&').unwrap_or(&typed);
     let words: Vec<&str> = foreground.split_whitespace().collect();
@@ -236,7 +236,7 @@ pub fn refine(repl: &mut Repl, asked: &Refine) -> Result<Reply, Error> {
 }
 
 /// The line that asks for a refinement in the background.
-fn in_background(asked: &Refine, words: &[&str]) -> String {
+fn in_background(asked: &RefineArgs, words: &[&str]) -> String {
     let mut line = String::from("refine ");
     for word in words {
         let _ = write!(line, "{word} ");
@@ -271,7 +271,7 @@ pub fn wait(repl: &mut Repl) -> Result<Reply, Error> {
     Ok(Reply::text(repl.wait()?.join("\n")))
 }
 
-pub fn stop(repl: &mut Repl, asked: &Stop) -> Result<Reply, Error> {
+pub fn stop(repl: &mut Repl, asked: &StopArgs) -> Result<Reply, Error> {
     let at_once = asked.now.is_some();
     if !repl.engine.is_busy() {
         return status(repl);
@@ -287,7 +287,7 @@ pub fn stop(repl: &mut Repl, asked: &Stop) -> Result<Reply, Error> {
     }))
 }
 
-pub fn run(repl: &mut Repl, asked: &Run) -> Result<Reply, Error> {
+pub fn run(repl: &mut Repl, asked: &RunArgs) -> Result<Reply, Error> {
     let mut goal = Goal {
         until: asked.until,
         count: asked.count,
@@ -334,7 +334,7 @@ fn default_folder(repl: &Repl) -> PathBuf {
     Path::new("out").join(show.file_stem().unwrap_or_default())
 }
 
-pub fn pool(repl: &mut Repl, asked: &Pool) -> Result<Reply, Error> {
+pub fn pool(repl: &mut Repl, asked: &PoolArgs) -> Result<Reply, Error> {
     let words: Vec<&str> = asked.words.iter().map(String::as_str).collect();
     let all = match words[..] {
         [] => return Ok(Reply::text(report::pool::describe(&repl.engine))),

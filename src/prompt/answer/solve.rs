@@ -20,7 +20,7 @@ use footlight_show::units::CueNumber;
 
 /// The target to solve for.
 #[derive(Args, Clone, Debug)]
-pub struct Solve {
+pub struct SolveArgs {
     #[arg(value_name = "FILE [BANK…] | lux N at X,Y,Z [BANK…]")]
     words: Vec<String>,
     /// At the end of this cue (default: at the current moment)
@@ -40,7 +40,7 @@ const EXAMPLE: &str = "say what to come near to: `solve sketch.png`, `solve sket
     `solve lux 500 at 2,1,0`";
 
 /// Finds levels and tries them, at the current moment or after going to a cue.
-pub fn solve(repl: &mut Repl, asked: &Solve) -> Result<Reply, Error> {
+pub fn solve(repl: &mut Repl, asked: &SolveArgs) -> Result<Reply, Error> {
     let path = repl.optional_output(asked.output.as_ref(), &DRAWING)?;
     let mut live = repl.live.clone();
     if let Some(cue) = asked.cue {

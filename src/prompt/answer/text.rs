@@ -22,21 +22,21 @@ use footlight_transport::contract::check_memory;
 
 /// The declaration to print.
 #[derive(Args, Clone, Debug)]
-pub struct Show {
+pub struct ShowArgs {
     #[arg(value_name = "NAME | cue N")]
     words: Vec<String>,
 }
 
 /// The view to use.
 #[derive(Args, Clone, Debug)]
-pub struct LookFrom {
+pub struct ViewArgs {
     #[arg(value_name = "VIEW")]
     view: Option<String>,
 }
 
 /// Options of `fmt`.
 #[derive(Args, Clone, Debug)]
-pub struct Fmt {
+pub struct FmtArgs {
     /// Only say whether the layout is canonical
     #[arg(long)]
     check: bool,
@@ -44,7 +44,7 @@ pub struct Fmt {
 
 /// The versions to compare.
 #[derive(Args, Clone, Debug)]
-pub struct Diff {
+pub struct DiffArgs {
     /// The older version (default: as read or saved)
     #[arg(value_name = "FILE")]
     old: Option<PathBuf>,
@@ -55,7 +55,7 @@ pub struct Diff {
 
 /// The file for a table.
 #[derive(Args, Clone, Debug)]
-pub struct Sheet {
+pub struct SheetArgs {
     /// Write a .md, .csv or .txt
     #[arg(long, short, value_name = "FILE", value_hint = ValueHint::FilePath)]
     output: Option<Output>,
@@ -63,14 +63,14 @@ pub struct Sheet {
 
 /// The code to explain.
 #[derive(Args, Clone, Debug)]
-pub struct Explain {
+pub struct ExplainArgs {
     #[arg(value_name = "CODE")]
     code: String,
 }
 
 /// The file to write.
 #[derive(Args, Clone, Debug)]
-pub struct Save {
+pub struct SaveArgs {
     #[arg(value_name = "FILE")]
     path: Option<PathBuf>,
 }
@@ -87,7 +87,7 @@ pub fn check(repl: &mut Repl) -> Result<Reply, Error> {
     Ok(Reply::text(text))
 }
 
-pub fn show(repl: &mut Repl, asked: &Show) -> Result<Reply, Error> {
+pub fn show(repl: &mut Repl, asked: &ShowArgs) -> Result<Reply, Error> {
     let document = repl.engine.document();
     if asked.words.is_empty() {
         return Ok(Reply::text(document::listing(document)));
@@ -101,7 +101,7 @@ pub fn show(repl: &mut Repl, asked: &Show) -> Result<Reply, Error> {
     }
 }
 
-pub fn view(repl: &mut Repl, asked: &LookFrom) -> Result<Reply, Error> {
+pub fn view(repl: &mut Repl, asked: &ViewArgs) -> Result<Reply, Error> {
     if let Some(view) = &asked.view {
         repl.engine.look_from(view)?;
     }
@@ -132,7 +132,7 @@ fn through_history(repl: &mut Repl, back: bool) -> Result<Reply, Error> {
     Ok(Reply::text(format!("{text}\n{left} to undo")))
 }
 
-pub fn fmt(repl: &mut Repl, asked: &Fmt) -> Result<Reply, Error> {
+pub fn fmt(repl: &mut Repl, asked: &FmtArgs) -> Result<Reply, Error> {
     let document = repl.engine.document();
     if asked.check {
         let laid_out = engine::format(document.name(), document.text().as_bytes())?;
@@ -150,7 +150,7 @@ pub fn fmt(repl: &mut Repl, asked: &Fmt) -> Result<Reply, Error> {
 }
 
 /// Compares the text with the one last read or saved, or with a file.
-pub fn diff(repl: &mut Repl, asked: &Diff) -> Result<Reply, Error> {
+pub fn diff(repl: &mut Repl, asked: &DiffArgs) -> Result<Reply, Error> {
     let output = repl.optional_output(asked.output.as_ref(), &DRAWING)?;
     let (document, host) = (repl.engine.document(), repl.engine.host());
     let (name, old) = match &asked.old {
@@ -180,7 +180,7 @@ pub fn diff(repl: &mut Repl, asked: &Diff) -> Result<Reply, Error> {
     }
 }
 
-pub fn tracksheet(repl: &mut Repl, asked: &Sheet) -> Result<Reply, Error> {
+pub fn tracksheet(repl: &mut Repl, asked: &SheetArgs) -> Result<Reply, Error> {
     let memory = repl.engine.work().memory;
     let work = repl.engine.host().work();
     let sheet = sheet::track_sheet(repl.engine.show(), work);
@@ -188,21 +188,21 @@ pub fn tracksheet(repl: &mut Repl, asked: &Sheet) -> Result<Reply, Error> {
     table(repl, asked, &|| sheet.table(), &|| sheet.words())
 }
 
-pub fn cuesheet(repl: &mut Repl, asked: &Sheet) -> Result<Reply, Error> {
+pub fn cuesheet(repl: &mut Repl, asked: &SheetArgs) -> Result<Reply, Error> {
     let document = repl.engine.document();
     let sheet = sheet::cue_sheet(document.show(), document.timeline());
     table(repl, asked, &|| Ok(sheet.clone()), &|| Ok(sheet.clone()))
 }
 
-pub fn hookup(repl: &mut Repl, asked: &Sheet) -> Result<Reply, Error> {
+pub fn hookup(repl: &mut Repl, asked: &SheetArgs) -> Result<Reply, Error> {
     rig(repl, asked, RigOrder::Channel)
 }
 
-pub fn schedule(repl: &mut Repl, asked: &Sheet) -> Result<Reply, Error> {
+pub fn schedule(repl: &mut Repl, asked: &SheetArgs) -> Result<Reply, Error> {
     rig(repl, asked, RigOrder::Place)
 }
 
-fn rig(repl: &Repl, asked: &Sheet, order: RigOrder) -> Result<Reply, Error> {
+fn rig(repl: &Repl, asked: &SheetArgs, order: RigOrder) -> Result<Reply, Error> {
     let lights = rig::table(repl.engine.document(), order);
     table(repl, asked, &|| Ok(lights.clone()), &|| Ok(lights.clone()))
 }
@@ -210,7 +210,7 @@ fn rig(repl: &Repl, asked: &Sheet, order: RigOrder) -> Result<Reply, Error> {
 /// A table in words, or in a file: Markdown, or `plain` as CSV.
 fn table(
     repl: &Repl,
-    asked: &Sheet,
+    asked: &SheetArgs,
     table: &dyn Fn() -> Result<Table, Cancelled>,
     plain: &dyn Fn() -> Result<Table, Cancelled>,
 ) -> Result<Reply, Error> {
@@ -222,11 +222,11 @@ fn table(
     repl.written(path, written.as_bytes(), "")
 }
 
-pub fn explain(asked: &Explain) -> Result<Reply, Error> {
+pub fn explain(asked: &ExplainArgs) -> Result<Reply, Error> {
     Ok(Reply::text(report::explain::explain(&asked.code)?))
 }
 
-pub fn save(repl: &mut Repl, asked: &Save) -> Result<Reply, Error> {
+pub fn save(repl: &mut Repl, asked: &SaveArgs) -> Result<Reply, Error> {
     let own = repl.engine.document().path().map(Path::to_owned);
     let path = asked.path.clone().or(own).ok_or(engine::Error::NoFile)?;
     if repl.live.is_blind() {

@@ -16,12 +16,12 @@ pub struct CurveChart {
     /// Seconds of the current moment.
     pub playhead: Option<f64>,
     /// Knots in a lane under the rows; without knots there is no lane.
-    pub knots: Vec<Knot>,
+    pub knots: Vec<ChartKnot>,
 }
 
 /// The joint of two pieces of a curve.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Knot {
+pub struct ChartKnot {
     /// Seconds.
     pub time: f64,
     /// True for an inserted knot, which has another shape and colour.

@@ -2,7 +2,7 @@
 
 use super::axis::Ruler;
 use super::colour::{Colour, Palette};
-use super::curve_chart::{CurveChart, Knot};
+use super::curve_chart::{ChartKnot, CurveChart};
 use super::drawing::{Anchor, Drawing, Label, MARGIN, Stroke, crisp};
 use super::font;
 use super::frame::{Frame, Point};
@@ -75,7 +75,7 @@ fn bar(drawing: &mut Drawing, (from, to): (f32, f32), y: f32, palette: &Palette)
 /// Draws the lane at the bottom of the field.
 pub(super) fn knots(
     drawing: &mut Drawing,
-    knots: &[Knot],
+    knots: &[ChartKnot],
     field: Frame,
     ruler: &Ruler,
     palette: &Palette,

@@ -13,7 +13,7 @@ use footlight_engine::Version;
 use footlight_show::geometry::Vec3;
 use footlight_show::lang;
 use footlight_show::linalg::{Bernstein, mass};
-use footlight_show::model::{Axis, Cue, Part, Pose, Show, Trigger};
+use footlight_show::model::{Cue, HeadAxis, Part, Pose, Show, Trigger};
 use footlight_show::printable::{columns, left};
 use footlight_show::timeline::{CurvePiece, Timeline};
 use footlight_show::units::{Time, percent};
@@ -398,7 +398,7 @@ struct Moved<'s> {
 
 /// Actions of each bank and each head in a cue, by name; several actions of a head are keyed by
 /// their first axis.
-fn moves<'s>(show: &'s Show, cue: &'s Cue) -> BTreeMap<(&'s str, Option<Axis>), Moved<'s>> {
+fn moves<'s>(show: &'s Show, cue: &'s Cue) -> BTreeMap<(&'s str, Option<HeadAxis>), Moved<'s>> {
     let (first, heads) = (show.first_parameters(), pose::heads(show));
     let mut out = BTreeMap::new();
     for part in &cue.parts {
@@ -413,7 +413,7 @@ fn moves<'s>(show: &'s Show, cue: &'s Cue) -> BTreeMap<(&'s str, Option<Axis>), 
             if let Some(moving) = heads.get(index) {
                 let name = moving.light.name.as_str();
                 let words = format!("{name} {}", moving.words(show, pose, &axes));
-                let both = axes.contains(&Axis::Pan) && axes.contains(&Axis::Tilt);
+                let both = axes.contains(&HeadAxis::Pan) && axes.contains(&HeadAxis::Tilt);
                 let place = moving.place(show, pose).filter(|_| both);
                 let first = axes.first().copied();
                 out.insert((name, first), Moved { part, words, place });

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::level::{Done, by_group, number};
 use footlight_show::geometry::Vec3;
-use footlight_show::model::{Axis, Head, Luminaire, Move, Pose, Show};
+use footlight_show::model::{Head, HeadAxis, Luminaire, Move, Pose, Show};
 
 /// Difference below which directions are equal.
 const SAME: f64 = 1e-9;
@@ -59,15 +59,15 @@ impl Moving<'_> {
     }
 
     /// Describes some axes of a pose: `to band`, `pan 30 tilt -20`, `beam 12 field 18`.
-    pub fn words(&self, show: &Show, pose: Pose, axes: &[Axis]) -> String {
-        let both = axes.contains(&Axis::Pan) && axes.contains(&Axis::Tilt);
+    pub fn words(&self, show: &Show, pose: Pose, axes: &[HeadAxis]) -> String {
+        let both = axes.contains(&HeadAxis::Pan) && axes.contains(&HeadAxis::Tilt);
         let point = self.point(show, pose).filter(|_| both);
         let mut words: Vec<String> = point
             .map(|(name, _)| format!("to {name}"))
             .into_iter()
             .collect();
         for axis in axes {
-            let turns = matches!(axis, Axis::Pan | Axis::Tilt);
+            let turns = matches!(axis, HeadAxis::Pan | HeadAxis::Tilt);
             if !(turns && point.is_some()) {
                 words.push(format!("{} {}", axis.word(), number(pose.angle(*axis))));
             }
@@ -79,26 +79,26 @@ impl Moving<'_> {
     pub fn whole(&self, show: &Show, pose: Pose) -> String {
         let home = self.head.home;
         let is_own = |axis| (pose.angle(axis) - home.angle(axis)).abs() < SAME;
-        let shown = |axis: &Axis| match axis {
-            Axis::Pan | Axis::Tilt => true,
-            Axis::Beam | Axis::Field => !is_own(*axis),
+        let shown = |axis: &HeadAxis| match axis {
+            HeadAxis::Pan | HeadAxis::Tilt => true,
+            HeadAxis::Beam | HeadAxis::Field => !is_own(*axis),
         };
-        let axes: Vec<Axis> = Axis::ALL.into_iter().filter(shown).collect();
+        let axes: Vec<HeadAxis> = HeadAxis::ALL.into_iter().filter(shown).collect();
         self.words(show, pose, &axes)
     }
 }
 
 /// Poses to which the moves of a part turn each head: its index, the axes moved, and the final
 /// pose, with other axes at home.
-pub fn turned(show: &Show, moves: &[Move]) -> Vec<(usize, Vec<Axis>, Pose)> {
+pub fn turned(show: &Show, moves: &[Move]) -> Vec<(usize, Vec<HeadAxis>, Pose)> {
     let first = show.first_pose();
-    let mut out: BTreeMap<usize, (Vec<Axis>, [f64; 4])> = BTreeMap::new();
+    let mut out: BTreeMap<usize, (Vec<HeadAxis>, [f64; 4])> = BTreeMap::new();
     let heads = heads(show);
     for one in moves {
         let Some(pose) = one.parameter.checked_sub(first) else {
             continue;
         };
-        let (Some(moving), Some(axis)) = (heads.get(pose / 4), Axis::ALL.get(pose % 4)) else {
+        let (Some(moving), Some(axis)) = (heads.get(pose / 4), HeadAxis::ALL.get(pose % 4)) else {
             continue;
         };
         let (axes, values) = out
@@ -109,7 +109,7 @@ pub fn turned(show: &Show, moves: &[Move]) -> Vec<(usize, Vec<Axis>, Pose)> {
             *slot = one.motion.target();
         }
     }
-    let pose = |(index, (axes, values)): (usize, (Vec<Axis>, [f64; 4]))| {
+    let pose = |(index, (axes, values)): (usize, (Vec<HeadAxis>, [f64; 4]))| {
         Some((index, axes, heads.get(index)?.head.pose(values)))
     };
     out.into_iter().filter_map(pose).collect()

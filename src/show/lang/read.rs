@@ -12,7 +12,7 @@ use super::scan::{Cut, Fault, STATEMENTS, Scan, first_word, scan, split_word};
 use super::syntax::{self, Failure, Rule};
 use super::{codes, limits};
 use crate::diagnostic::Diagnostic;
-use crate::model::Axis;
+use crate::model::HeadAxis;
 use crate::units::Rgb;
 
 /// The statements read.
@@ -435,7 +435,7 @@ fn advice(failure: &Failure, before: &str, found: &str, word: &str) -> Option<St
     if cue.ends_with(" at") && cue.contains('{') && is_name(word) {
         return Some(format!("a head points with `to`: `to {word}`"));
     }
-    if Axis::ALL
+    if HeadAxis::ALL
         .iter()
         .any(|axis| cue.ends_with(&format!(" {} +", axis.word())))
     {

@@ -20,7 +20,7 @@ use crate::geometry::{Vec3, vec3};
 
 /// A parameter of a head.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Axis {
+pub enum HeadAxis {
     /// Turn of the yoke about the vertical.
     Pan,
     /// Turn of the head about the yoke's axis.
@@ -31,17 +31,22 @@ pub enum Axis {
     Field,
 }
 
-impl Axis {
+impl HeadAxis {
     /// All axes, in the order of a head's parameters.
-    pub const ALL: [Axis; 4] = [Axis::Pan, Axis::Tilt, Axis::Beam, Axis::Field];
+    pub const ALL: [HeadAxis; 4] = [
+        HeadAxis::Pan,
+        HeadAxis::Tilt,
+        HeadAxis::Beam,
+        HeadAxis::Field,
+    ];
 
     /// The word of the language.
     pub fn word(self) -> &'static str {
         match self {
-            Axis::Pan => "pan",
-            Axis::Tilt => "tilt",
-            Axis::Beam => "beam",
-            Axis::Field => "field",
+            HeadAxis::Pan => "pan",
+            HeadAxis::Tilt => "tilt",
+            HeadAxis::Beam => "beam",
+            HeadAxis::Field => "field",
         }
     }
 }
@@ -61,12 +66,12 @@ pub struct Pose {
 
 impl Pose {
     /// The angle of an axis.
-    pub fn angle(&self, axis: Axis) -> f64 {
+    pub fn angle(&self, axis: HeadAxis) -> f64 {
         match axis {
-            Axis::Pan => self.pan,
-            Axis::Tilt => self.tilt,
-            Axis::Beam => self.beam,
-            Axis::Field => self.field,
+            HeadAxis::Pan => self.pan,
+            HeadAxis::Tilt => self.tilt,
+            HeadAxis::Beam => self.beam,
+            HeadAxis::Field => self.field,
         }
     }
 }
@@ -93,40 +98,40 @@ const ROUNDING: f64 = 1e-9;
 
 impl Head {
     /// Range of an axis.
-    pub fn range(&self, axis: Axis) -> [f64; 2] {
+    pub fn range(&self, axis: HeadAxis) -> [f64; 2] {
         match axis {
-            Axis::Pan => self.pan,
-            Axis::Tilt => self.tilt,
-            Axis::Beam | Axis::Field => self.zoom,
+            HeadAxis::Pan => self.pan,
+            HeadAxis::Tilt => self.tilt,
+            HeadAxis::Beam | HeadAxis::Field => self.zoom,
         }
     }
 
     /// The parameter of an axis at an angle: 0 at the low end of the range, 1 at the high end.
-    pub fn parameter(&self, axis: Axis, degrees: f64) -> f64 {
+    pub fn parameter(&self, axis: HeadAxis, degrees: f64) -> f64 {
         let [low, high] = self.range(axis);
         (degrees - low) / (high - low)
     }
 
     /// The angle of an axis at a parameter.
-    pub fn degrees(&self, axis: Axis, parameter: f64) -> f64 {
+    pub fn degrees(&self, axis: HeadAxis, parameter: f64) -> f64 {
         let [low, high] = self.range(axis);
         (1.0 - parameter) * low + parameter * high
     }
 
-    /// The pose at the four parameters in the order of [`Axis::ALL`].
+    /// The pose at the four parameters in the order of [`HeadAxis::ALL`].
     pub fn pose(&self, parameters: [f64; 4]) -> Pose {
         let [pan, tilt, beam, field] = parameters;
         Pose {
-            pan: self.degrees(Axis::Pan, pan),
-            tilt: self.degrees(Axis::Tilt, tilt),
-            beam: self.degrees(Axis::Beam, beam),
-            field: self.degrees(Axis::Field, field),
+            pan: self.degrees(HeadAxis::Pan, pan),
+            tilt: self.degrees(HeadAxis::Tilt, tilt),
+            beam: self.degrees(HeadAxis::Beam, beam),
+            field: self.degrees(HeadAxis::Field, field),
         }
     }
 
-    /// The parameters of the home pose, in the order of [`Axis::ALL`].
+    /// The parameters of the home pose, in the order of [`HeadAxis::ALL`].
     pub fn at_home(&self) -> [f64; 4] {
-        Axis::ALL.map(|axis| self.parameter(axis, self.home.angle(axis)))
+        HeadAxis::ALL.map(|axis| self.parameter(axis, self.home.angle(axis)))
     }
 
     /// Converts a direction or axis between a hanging head and this one; its own inverse.
@@ -410,7 +415,7 @@ mod tests {
             _ => unreachable!(),
         };
         let (back, home) = (head.pose(head.at_home()), head.home);
-        for axis in Axis::ALL {
+        for axis in HeadAxis::ALL {
             assert!((back.angle(axis) - home.angle(axis)).abs() < 1e-13);
         }
         let home = at(head.home);

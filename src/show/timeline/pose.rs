@@ -15,7 +15,7 @@ use super::stretch::{Stretch, Track};
 use super::track::{level_at, level_before};
 use super::{CurvePiece, Timeline};
 use crate::linalg::Bernstein;
-use crate::model::{Axis, Head, LightKind, NodeId, Show};
+use crate::model::{Head, HeadAxis, LightKind, NodeId, Show};
 use crate::units::Time;
 
 impl Timeline {
@@ -28,7 +28,7 @@ impl Timeline {
             let (pieces, last) = self.pose_curve(head, axis);
             self.value(pieces, last, time)
         };
-        ranges.pose(Axis::ALL.map(value))
+        ranges.pose(HeadAxis::ALL.map(value))
     }
 
     /// The poses of all heads at a time.
@@ -41,7 +41,7 @@ impl Timeline {
     /// Knots of a head's pose, in order, each once: between them pan, tilt, beam and field are
     /// polynomials in time of degree 3 at most.
     pub fn pose_knots(&self, head: usize) -> Vec<Time> {
-        let pieces = Axis::ALL
+        let pieces = HeadAxis::ALL
             .into_iter()
             .flat_map(|axis| self.pose_curve(head, axis).0);
         let mut knots: Vec<Time> = pieces.flat_map(|p| [p.start, p.end]).collect();
@@ -51,7 +51,7 @@ impl Timeline {
     }
 
     /// The pieces of one axis of a head, from 0 to 1 over its range, and its value at the end.
-    pub fn pose_curve(&self, head: usize, axis: Axis) -> (&[CurvePiece], f64) {
+    pub fn pose_curve(&self, head: usize, axis: HeadAxis) -> (&[CurvePiece], f64) {
         let first = self.own.len() - 4 * self.heads.len();
         let levels = self.parameters.get(&(first + 4 * head + axis as usize));
         levels.map_or((&[], 0.0), |l| (l.pieces.as_slice(), l.last))

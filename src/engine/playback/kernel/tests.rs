@@ -39,9 +39,14 @@ fn frame(images: &[Image], factors: Factors, threads: usize) -> (Vec<f32>, Vec<u
     let keys = channels(images);
     let count = keys[0].len();
     let (mut light, mut bytes) = (vec![7.0; count], vec![7; count]);
-    super::blend(&keys, factors, Target::Light(&mut light), threads);
+    super::blend(&keys, factors, BlendTarget::Light(&mut light), threads);
     let table = TONE.table();
-    super::blend(&keys, factors, Target::Bytes(&mut bytes, &table), threads);
+    super::blend(
+        &keys,
+        factors,
+        BlendTarget::Bytes(&mut bytes, &table),
+        threads,
+    );
     (light, bytes)
 }
 
@@ -77,8 +82,12 @@ fn frames_do_not_depend_on_processor_or_threads() {
         let factors = Factors::new(blend(degree, 0.81));
         let (light, bytes) = frame(&images, factors, 1);
         let (mut plain, mut shown) = (vec![0.0; light.len()], vec![0; light.len()]);
-        plainly(&keys, factors, Target::Light(&mut plain));
-        plainly(&keys, factors, Target::Bytes(&mut shown, &TONE.table()));
+        plainly(&keys, factors, BlendTarget::Light(&mut plain));
+        plainly(
+            &keys,
+            factors,
+            BlendTarget::Bytes(&mut shown, &TONE.table()),
+        );
         let bits = |v: &[f32]| v.iter().map(|v| v.to_bits()).collect::<Vec<u32>>();
         assert!(bits(&light) == bits(&plain) && bytes == shown, "{degree}");
         for threads in [2, 3, 64] {

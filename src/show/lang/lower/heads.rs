@@ -12,7 +12,7 @@ use crate::lang::codes;
 use crate::lang::names::Kind;
 use crate::lang::quantity::Wanted;
 use crate::lang::report::Place;
-use crate::model::{Axis, Cue, Head, LightKind, Motion, NodeId, Point, Pose};
+use crate::model::{Cue, Head, HeadAxis, LightKind, Motion, NodeId, Point, Pose};
 
 /// The clauses of a light's declaration that describe a head.
 pub const CLAUSES: [&str; 6] = ["moves", "pan", "tilt", "zoom", "speed", "standing"];
@@ -301,7 +301,9 @@ impl<'a> Lower<'a, '_> {
             let first = self.first_pose + 4 * index;
             if let Some(at) = at {
                 self.aims.insert((id, index), (at, aim.span));
-                out.extend([Axis::Pan, Axis::Tilt].map(|a| (first + a as usize, Motion::To(0.0))));
+                out.extend(
+                    [HeadAxis::Pan, HeadAxis::Tilt].map(|a| (first + a as usize, Motion::To(0.0))),
+                );
             }
             for (axis, angle, span) in &angles {
                 let kind = self.show.lights.get(light).map(|l| &l.kind);
@@ -316,17 +318,17 @@ impl<'a> Lower<'a, '_> {
     }
 
     /// Angles by axis, each once.
-    fn angles(&mut self, aim: &ast::Aim<'a>, target: &str) -> Vec<(Axis, f64, Span)> {
-        let mut out: Vec<(Axis, f64, Span)> = Vec::new();
+    fn angles(&mut self, aim: &ast::Aim<'a>, target: &str) -> Vec<(HeadAxis, f64, Span)> {
+        let mut out: Vec<(HeadAxis, f64, Span)> = Vec::new();
         for (word, value) in &aim.angles {
-            let Some(axis) = Axis::ALL.into_iter().find(|a| a.word() == word.text) else {
+            let Some(axis) = HeadAxis::ALL.into_iter().find(|a| a.word() == word.text) else {
                 continue;
             };
             if let Some((.., earlier)) = out.iter().find(|(a, ..)| *a == axis) {
                 self.once(&mut Some(*earlier), word.text, word.span);
                 continue;
             }
-            if matches!(axis, Axis::Pan | Axis::Tilt) && !aim.at.is_empty() {
+            if matches!(axis, HeadAxis::Pan | HeadAxis::Tilt) && !aim.at.is_empty() {
                 let message = format!("`{}` stands behind a place to point to", word.text);
                 let help = format!(
                     "a head points to a place, or by its angles: `{target} pan 30 tilt -20`"
@@ -349,12 +351,12 @@ impl<'a> Lower<'a, '_> {
         &mut self,
         head: &Head,
         light: usize,
-        (axis, angle): (Axis, f64),
+        (axis, angle): (HeadAxis, f64),
         (span, thrown): (Span, bool),
     ) -> Option<f64> {
         let name = self.show.lights.get(light).map_or("", |l| l.name.as_str());
         let (word, [low, high]) = (axis.word(), head.range(axis));
-        let (code, message, label, help) = if thrown && axis == Axis::Beam {
+        let (code, message, label, help) = if thrown && axis == HeadAxis::Beam {
             let message = format!("`{name}` is a projection: it has no beam");
             let help = "the size of its image is its `field`";
             (codes::DOES_NOT_FIT, message, "not here", help)
@@ -487,8 +489,8 @@ impl<'a> Lower<'a, '_> {
                 continue;
             };
             let index = pose / 4;
-            let axis = Axis::ALL.get(pose % 4).copied();
-            let Some(axis @ (Axis::Pan | Axis::Tilt)) = axis else {
+            let axis = HeadAxis::ALL.get(pose % 4).copied();
+            let Some(axis @ (HeadAxis::Pan | HeadAxis::Tilt)) = axis else {
                 continue;
             };
             let (Some(from), Some(InBank { head, light, .. })) =
@@ -512,12 +514,12 @@ impl<'a> Lower<'a, '_> {
                     })
                 });
                 ways.insert(aim, way);
-                let angle = if axis == Axis::Pan { way.0 } else { way.1 };
+                let angle = if axis == HeadAxis::Pan { way.0 } else { way.1 };
                 one.motion = Motion::To(head.parameter(axis, angle));
             }
             let angle = head.degrees(axis, one.motion.target());
             let (pan, tilt) = to.entry(index).or_insert(from);
-            *(if axis == Axis::Pan { pan } else { tilt }) = angle;
+            *(if axis == HeadAxis::Pan { pan } else { tilt }) = angle;
         }
         to
     }

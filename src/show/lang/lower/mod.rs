@@ -35,7 +35,7 @@ use super::spans::SpanMap;
 use super::syntax::UNIT_WORDS;
 use super::{codes, limits};
 use crate::diagnostic::Diagnostic;
-use crate::model::{Axis, NodeId, Show};
+use crate::model::{HeadAxis, NodeId, Show};
 use crate::units::Rgb;
 
 /// Lowers the statements of a show. Returns the show, if there was no error, and the spans of its
@@ -208,7 +208,7 @@ impl<'a> Lower<'a, '_> {
                     name.text
                 )
             }
-            (None, None) if Axis::ALL.iter().any(|axis| axis.word() == name.text) => format!(
+            (None, None) if HeadAxis::ALL.iter().any(|axis| axis.word() == name.text) => format!(
                 "the angles of a head stand right behind its name: `mh1 {} 12`",
                 name.text
             ),

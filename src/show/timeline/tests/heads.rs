@@ -45,7 +45,7 @@ fn heads_aim_each_by_itself_and_turn_linearly() {
         assert!(points_at(&show, &timeline, head, 19.0, HOUSE) < 1e-12);
         // The time is the up time, whichever way the head turns.
         let [from, half, to] = [11.0, 13.0, 15.0].map(|t| timeline.pose(head, seconds(t)));
-        for axis in [Axis::Pan, Axis::Tilt] {
+        for axis in [HeadAxis::Pan, HeadAxis::Tilt] {
             let mean = 0.5 * (from.angle(axis) + to.angle(axis));
             assert!((half.angle(axis) - mean).abs() < 1e-12);
         }

@@ -9,7 +9,7 @@ use proptest::prelude::*;
 use super::super::format;
 use crate::diagnostic::Sources;
 use crate::lang;
-use crate::model::{Axis, Show};
+use crate::model::{HeadAxis, Show};
 use crate::timeline::Timeline;
 
 /// A sequence of random choices. When it is used up, the plainest choice is made, so that a failure
@@ -591,7 +591,7 @@ proptest! {
             for (index, (_, head, _)) in was.heads().into_iter().enumerate() {
                 for time in timeline.pose_knots(index) {
                     let pose = timeline.pose(index, time);
-                    for axis in Axis::ALL {
+                    for axis in HeadAxis::ALL {
                         let [low, high] = head.range(axis);
                         let within = low - 1e-6..=high + 1e-6;
                         prop_assert!(within.contains(&pose.angle(axis)), "{:?}", pose);
