@@ -55,7 +55,12 @@ impl PageFile {
 }
 
 /// The page, with `rate` frames a second while heads move.
-pub fn page(engine: &Engine, playback: &Playback, tone: Tone, rate: f64) -> Result<PageFile, Error> {
+pub fn page(
+    engine: &Engine,
+    playback: &Playback,
+    tone: Tone,
+    rate: f64,
+) -> Result<PageFile, Error> {
     let coordinates = engine.show().coordinates().len();
     let bank_bytes = coordinates * playback.size().0 * playback.size().1 * size_of::<[f32; 3]>();
     // Refuse before images are made in vain.

@@ -8,7 +8,7 @@
 #[cfg(test)]
 mod tests;
 
-use footlight_picture::tone::{BLOCK, ByteTable};
+use crate::tone::{BLOCK, ByteTable};
 use footlight_show::timeline::Blend;
 
 /// The channels of a block.
