@@ -216,16 +216,20 @@ fn keyword(rule: Rule) -> &'static str {
 /// Units written right after their numbers.
 pub const UNIT_WORDS: [&str; 8] = ["s", "ms", "m", "cm", "mm", "ft", "in", "deg"];
 
+/// Words that may stand inside statements, by the alphabet; every word of a text is looked up here.
+static ALL_INNER_WORDS: LazyLock<BTreeSet<&str>> = LazyLock::new(|| {
+    let of_tables = light::words().chain(FADES.iter().map(|curve| curve.name));
+    INNER_WORDS.split_whitespace().chain(of_tables).collect()
+});
+
 /// Words that may stand inside statements, for suggestions.
 pub fn inner_words() -> impl Iterator<Item = &'static str> {
-    let of_tables = light::words().chain(FADES.iter().map(|curve| curve.name));
-    let more = of_tables.filter(|word| INNER_WORDS.split_whitespace().all(|inner| inner != *word));
-    INNER_WORDS.split_whitespace().chain(more)
+    ALL_INNER_WORDS.iter().copied()
 }
 
 /// True when `word` may stand inside statements.
 pub fn is_inner_word(word: &str) -> bool {
-    inner_words().any(|inner| inner == word)
+    ALL_INNER_WORDS.contains(word)
 }
 
 /// The words of [`inner_words`] that no other table has.
