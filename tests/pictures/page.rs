@@ -294,6 +294,7 @@ fn the_desk_is_played_by_keyboard_and_tells_what_it_does() {
     colours_are_mixed_by_hand(&browser);
     the_grand_master_dims_what_cues_move(&browser);
     keys_do_the_same_wherever_the_focus_is(&browser);
+    levels_come_from_a_picture(&browser);
     the_page_fits(&browser);
     // Every control has a name.
     let unnamed = browser.run(
@@ -328,6 +329,60 @@ fn colours_are_mixed_by_hand(browser: &Browser) {
     browser.press("Escape");
     browser
         .wait("desk.held.size === 0 && document.querySelector('[type=color]').value === '#ff8000'");
+}
+
+/// A picture of known levels gives these levels back; one of another shape is refused.
+fn levels_come_from_a_picture(browser: &Browser) {
+    browser.run("toCue(1)");
+    browser.run(
+        "const meant = { warm: 0.35, cool: 0.6, edge: 0.75 }; \
+         for (const f of faders) hold(f, f.mixer ? { level: 0.5, colour: [1, 0.2, 0.6] } : { level: meant[f.name] });",
+    );
+    let sum = "sumAt(lightOf(show, desk), momentAt(show, desk.time))";
+    browser.run(&format!(
+        "desk.renderer.draw(momentAt(show, desk.time), {sum}); \
+         const copy = document.createElement('canvas'); \
+         [copy.width, copy.height] = show.size; \
+         copy.getContext('2d').drawImage(document.getElementById('picture'), 0, 0); \
+         copy.toBlob((blob) => {{ window.given = new File([blob], 'meant.png'); }});"
+    ));
+    browser.wait("window.given");
+    browser.press("r");
+    browser.wait("desk.held.size === 0");
+    let said = "document.getElementById('sketched').textContent";
+    browser.run(
+        "const drop = new Event('drop', { bubbles: true, cancelable: true }); \
+         drop.dataTransfer = { files: [window.given] }; \
+         document.getElementById('frame').dispatchEvent(drop);",
+    );
+    browser.wait(&format!(
+        "{said}.startsWith('meant.png: the banks come within')"
+    ));
+    let found = browser.run(
+        "const light = lightOf(show, desk); return faders.map((f) => { \
+         const { level, colour } = mixesOf(f, light).now; \
+         return colour ? colour.map((c) => c * settingOf(f.law, level)) : [level]; }).flat()",
+    );
+    let wash = [0.5, 0.1, 0.3];
+    for (found, meant) in found
+        .as_array()
+        .unwrap()
+        .iter()
+        .zip([&[0.35, 0.6, 0.75][..], &wash].concat())
+    {
+        let found = found.as_f64().unwrap();
+        assert!((found - meant).abs() < 0.01, "{found} for {meant}");
+    }
+    browser.run(
+        "const narrow = Object.assign(document.createElement('canvas'), { width: 20, height: 40 }); \
+         narrow.getContext('2d').fillRect(0, 0, 20, 40); \
+         narrow.toBlob((blob) => solveSketch(new File([blob], 'narrow.png')));",
+    );
+    browser.wait(&format!("{said}.includes('20x40')"));
+    browser.run("solveSketch(new File(['no picture'], 'text.png'))");
+    browser.wait(&format!("{said}.includes('is not a PNG')"));
+    browser.press("r");
+    browser.wait(&format!("desk.held.size === 0 && {said} === ''"));
 }
 
 /// Blackout and grand master scale every term of a frame except the fixed lights.

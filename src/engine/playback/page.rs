@@ -371,6 +371,7 @@ fn filled(title: &str, policy: &str, start: &[&str], json: &str) -> String {
         include_str!("page/webgl.js"),
         include_str!("page/canvas.js"),
         include_str!("page/faders.js"),
+        include_str!("page/sketch.js"),
         include_str!("page/desk.js"),
         include_str!("page/load.js"),
     ];

@@ -306,7 +306,7 @@ function fill() {
   element("of").textContent = `of ${clock(show.end)}`;
   element("quality").textContent = show.quality;
   element("made").textContent = show.made;
-  for (const id of ["grand", "blackout"]) element(id).disabled = desk.follows;
+  for (const id of ["grand", "blackout", "sketch"]) element(id).disabled = desk.follows;
   Object.assign(element("scrub"), { min: show.start, max: show.end, value: show.start, disabled: desk.follows });
   buildCues();
   element("cues").scrollTop = scrolled;
@@ -333,6 +333,7 @@ function listen() {
   element("grand").addEventListener("input", () => setGrand(Number(element("grand").value) / 100));
   element("blackout").addEventListener("click", () => setGrand(desk.grand, !desk.isDark));
   element("release").addEventListener("click", () => release());
+  takeSketches();
   document.addEventListener("keydown", onKey);
   // A button takes Space when the key is let go.
   document.addEventListener("keyup", (event) => event.key === " " && event.preventDefault());

@@ -58,6 +58,7 @@ function release(fader) {
     for (let c = 0; c < one.count; c++) desk.held.delete(one.first + c);
   }
   Object.assign(desk, { dirty: true, moved: true });
+  element("sketched").textContent = "";
   tell(fader ? `${fader.name} released` : "All faders released");
 }
 

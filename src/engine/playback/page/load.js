@@ -34,8 +34,8 @@ async function load(next, wantsPixels, had, take) {
     const image = same ? null : await decoded(picture.codes);
     const pixels = !same && (wantsPixels || picture.signs) ? await pixelsOf(image, picture.signs, next.size) : null;
     take(index, picture, image, pixels);
-    // A picture in the page itself is read once.
-    if (picture.codes.startsWith("data:")) picture.codes = "";
+    // A key in the page itself is read once; banks are read again for levels from a picture.
+    if (index < next.keys && picture.codes.startsWith("data:")) picture.codes = "";
   };
   // A few at a time: decoding runs beside the page, and memory holds few images.
   const queue = next.pictures.map((picture, index) => [picture, index]);
