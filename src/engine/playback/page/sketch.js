@@ -4,7 +4,7 @@
 // banks by name, a free exposure.
 
 /// About how many blocks across are compared.
-const BLOCKS = 160;
+const BLOCKS = 100;
 /// Largest difference of shape between picture and stage.
 const SHAPE = 0.1;
 
