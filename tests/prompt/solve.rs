@@ -141,6 +141,33 @@ fn known_levels_are_found_again() {
     );
 }
 
+/// A lamp in view is white in a PNG, however bright it is: the picture is still of this view.
+#[test]
+fn a_lamp_in_view_may_be_far_brighter_than_white() {
+    // It shines at the eye alone, and lights nothing in view.
+    let (mut show, store) = open(&SHOW.replace(
+        "fixed on = f",
+        "surface globe reflectance 0 quad 0.3,-5,2 0.8,-5,2 0.8,-5,2.5 0.3,-5,2.5\n\
+         light g panel globe 900000 lm\nbank lamp = g\nfixed on = f",
+    ));
+    show.execute(&format!("set {KNOWN} lamp full")).unwrap();
+    let known = levels(&show);
+    show.execute("picture -o known.png").unwrap();
+    show.execute("release").unwrap();
+    let file = store.read(Path::new("known.png"), 1 << 20).unwrap();
+    let light = footlight_picture::decode::light(&file, 1 << 24).unwrap();
+    let white = light.data().iter().filter(|value| **value >= 1.0).count();
+    assert!(white > 100, "{white}");
+    let said = told(&mut show, "solve known.png");
+    let found = levels(&show);
+    // Of the lamp the file says only that it is at least white.
+    let lit = known.len() - 1;
+    assert!(found[lit] > 0.0, "{said}");
+    for (found, known) in found[..lit].iter().zip(&known[..lit]) {
+        assert!((found - known).abs() < 1e-2, "{found} for {known}\n{said}");
+    }
+}
+
 /// Other banks stay, and the solution becomes a cue.
 #[test]
 fn some_banks_at_a_cue_and_what_follows() {

@@ -281,11 +281,17 @@ impl Fitting {
         };
         let any: Vec<Unknown> = (0..self.columns.len()).map(any).collect();
         let settings = squares.solve(&any, 1.0).settings;
-        let best = combine(
+        let mut best = combine(
             self.sketch.light.size(),
             &self.terms(&settings),
             work.threads,
         );
+        // White is all that a sketch shows of a lamp.
+        let meant = self.sketch.light.data().iter().zip(&self.sketch.cut);
+        let shown = best.data_mut().iter_mut().zip(meant);
+        for (value, (white, _)) in shown.filter(|(_, (_, cut))| **cut) {
+            *value = value.min(*white);
+        }
         let pairs = luminances(&best).zip(luminances(&self.sketch.light));
         let mut sums = [0.0; 6];
         for ((a, b), weight) in pairs.zip(self.weights.iter().step_by(3)) {
