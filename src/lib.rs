@@ -91,6 +91,7 @@
 /// - [`paper`](manual::paper): where are the ideas of the paper?
 #[cfg(doc)]
 pub mod manual {
+    #[doc = include_str!("manual-links.md")]
     #[doc = include_str!("manual/tutorial.md")]
     pub mod tutorial {}
     #[doc = include_str!("../grammar/README.md")]
@@ -115,14 +116,18 @@ pub mod manual {
     pub mod live {}
     #[doc = include_str!("manual/serve.md")]
     pub mod serve {}
+    #[doc = include_str!("manual-links.md")]
     #[doc = include_str!("manual/farm.md")]
     pub mod farm {}
+    #[doc = include_str!("manual-links.md")]
     #[doc = include_str!("manual/renderer.md")]
     pub mod renderer {}
+    #[doc = include_str!("manual-links.md")]
     #[doc = include_str!("manual/security.md")]
     pub mod security {}
     #[doc = include_str!("manual/embedding.md")]
     pub mod embedding {}
+    #[doc = include_str!("manual-links.md")]
     #[doc = include_str!("manual/paper.md")]
     pub mod paper {}
 }

@@ -209,7 +209,8 @@ pub enum Error {
     #[error(
         "stopped after {seconds} s, the limit of time; finished pictures are kept, and the same again \
          goes on from there. The pictures of one quality are finished together: if none was, give it \
-         more time by `--time-limit`"
+         more time by `--time-limit`, or `run --budget`, which begins only what is likely to be \
+         finished in time and then writes its results"
     )]
     OutOfTime {
         /// The limit.
