@@ -356,7 +356,7 @@ fn levels_come_from_a_picture(browser: &Browser) {
          document.getElementById('frame').dispatchEvent(drop);",
     );
     browser.wait(&format!(
-        "{said}.startsWith('meant.png: the banks come within')"
+        "{said}.includes(' % before')"
     ));
     let found = browser.run(
         "const light = lightOf(show, desk); return faders.map((f) => { \

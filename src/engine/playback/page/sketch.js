@@ -7,6 +7,11 @@
 const BLOCKS = 100;
 /// Largest difference of shape between picture and stage.
 const SHAPE = 0.1;
+/// A picture whose luminance varies by the first, relative to it, and agrees with the nearest light
+/// by a correlation below the second, is of another place.
+const VARIES = 0.2, LIKE = 0.5;
+/// Milliseconds for which the answer stands on the stage.
+const STANDS = 15000;
 
 /// The exposed light that shows as a code, 0 to 255: the inverse of `shown`. The codes at the ends
 /// stand for a whole range.
@@ -42,6 +47,7 @@ function readSketch(bitmap) {
   const alpha = (p) => data[p + 3] / 255;
   return {
     alpha,
+    cover: blockSums(show.size, alpha),
     light: blockSums(show.size, (p, c) => alpha(p) * table[data[p + c]]),
     white: blockSums(show.size, (p, c) => Number(alpha(p) > 0 && data[p + c] === 255)),
     lit: blockSums(show.size, (p, c) => Number(alpha(p) > 0 && data[p + c] > 0)),
@@ -57,20 +63,22 @@ async function bankLight(i, alpha) {
   return blockSums(show.size, (p, c) => alpha(p) * sign(p, c) * table[codes[p + c]]);
 }
 
-/// Settings of `columns`, each from 0 to 1, whose sum comes nearest to `meant`, from `start` on;
+/// Settings of `columns`, each from 0 to `full`, whose sum comes nearest to `meant`, from `start` on;
 /// `weights` are those of the rows.
-function nearest(columns, meant, weights, start) {
+function nearest(columns, meant, weights, start, full = 1) {
   const product = (a, b) => a.reduce((sum, value, row) => sum + weights[row] * value * b[row], 0);
   const squares = columns.map((a, i) => columns.map((b, k) => (k <= i ? product(a, b) : 0)));
   const square = (i, k) => (k <= i ? squares[i][k] : squares[k][i]);
   const right = columns.map((a) => product(a, meant));
+  // A bank that is hardly seen stays as it stands.
+  const unseen = 1e-7 * Math.max(...columns.map((_, i) => square(i, i)));
   const x = [...start];
   for (let round = 0, most = 1; round < 5000 && most > 1e-6; round++) {
     most = 0;
     columns.forEach((_, i) => {
-      if (square(i, i) <= 0) return;
+      if (square(i, i) <= unseen) return;
       const slope = x.reduce((sum, value, k) => sum - square(i, k) * value, right[i]);
-      const next = Math.min(Math.max(x[i] + slope / square(i, i), 0), 1);
+      const next = Math.min(Math.max(x[i] + slope / square(i, i), 0), full);
       most = Math.max(most, Math.abs(next - x[i]));
       x[i] = next;
     });
@@ -78,20 +86,35 @@ function nearest(columns, meant, weights, start) {
   return x;
 }
 
+/// Correlation of two lists of luminances, and how far the second varies, relative to it.
+function likeness(a, b, weights) {
+  const sum = (of) => weights.reduce((total, weight, i) => total + weight * of(i), 0);
+  const all = sum(() => 1), [meanA, meanB] = [a, b].map((list) => sum((i) => list[i]) / all);
+  const [aa, bb, ab] = [[a, a, meanA, meanA], [b, b, meanB, meanB], [a, b, meanA, meanB]]
+    .map(([p, q, meanP, meanQ]) => sum((i) => (p[i] - meanP) * (q[i] - meanQ)));
+  return { like: ab / Math.max(Math.sqrt(aa * bb), 1e-300), varies: Math.sqrt(bb / sum((i) => b[i] ** 2)) };
+}
+
+let answered;
 /// Holds the banks at the levels that come nearest to a picture.
 async function solveSketch(file) {
-  const say = (text) => { element("sketched").textContent = text; };
+  const say = (text) => {
+    element("sketched").textContent = text;
+    clearTimeout(answered);
+    answered = setTimeout(() => { element("sketched").textContent = ""; }, STANDS);
+  };
   const grand = grandLevel();
-  if (grand === 0) return say("Raise the grand master before you give a picture.");
+  if (grand === 0) return say(desk.isDark ? "Lift the blackout first." : "Raise the grand master first.");
   const options = { colorSpaceConversion: "none", premultiplyAlpha: "none" };
   const bitmap = await createImageBitmap(file, options).catch(() => null);
-  if (!bitmap) return say(`${file.name} is not a PNG, JPEG or WebP picture; \`footlight solve\` also takes OpenEXR.`);
+  if (!bitmap) return say(`${file.name} is not a PNG, JPEG or WebP picture, or it is damaged; \`footlight solve\` also takes OpenEXR.`);
   const [width, height] = show.size;
   if (Math.abs(Math.log(bitmap.width * height / (bitmap.height * width))) > SHAPE) {
     return say(`${file.name} has ${bitmap.width}x${bitmap.height} pixels, the stage ${width}x${height}: cut it to this shape.`);
   }
   say(`Looking for the levels of ${file.name}`);
-  const version = show, { alpha, light, white, lit } = readSketch(bitmap);
+  const version = show, { alpha, cover, light, white, lit } = readSketch(bitmap);
+  if (!lit.some((count) => count > 0)) return say(`${file.name} is black, or transparent.`);
   const all = [];
   for (let i = 0; i < version.coordinates.length; i++) all.push(await bankLight(i, alpha));
   // Another version of the show has come meanwhile.
@@ -100,17 +123,27 @@ async function solveSketch(file) {
   const moving = all.map((_, i) => i).filter((i) => show.coordinates[i].varies);
   const columns = moving.map((i) => all[i].map((value) => grand * value));
   const rest = light.map((_, row) => all.reduce((sum, column, i) => sum + (show.coordinates[i].varies ? 0 : now[i] * column[row]), 0));
-  const luminance = (row) => { const at = row - row % 3; return 0.2126 * light[at] + 0.7152 * light[at + 1] + 0.0722 * light[at + 2]; };
-  const mean = light.reduce((sum, _, row) => sum + luminance(row), 0) / light.length;
-  if (!(mean > 0)) return say(`${file.name} has no light.`);
+  const luminance = (of, row) => { const at = row - row % 3; return 0.2126 * of[at] + 0.7152 * of[at + 1] + 0.0722 * of[at + 2]; };
+  const total = (list) => list.reduce((sum, value) => sum + value, 0);
+  const mean = total(light.map((_, row) => luminance(light, row))) / total(cover);
   // Bright places must not outweigh all others.
-  const weights = light.map((_, row) => 1 / (luminance(row) + mean) ** 2);
+  const weights = light.map((_, row) => (cover[row] > 0 ? cover[row] / (luminance(light, row) + mean * cover[row]) ** 2 : 0));
   const meant = light.map((value, row) => value - rest[row]);
   const shows = (x) => light.map((_, row) => rest[row] + x.reduce((sum, value, k) => sum + value * columns[k][row], 0));
   // White may stand for more light, and black for less.
   const agrees = (sum, row) => (white[row] && sum[row] > light[row]) || (!lit[row] && sum[row] < light[row]);
   const whole = light.reduce((total, value, row) => total + weights[row] * value ** 2, 0);
   const off = (sum) => Math.sqrt(light.reduce((total, value, row) => total + (agrees(sum, row) ? 0 : weights[row] * (sum[row] - value) ** 2), 0) / whole);
+  // White is all that the picture shows of a lamp.
+  const seen = weights.map((weight, row) => (white[row] ? 0 : weight));
+  const free = nearest(all, light, seen, all.map(() => 0), Infinity);
+  const best = light.map((value, row) => {
+    const sum = all.reduce((most, column, i) => most + free[i] * column[row], 0);
+    return white[row] ? Math.min(sum, value) : sum;
+  });
+  const pixels = weights.filter((_, row) => row % 3 === 0), [a, b] = [best, light].map((of) => pixels.map((_, k) => luminance(of, 3 * k)));
+  const { like, varies } = likeness(a, b, pixels);
+  if (varies > VARIES && like < LIKE) return say(`${file.name} is not of this view: bright and dark are elsewhere.`);
   const start = moving.map((i) => now[i]);
   const before = off(shows(start));
   let x = start, counted = "";
@@ -123,13 +156,17 @@ async function solveSketch(file) {
   }
   const found = [...now];
   moving.forEach((i, k) => { found[i] = x[k]; });
+  let moved = 0;
   for (const fader of faders) {
     const stands = mixesOf(fader, lightOf(show, desk)).now, written = fader.mixer && mixAt(fader.mixer.track, desk.time);
     const mix = mixOfLight(fader, found.slice(fader.first, fader.first + fader.count), written);
-    if (!sameMix(stands, mix)) hold(fader, mix);
+    if (sameMix(stands, mix)) continue;
+    hold(fader, mix);
+    moved++;
   }
   const share = (value) => `${(100 * value).toFixed(value < 0.1 ? 1 : 0)} %`;
-  say(`${file.name}: the banks come within ${share(off(shows(x)))} of its light, ${share(before)} before.`);
+  const what = moved ? `${share(off(shows(x)))} differs, ${share(before)} before` : `no fader moves, ${share(before)} differs`;
+  say(`${file.name}: ${what}${grand < 1 && x.some((value) => value > 0.999) ? "; the grand master is the limit" : ""}`);
 }
 
 /// A picture that is dropped on the stage, or chosen.
