@@ -355,9 +355,7 @@ fn levels_come_from_a_picture(browser: &Browser) {
          drop.dataTransfer = { files: [window.given] }; \
          document.getElementById('frame').dispatchEvent(drop);",
     );
-    browser.wait(&format!(
-        "{said}.includes(' % before')"
-    ));
+    browser.wait(&format!("{said}.includes(' % before')"));
     let found = browser.run(
         "const light = lightOf(show, desk); return faders.map((f) => { \
          const { level, colour } = mixesOf(f, light).now; \
