@@ -1,10 +1,11 @@
 //! Playback: every frame takes at most three linear blends of key images.
 //!
 //! A [`Playback`] holds the key images of a pool; a [`Player`] makes frames of them in one pass
-//! ([`footlight_picture::blend`]). A frame reads the key images of one segment; a segment of degree d takes d blends.
+//! ([`kernel`]). A frame reads the key images of one segment; a segment of degree d takes d blends.
 //! A show with more key images than memory holds, as with effects that go on for minutes, plays as
 //! sums of the pool's images instead.
 
+pub mod kernel;
 pub mod page;
 mod player;
 
@@ -12,12 +13,12 @@ pub use self::player::Player;
 
 use std::sync::Arc;
 
+use self::kernel::{BlendTarget, Factors};
 use crate::heads::Heads;
 use crate::plan::PlanError;
 use crate::pool::Pool;
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
-use footlight_picture::blend::{self, BlendTarget, Factors};
 use footlight_show::timeline::{KeySequence, blend};
 use footlight_show::units::Time;
 
@@ -187,7 +188,7 @@ impl Playback {
             let keys = segment.keys.iter();
             let keys = keys.filter_map(|key| Some(images.get(*key)?.data()));
             let keys: Vec<&[f32]> = keys.collect();
-            blend::blend(
+            kernel::blend(
                 &keys,
                 Factors::new(blend(segment.degree, t)),
                 target,

@@ -5,8 +5,8 @@
 //! ```
 //!
 //! - [`Image`] holds linear RGB in single precision.
-//! - [`blend`] turns key images into a frame, the loop of playback. [`combine`] adds images with
-//!   weights and finds scalar products; [`shrink`] averages an image down to fewer pixels.
+//! - [`combine`] adds images with weights and finds scalar products; [`shrink`] averages an image
+//!   down to fewer pixels.
 //! - [`exr`] reads and writes linear images exactly, one or many in a file. [`decode`] reads the
 //!   formats that hold 8 bits for each channel.
 //! - [`sketch`] reads an image whose light is to be approached by levels.
@@ -25,7 +25,6 @@
 //! This crate does not know lights, shows or files: it takes bytes and returns bytes. It uses only
 //! the units of `footlight-show`.
 
-pub mod blend;
 pub mod combine;
 pub mod decode;
 pub mod exr;

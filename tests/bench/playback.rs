@@ -24,8 +24,8 @@ use std::hint::black_box;
 use std::process::Command;
 use std::time::Instant;
 
+use footlight_engine::playback::kernel::{self, BlendTarget, Factors};
 use footlight_picture::Image;
-use footlight_picture::blend::{self, BlendTarget, Factors};
 use footlight_picture::combine::combine;
 use footlight_picture::tone::Tone;
 use footlight_show::timeline::{Blend, blend};
@@ -109,7 +109,7 @@ fn frames(size: (usize, usize), rounds: usize) {
             name: format!("fused, threads: {threads}"),
             bytes: 4 * 4 * channels,
             run: Box::new(move || {
-                blend::blend(
+                kernel::blend(
                     keys,
                     factors,
                     BlendTarget::Bytes(&mut shown, table),

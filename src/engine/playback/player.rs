@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::Playback;
+use super::kernel::BlendTarget;
 use footlight_host::files::Clock;
 use footlight_host::work::Work;
 use footlight_picture::Image;
-use footlight_picture::blend::BlendTarget;
 use footlight_picture::tone::{ByteTable, Tone};
 use footlight_show::timeline::Timeline;
 use footlight_show::units::Time;

@@ -8,7 +8,7 @@
 #[cfg(test)]
 mod tests;
 
-use crate::tone::{BLOCK, ByteTable};
+use footlight_picture::tone::{BLOCK, ByteTable};
 use footlight_show::timeline::Blend;
 
 /// The channels of a block.
@@ -126,49 +126,25 @@ fn plainly(keys: &[&[f32]], factors: Factors, target: BlendTarget<'_>) {
 #[inline(always)]
 fn by_target<const N: usize>(keys: [&[f32]; N], factors: [f32; 3], target: BlendTarget<'_>) {
     match target {
-        BlendTarget::Light(out) => by_block(keys, factors, out, &()),
-        BlendTarget::Bytes(out, table) => by_block(keys, factors, out, table),
-    }
-}
-
-/// A channel of the frame, made from light. A trait, as closures are not always inlined.
-trait Channel: Copy + Default {
-    /// Tone mapping, if any.
-    type Tone;
-
-    fn write(tone: &Self::Tone, light: &Block, out: &mut [Self; BLOCK]);
-}
-
-impl Channel for f32 {
-    type Tone = ();
-
-    #[inline(always)]
-    fn write((): &(), light: &Block, out: &mut Block) {
-        *out = *light;
-    }
-}
-
-impl Channel for u8 {
-    type Tone = ByteTable;
-
-    #[inline(always)]
-    fn write(table: &ByteTable, light: &Block, out: &mut [u8; BLOCK]) {
-        table.block(light, out);
+        BlendTarget::Light(out) => by_block(keys, factors, out, |light, out| *out = *light),
+        BlendTarget::Bytes(out, table) => {
+            by_block(keys, factors, out, |light, out| table.block(light, out));
+        }
     }
 }
 
 #[inline(always)]
-fn by_block<T: Channel, const N: usize>(
+fn by_block<T: Copy + Default, const N: usize>(
     keys: [&[f32]; N],
     factors: [f32; 3],
     out: &mut [T],
-    tone: &T::Tone,
+    write: impl Fn(&Block, &mut [T; BLOCK]),
 ) {
     let (blocks, rest) = out.as_chunks_mut::<BLOCK>();
     let whole = blocks.len();
     for (index, out) in blocks.iter_mut().enumerate() {
         let light = keys.map(|key| key.as_chunks().0.get(index).unwrap_or(&[0.0; BLOCK]));
-        T::write(tone, &blended(light, factors), out);
+        write(&blended(light, factors), out);
     }
     if !rest.is_empty() {
         let light = keys.map(|key| {
@@ -180,7 +156,7 @@ fn by_block<T: Channel, const N: usize>(
             padded
         });
         let mut last = [T::default(); BLOCK];
-        T::write(tone, &blended(light.each_ref(), factors), &mut last);
+        write(&blended(light.each_ref(), factors), &mut last);
         for (to, from) in rest.iter_mut().zip(last) {
             *to = from;
         }

@@ -1,8 +1,8 @@
 #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
 use super::*;
-use crate::Image;
-use crate::tone::Tone;
+use footlight_picture::Image;
+use footlight_picture::tone::Tone;
 use footlight_show::timeline::blend;
 use footlight_show::units::ToneCurve;
 use proptest::prelude::*;
