@@ -182,11 +182,10 @@ impl Scene {
         is_cut.contains(&true) && materials.any(|m| is_cut.get(m) == Some(&true))
     }
 
-    /// True when a polygon is glossy. Unused materials do not count.
-    pub fn is_glossy(&self) -> bool {
-        let of = |p: &Polygon| self.materials.get(p.material);
-        let mut used = self.polygons.iter().filter_map(of);
-        used.any(|material| material.gloss.is_some())
+    /// Gloss of each glossy polygon.
+    pub fn glosses(&self) -> impl Iterator<Item = &Gloss> {
+        let of = |p: &Polygon| self.materials.get(p.material)?.gloss.as_ref();
+        self.polygons.iter().filter_map(of)
     }
 
     /// Adds another file's materials and polygons.

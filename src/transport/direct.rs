@@ -179,7 +179,11 @@ pub fn irradiance(
         .map(|(facet, cluster)| {
             work.check()?;
             let own = &setting.surfaces.facets[*facet];
-            let reflectance = own.highest_reflectance();
+            // A highlight multiplies the error.
+            let reflectance = match setting.surfaces.lobe(*facet as u32) {
+                Some(_) => 1.0,
+                None => own.highest_reflectance(),
+            };
             let allowed = if reflectance > 0.0 {
                 allowed / reflectance
             } else {

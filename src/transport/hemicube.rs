@@ -4,7 +4,7 @@
 //! elements, gathered by hemicubes. Every light is solved once at unit strength: settings, colours
 //! and filters only scale it, so that G is linear by construction. Invariant: mesh, order of
 //! summation and number of iterations depend on setup and quality alone. The only part of the other
-//! renderer that this module uses is light in haze and its shadows.
+//! renderer that this module uses is light in haze and in gloss.
 
 #![allow(
     clippy::indexing_slicing,
@@ -14,6 +14,7 @@
 mod compose;
 pub mod cost;
 mod flux;
+mod gloss;
 pub mod indirect;
 pub mod interior;
 pub mod mesh;
@@ -26,7 +27,9 @@ use crate::direct::cluster::{Receiver, Receivers};
 use crate::direct::projector::{Projector, projector};
 use crate::direct::{PreparedLight, check_rig, luminaires};
 use crate::gather::bvh::Bvh;
+use crate::gather::ray_scene::RayScene;
 use crate::hemicube::compose::gather_weights;
+use crate::hemicube::gloss::{EyeScene, Gloss};
 use crate::hemicube::indirect::form::{Bounces, Rows};
 use crate::hemicube::indirect::gather_points::{
     GatherPoints, GatherScene, RowTally, form_factors, record_visible_points,
@@ -67,6 +70,11 @@ struct Solution {
     /// Radiance that haze scatters to the eye in each pixel, equal in all channels; empty without
     /// haze.
     airlight: Vec<f32>,
+    /// Radiance of the light itself in each glossy fragment, before its tint.
+    highlights: Vec<f32>,
+    /// Radiance of each element, as glossy fragments show it, three channels interleaved; empty
+    /// without them.
+    elements: Vec<f32>,
 }
 
 /// G for one setup and step.
@@ -77,8 +85,10 @@ pub struct HemicubeRadiosity {
     surfaces: Surfaces,
     vertices: VertexBuffer,
     hierarchy: Hierarchy,
-    /// Hierarchy for shadows in haze.
+    /// Hierarchy for haze and gloss.
     bvh: Option<Bvh>,
+    /// `None` when the image shows nothing glossy.
+    gloss: Option<Gloss>,
     /// Nodes along a ray of sight in haze.
     nodes: usize,
     lights: Vec<PreparedLight>,
@@ -132,10 +142,8 @@ impl HemicubeRadiosity {
         let vertices = VertexBuffer::new(&surfaces);
         let setting = SceneGeometry::new(&surfaces, &hierarchy);
         let lights = luminaires(&surfaces, rig)?;
-        let bvh = match surfaces.haze {
-            Some(_) => Some(Bvh::new(&surfaces, work)?),
-            None => None,
-        };
+        let uses_rays = surfaces.haze.is_some() || surfaces.is_glossy();
+        let bvh = uses_rays.then(|| Bvh::new(&surfaces, work)).transpose()?;
         budget.take(
             "the hierarchy of triangles",
             bvh.as_ref().map_or(0, Bvh::bytes),
@@ -161,6 +169,18 @@ impl HemicubeRadiosity {
         let mut requests = vec![CellRequest::WANTED; layout.cells()];
         record_visible_points(&layout, &fragments, &mut requests);
         let mesh = layout.mesh(setting, &seeds, &requests, work)?;
+
+        let gloss = match bvh.as_ref().filter(|_| surfaces.is_glossy()) {
+            Some(bvh) => {
+                let seen = EyeScene {
+                    scene: ray_scene(&surfaces, bvh),
+                    fragments: &fragments,
+                };
+                Gloss::new(seen, &mesh, (view.width, step.lobe_rays), work)?
+            }
+            None => None,
+        };
+        budget.take("reflections", gloss.as_ref().map_or(0, Gloss::bytes))?;
 
         let gather_scene = GatherScene {
             setting,
@@ -207,6 +227,7 @@ impl HemicubeRadiosity {
             vertices,
             hierarchy,
             bvh,
+            gloss,
             nodes: step.nodes,
             lights,
             projectors: rig.lights.iter().map(projector).collect(),
@@ -240,6 +261,15 @@ impl UnitLights for HemicubeRadiosity {
 
     fn picture(&self, strengths: &[[f64; 3]]) -> Image {
         self.compose(strengths)
+    }
+}
+
+/// The scene as rays use it.
+fn ray_scene<'a>(surfaces: &'a Surfaces, bvh: &'a Bvh) -> RayScene<'a> {
+    RayScene {
+        surfaces,
+        bvh,
+        offset: 3.0 * surfaces.touching(),
     }
 }
 

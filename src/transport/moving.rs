@@ -4,7 +4,8 @@
 //! pixel is split by facet into places; each place stores, for each head, the irradiance of one
 //! candela from there, shadows included. A frame multiplies that by the head's intensity towards
 //! the place. Tiles of pixels that a beam misses are skipped. Light in haze is integrated for each
-//! frame. The distance between a real head's axes and its lens is ignored.
+//! frame. Surfaces seen in wide gloss belong to the images of reflected light, not to these places.
+//! The distance between a real head's axes and its lens is ignored.
 
 #![allow(
     clippy::indexing_slicing,
@@ -281,7 +282,7 @@ impl MovingLights {
             };
             let way = self.camera.ray(x as f64 + u, y as f64 + v);
             let random = point(k as u32, !seed);
-            for view in scene.views((self.camera.origin, way), random, |_| true) {
+            for view in scene.views((self.camera.origin, way), random, |l| !l.is_wide()) {
                 self.add_view(view, heads, &mut seen);
             }
         }

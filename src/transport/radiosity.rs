@@ -11,6 +11,7 @@ use crate::hemicube::HemicubeRadiosity;
 use crate::hemicube::cost::Counts;
 use crate::hemicube::step::{HemicubeStep, STEPS};
 use crate::surfaces::FACET_BYTES;
+use crate::surfaces::lobe::is_sharp;
 use crate::threads::Threads;
 use crate::unit_lights::Composed;
 use crate::{
@@ -123,13 +124,13 @@ const MANY_ROUND: usize = 1000;
 const BY_HEMICUBES: [f64; 3] = [0.02, 0.013, 0.008];
 const GATHERED: [f64; 3] = [0.05, 0.02, 0.01];
 
-/// True when final gathering renders a scene, at every step: only rays support translucent and
-/// glossy surfaces.
+/// True when final gathering renders a scene, at every step: only rays support translucent
+/// surfaces and sharp reflections.
 fn is_final_gather(setup: &Setup) -> bool {
     let scene = &setup.scene;
     let is_round = |p: &&Polygon| p.shading.as_ref().is_some_and(|s| s.normal.is_some());
     scene.polygons.len() > MANY_POLYGONS
         || scene.is_cut()
-        || scene.is_glossy()
+        || scene.glosses().any(is_sharp)
         || scene.polygons.iter().filter(is_round).count() > MANY_ROUND
 }

@@ -162,11 +162,11 @@ fn a_file_that_is_to_be_matt_keeps_its_colours() {
         ..Options::default()
     };
     let mut scene = import(&brass, &matt).scene;
-    assert!(!scene.is_glossy());
+    assert!(scene.glosses().next().is_none());
     assert_eq!(scene.materials[0].reflectance, Rgb([0.5, 0.25, 0.125]));
     // A show's reflectance sets the gloss of a metal.
     scene = import(&brass, &Options::default()).scene;
-    assert!(scene.is_glossy());
+    assert!(scene.glosses().next().is_some());
     assert!(scene.set_reflectance("wall", Rgb([0.75; 3])));
     let metal = &scene.materials[0];
     assert_eq!(metal.reflectance, Rgb([0.0; 3]));

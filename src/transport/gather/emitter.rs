@@ -192,7 +192,7 @@ impl<'a> Emitter<'a> {
     }
 
     /// Position of the emitter seen from a point; `None` when its light comes from many directions.
-    fn middle(&self, from: Vec3) -> Option<Vec3> {
+    pub fn middle(&self, from: Vec3) -> Option<Vec3> {
         match self {
             Emitter::Point(beam, _) => Some(beam.position),
             Emitter::Area(AreaLight { ball, .. }) => {
@@ -201,6 +201,11 @@ impl<'a> Emitter<'a> {
             }
             Emitter::Patches(_) => None,
         }
+    }
+
+    /// True for a panel.
+    pub fn is_panel(&self) -> bool {
+        matches!(self, Emitter::Area(_))
     }
 
     /// True when this is the material of the emitting panel.

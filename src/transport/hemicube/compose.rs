@@ -35,14 +35,11 @@ pub fn gather_weights(
     Lists::concat(fragments.par_chunks(RUN).enumerate().map(run).collect())
 }
 
-/// Reflectance of each fragment, its texture averaged over the covered area; empty when the scene
-/// has no textures.
+/// Reflectance of each fragment to the eye, its texture averaged over the covered area, without
+/// gloss; empty when the scene has neither.
 pub fn paints(surfaces: &Surfaces, fragments: &Fragments) -> Vec<[f32; 3]> {
-    if surfaces
-        .facets
-        .iter()
-        .all(|f| surfaces.texture(f.material).is_none())
-    {
+    let mut facets = surfaces.facets.iter();
+    if !surfaces.is_glossy() && facets.all(|f| surfaces.texture(f.material).is_none()) {
         return Vec::new();
     }
     let paint = |f: &Fragment| {
@@ -55,11 +52,35 @@ pub fn paints(surfaces: &Surfaces, fragments: &Fragments) -> Vec<[f32; 3]> {
                 f64::from(f.weight),
             )
         };
-        surfaces
-            .reflectance_at(facet, f.point, sides)
-            .map(|r| r as f32)
+        let eye = fragments.camera.origin;
+        let found = surfaces.reflectance_to(eye, (facet, f.point), sides);
+        found.map(|r| r as f32)
     };
     fragments.all().par_iter().map(paint).collect()
+}
+
+/// Values of three channels of solved lights, times their strengths.
+fn mixed<'a>(
+    lit: &[(&'a Solution, [f64; 3])],
+    values: impl Fn(&'a Solution) -> &'a [f32],
+) -> Vec<[f64; 3]> {
+    let lit: Vec<_> = lit
+        .iter()
+        .map(|(solution, s)| (values(solution), s))
+        .collect();
+    let count = lit.first().map_or(0, |(values, _)| values.len() / 3);
+    let of = |i: usize| {
+        let mut sum = [0.0; 3];
+        for (values, s) in &lit {
+            (0..3).for_each(|c| sum[c] += s[c] * f64::from(values[3 * i + c]));
+        }
+        sum
+    };
+    (0..count)
+        .into_par_iter()
+        .with_min_len(1024)
+        .map(of)
+        .collect()
 }
 
 impl HemicubeRadiosity {
@@ -72,18 +93,11 @@ impl HemicubeRadiosity {
             .filter(|(_, s)| s.iter().any(|x| *x != 0.0))
             .filter_map(|(solution, s)| solution.as_ref().map(|x| (x, *s)))
             .collect();
-        let mut indirect = vec![[0.0_f64; 3]; self.gather_points.mesh.elements.len()];
-        indirect
-            .par_iter_mut()
-            .with_min_len(1024)
-            .enumerate()
-            .for_each(|(i, sum)| {
-                for (solution, s) in &lit {
-                    for c in 0..3 {
-                        sum[c] += s[c] * f64::from(solution.indirect[3 * i + c]);
-                    }
-                }
-            });
+        let indirect = mixed(&lit, |solution| &solution.indirect);
+        let reflected = self.gloss.as_ref().map(|gloss| {
+            let elements = mixed(&lit, |solution| &solution.elements);
+            (gloss, gloss.reflected(&elements))
+        });
         let emission = self.emission(strengths);
         let mut image = Image::new(self.width, self.height);
         let rows = image.data_mut().par_chunks_mut(3 * self.width).enumerate();
@@ -92,7 +106,11 @@ impl HemicubeRadiosity {
                 let at = y * self.width + x;
                 let mut sum = [0.0; 3];
                 for f in self.fragments.pixels.range(at) {
-                    self.shade(f, &lit, &indirect, &emission, &mut sum);
+                    let glossy = reflected.as_ref().and_then(|(gloss, reflected)| {
+                        let at = gloss.position(f)?;
+                        Some((at, [0, 1, 2].map(|c| f64::from(reflected[3 * at + c]))))
+                    });
+                    self.shade((f, glossy), &lit, &indirect, &emission, &mut sum);
                 }
                 for (solution, s) in &lit {
                     if let Some(scattered) = solution.airlight.get(at) {
@@ -107,10 +125,11 @@ impl HemicubeRadiosity {
         image
     }
 
-    /// Adds a fragment's share of its pixel.
+    /// Adds a fragment's share of its pixel; a glossy one has its position among these and the
+    /// radiance of the elements that it shows.
     fn shade(
         &self,
-        f: usize,
+        (f, glossy): (usize, Option<(usize, [f64; 3])>),
         lit: &[(&Solution, [f64; 3])],
         indirect: &[[f64; 3]],
         emission: &[[f64; 3]],
@@ -137,6 +156,13 @@ impl HemicubeRadiosity {
         for c in 0..3 {
             let radiance = reflectance[c] / PI * light[c] + emission[facet.material][c];
             sum[c] += weight * radiance;
+        }
+        if let Some((at, reflected)) = glossy {
+            let tint = self.surfaces.tint(fragment.facet as u32);
+            for c in 0..3 {
+                let own = lit.iter().map(|(x, s)| s[c] * f64::from(x.highlights[at]));
+                sum[c] += weight * tint[c] * (reflected[c] + own.sum::<f64>());
+            }
         }
     }
 

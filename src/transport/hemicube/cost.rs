@@ -25,41 +25,43 @@ use footlight_show::geometry::View;
 use footlight_stage::{Light, Rig};
 
 /// Names of the counts of [`Counts::prepare`].
-pub const PREPARE: [&str; 6] = [
+pub const PREPARE: [&str; 7] = [
     "one",
     "pieces drawn in hemicubes",
     "pixels of hemicubes",
     "cells placed",
     "fragments inside",
     "fragments on edges",
+    "rays of lobes",
 ];
 /// Names of the counts of [`Counts::lights`].
-pub const LIGHTS: [&str; 5] = [
+pub const LIGHTS: [&str; 6] = [
     "elements x emitters",
     "fragments x emitters",
     "the same x depth of the scene",
     "the same where none is interpolated",
     "coefficients x lights",
+    "rays of lobes x panels",
 ];
 /// Names of the counts of [`Counts::picture`].
-pub const PICTURE: [&str; 2] = ["fragments", "fragments x lights"];
+pub const PICTURE: [&str; 3] = ["fragments", "fragments x lights", "rays of lobes"];
 
 /// Units of cost for each of [`PREPARE`].
-const PREPARE_COSTS: [f64; 6] = [2.4e-2, 4.5e-7, 7.5e-8, 3.6e-5, 1.5e-7, 2.2e-6];
+const PREPARE_COSTS: [f64; 7] = [2.4e-2, 4.5e-7, 7.5e-8, 3.6e-5, 1.5e-7, 2.2e-6, 3.1e-6];
 /// Units of cost for each of [`LIGHTS`].
-const LIGHTS_COSTS: [f64; 5] = [6.0e-7, 9.0e-8, 1.0e-8, 2.5e-8, 1.05e-8];
+const LIGHTS_COSTS: [f64; 6] = [6.0e-7, 9.0e-8, 1.0e-8, 2.5e-8, 1.05e-8, 1.5e-6];
 /// Units of cost for each of [`PICTURE`].
-const PICTURE_COSTS: [f64; 2] = [4.0e-8, 3.0e-9];
+const PICTURE_COSTS: [f64; 3] = [4.0e-8, 3.0e-9, 1.5e-7];
 
 /// The countable work of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Counts {
     /// Preparation, named by [`PREPARE`].
-    pub prepare: [f64; 6],
+    pub prepare: [f64; 7],
     /// Solution of all lights, named by [`LIGHTS`].
-    pub lights: [f64; 5],
+    pub lights: [f64; 6],
     /// Composition of one image with all lights on, named by [`PICTURE`].
-    pub picture: [f64; 2],
+    pub picture: [f64; 3],
     /// Mesh elements.
     pub elements: usize,
     /// Gather points needed by the view.
@@ -110,6 +112,9 @@ impl Counts {
         let evaluated = if step.tolerance > 0.0 { 0.0 } else { fragments };
         let emitters = emitters(&surfaces, rig) as f64;
         let lights = rig.lights.len() as f64;
+        let is_panel = |light: &&Light| matches!(light, Light::Panel { .. });
+        let panels = rig.lights.iter().filter(is_panel).count() as f64;
+        let rays = step.lobe_rays as f64 * in_view.glossy(setup, &surfaces);
         let coefficients: f64 = cubes
             .iter()
             .map(|(n, pixels)| n * (elements as f64).min(0.5 * pixels))
@@ -122,6 +127,7 @@ impl Counts {
                 (elements + gather_points) as f64,
                 inside,
                 edges,
+                rays,
             ],
             lights: [
                 4.0 * elements as f64 * emitters,
@@ -129,8 +135,9 @@ impl Counts {
                 fragments * emitters * (1.0 + pieces).log2(),
                 evaluated * emitters * (1.0 + pieces).log2(),
                 coefficients * lights,
+                rays * panels,
             ],
-            picture: [fragments, fragments * lights],
+            picture: [fragments, fragments * lights, rays],
             elements,
             gather_points,
         })
@@ -142,8 +149,8 @@ impl Counts {
             counts.iter().zip(units).map(|(c, u)| c * u).sum()
         };
         // A source has its share of the lights.
-        let [fragments, lit] = self.picture;
-        let alone = [fragments, lit / sources.max(1) as f64];
+        let [fragments, lit, rays] = self.picture;
+        let alone = [fragments, lit / sources.max(1) as f64, rays];
         Cost {
             prepare: sum(&self.prepare, &PREPARE_COSTS),
             per_source: sum(&self.lights, &LIGHTS_COSTS) / sources.max(1) as f64,
@@ -249,6 +256,17 @@ impl ViewCounts {
             }
         }
         Ok(out)
+    }
+
+    /// Pixels that show glossy surfaces.
+    fn glossy(&self, setup: &Setup, surfaces: &Surfaces) -> f64 {
+        let facets = surfaces.facets.iter().zip(&self.pixels);
+        let materials = &setup.scene.materials;
+        let glossy = facets.filter(|(facet, _)| {
+            let material = materials.get(facet.material);
+            material.is_some_and(|material| material.gloss.is_some())
+        });
+        glossy.map(|(_, pixels)| pixels).sum()
     }
 
     /// Number of gather points of a layout that the image needs, and approximately how many of

@@ -12,12 +12,14 @@ use crate::direct::projector::pixel;
 use crate::direct::{IrradiancePrecision, irradiance};
 use crate::gather::airlight::Airlight;
 use crate::gather::emitter::Emitter;
-use crate::gather::ray_scene::{RayScene, SurfacePoint};
+use crate::gather::ray_scene::{Receiver, SurfacePoint};
+use crate::hemicube::gloss::EyeScene;
 use crate::hemicube::indirect::gather_points::GatherScene;
-use crate::hemicube::{HemicubeRadiosity, Solution};
+use crate::hemicube::{HemicubeRadiosity, Solution, ray_scene};
 use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::Vec3;
 use rayon::prelude::*;
+use std::f64::consts::PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Direct light of one light at the fragments, and its mean on each element.
@@ -59,23 +61,31 @@ impl HemicubeRadiosity {
                     .collect();
                 lit.extend(parts?.into_iter().flatten());
             }
-            let (direct, on_elements): (Vec<_>, Vec<_>) = lit.into_iter().unzip();
-            let indirect = self.reflected(&on_elements, work)?;
+            let (mut direct, on_elements): (Vec<_>, Vec<_>) = lit.into_iter().unzip();
+            let reflected = self.reflected(group, &on_elements, work)?;
             work.check()?;
+            let highlights = self.highlights(group, &mut direct, work)?;
             let has_airlight = !self.rig.lights[group[0]].is_bounced();
             let scattered = match has_airlight {
                 true => self.airlight(group, work)?,
                 false => Vec::new(),
             };
-            let solved = group.iter().zip(direct).zip(indirect).enumerate();
-            for (at, ((&l, direct), indirect)) in solved {
+            let parts = direct.into_iter().zip(reflected).zip(highlights);
+            let solved = group.iter().zip(parts).enumerate();
+            for (at, (&l, ((direct, [indirect, elements]), highlights))) in solved {
                 let own = scattered.iter().skip(at).step_by(group.len());
                 let airlight: Vec<f32> = own.copied().collect();
-                self.held += size_of_val(airlight.as_slice());
+                let held = [&airlight, &highlights, &elements];
+                self.held += held
+                    .map(|of| size_of_val(of.as_slice()))
+                    .iter()
+                    .sum::<usize>();
                 self.solutions[l] = Some(Solution {
                     direct,
                     indirect,
                     airlight,
+                    highlights,
+                    elements,
                 });
             }
         }
@@ -90,19 +100,11 @@ impl HemicubeRadiosity {
         let bytes = 8 * lights.len() * self.width * self.height;
         check_memory("light in the haze", bytes, work.memory)?;
         let airlight = Airlight {
-            scene: RayScene {
-                surfaces: &self.surfaces,
-                bvh,
-                offset: 3.0 * self.surfaces.touching(),
-            },
+            scene: ray_scene(&self.surfaces, bvh),
             haze,
             nodes: self.nodes,
         };
-        let emitter = |&light: &usize| {
-            let projector = self.projectors[light].as_ref();
-            Emitter::new(&self.surfaces, &self.lights[light], projector)
-        };
-        let emitters: Vec<Emitter<'_>> = lights.iter().map(emitter).collect();
+        let emitters: Vec<Emitter<'_>> = lights.iter().map(|l| self.emitter(*l)).collect();
         // One end for each facet of a pixel.
         let ends = |pixel: usize| {
             let mut ends: Vec<(usize, f32, Vec3)> = Vec::new();
@@ -124,6 +126,32 @@ impl HemicubeRadiosity {
         };
         let view = (&self.fragments.camera, [self.width, self.height]);
         Ok(airlight.picture(&emitters, view, ends, work)?)
+    }
+
+    fn emitter(&self, light: usize) -> Emitter<'_> {
+        let projector = self.projectors[light].as_ref();
+        Emitter::new(&self.surfaces, &self.lights[light], projector)
+    }
+
+    /// Light of the lights themselves in gloss; see [`Gloss::highlights`]. Empty without it.
+    fn highlights(
+        &self,
+        lights: &[usize],
+        direct: &mut [Vec<f32>],
+        work: Work<'_>,
+    ) -> Result<Vec<Vec<f32>>, Cancelled> {
+        let Some((gloss, bvh)) = self.gloss.as_ref().zip(self.bvh.as_ref()) else {
+            return Ok(vec![Vec::new(); lights.len()]);
+        };
+        if self.rig.lights[lights[0]].is_bounced() {
+            return Ok(vec![vec![0.0; gloss.count()]; lights.len()]);
+        }
+        let seen = EyeScene {
+            scene: ray_scene(&self.surfaces, bvh),
+            fragments: &self.fragments,
+        };
+        let emitters: Vec<Emitter<'_>> = lights.iter().map(|l| self.emitter(*l)).collect();
+        gloss.highlights(seen, &emitters, direct, work)
     }
 
     /// Bytes of a light during the computation of its direct light. A waiting thread starts another
@@ -209,17 +237,23 @@ impl HemicubeRadiosity {
     }
 
     /// Reflected irradiance at every gather point for each light, from its direct light on the
-    /// elements.
+    /// elements, and the radiance of the elements that gloss shows.
     fn reflected(
         &self,
+        lights: &[usize],
         on_elements: &[Vec<f32>],
         work: Work<'_>,
-    ) -> Result<Vec<Vec<f32>>, Cancelled> {
+    ) -> Result<Vec<[Vec<f32>; 2]>, Cancelled> {
         let width = on_elements.len() * 3;
         let mut first = Vec::with_capacity(self.reflectance.len() * width);
+        let emitters: Vec<Emitter<'_>> = match &self.gloss {
+            Some(_) => lights.iter().map(|l| self.emitter(*l)).collect(),
+            None => Vec::new(),
+        };
         for (i, own) in self.reflectance.iter().enumerate() {
-            for direct in on_elements {
-                first.extend(own.map(|r| r * direct[i]));
+            for (l, direct) in on_elements.iter().enumerate() {
+                let bounced = emitters.get(l).map_or(1.0, |e| self.bounced(e, i));
+                first.extend(own.map(|r| r * direct[i] * bounced));
             }
         }
         let radiosity =
@@ -234,13 +268,31 @@ impl HemicubeRadiosity {
         let gathered = self
             .gather_points
             .gather(gather_scene, &radiosity, width, work)?;
-        let of = |l: usize| {
-            gathered
-                .chunks_exact(width)
-                .map(move |row| &row[3 * l..3 * l + 3])
+        let of = |values: &[f32], l: usize| -> Vec<f32> {
+            let rows = values.chunks_exact(width);
+            rows.flat_map(|row| row[3 * l..3 * l + 3].iter().copied())
+                .collect()
+        };
+        let shown = |l: usize| -> Vec<f32> {
+            if self.gloss.is_none() {
+                return Vec::new();
+            }
+            of(&radiosity, l).iter().map(|b| b / PI as f32).collect()
         };
         Ok((0..on_elements.len())
-            .map(|l| of(l).flatten().copied().collect())
+            .map(|l| [of(&gathered, l), shown(l)])
             .collect())
+    }
+
+    /// Ratio of the light that an element reflects from a light to that from uniform light.
+    fn bounced(&self, emitter: &Emitter<'_>, element: usize) -> f32 {
+        let element = &self.mesh.elements[element];
+        let facet = &self.surfaces.facets[element.facet];
+        let lobe = self.surfaces.lobe(element.facet as u32);
+        let Some((lobe, sample)) = lobe.zip(element.samples.first()) else {
+            return 1.0;
+        };
+        let here = Receiver::new(facet, sample.point, 0.0);
+        emitter.reflectance(Some(lobe), (here, None), [1.0; 3])[0] as f32
     }
 }

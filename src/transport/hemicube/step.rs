@@ -22,6 +22,7 @@ pub const STEPS: [HemicubeStep; 3] = [
         tolerance: 0.015,
         near: 0.5,
         nodes: 8,
+        lobe_rays: 8,
         sampling: Sampling::new(Split::Whole, Split::Whole, Split::Halves),
     },
     HemicubeStep {
@@ -33,6 +34,7 @@ pub const STEPS: [HemicubeStep; 3] = [
         tolerance: 0.003,
         near: 1.0,
         nodes: 16,
+        lobe_rays: 16,
         sampling: Sampling::new(Split::Whole, Split::Halves, Split::Halves),
     },
     HemicubeStep {
@@ -44,6 +46,7 @@ pub const STEPS: [HemicubeStep; 3] = [
         tolerance: 0.0,
         near: 1.0,
         nodes: 32,
+        lobe_rays: 32,
         sampling: Sampling::new(Split::Halves, Split::Halves, Split::Quarters),
     },
 ];
@@ -70,6 +73,8 @@ pub struct HemicubeStep {
     pub near: f64,
     /// Nodes along a ray of sight in haze.
     pub nodes: usize,
+    /// Rays of a pixel that shows a glossy surface.
+    pub lobe_rays: usize,
     /// Fragments of a pixel.
     pub sampling: Sampling,
 }

@@ -24,6 +24,11 @@ const MIRROR: f64 = 1e-4;
 /// Least width of lobes that blur more than the cells of the radiosity cache.
 const WIDE: f64 = 0.0225;
 
+/// True for a gloss whose lobe is not wide ([`Lobe::is_wide`]).
+pub fn is_sharp(gloss: &Gloss) -> bool {
+    gloss.roughness * gloss.roughness < WIDE
+}
+
 /// The lobe of a material.
 #[derive(Clone, Debug)]
 pub struct Lobe {
@@ -83,7 +88,8 @@ impl Lobe {
         self.alpha < MIRROR
     }
 
-    /// True when it blurs so much that cells of the radiosity cache suffice for reflections.
+    /// True when it blurs so much that cells of the radiosity cache, or elements of the mesh,
+    /// suffice for reflections.
     pub fn is_wide(&self) -> bool {
         self.alpha >= WIDE
     }

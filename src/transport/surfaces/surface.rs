@@ -139,6 +139,11 @@ impl Surfaces {
         self.textures.get(material).and_then(Option::as_ref)
     }
 
+    /// True when a facet may be glossy.
+    pub fn is_glossy(&self) -> bool {
+        self.lobes.iter().any(Option::is_some)
+    }
+
     /// The gloss of a facet.
     pub fn lobe(&self, facet: u32) -> Option<&Lobe> {
         let own = self.facets.get(facet as usize)?;

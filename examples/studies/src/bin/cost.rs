@@ -19,6 +19,7 @@ mod reference;
 mod rooms;
 
 use footlight_host::work::{Silent, Work};
+use footlight_stage::Gloss;
 use footlight_transport::hemicube::cost::{Counts, LIGHTS, PICTURE, PREPARE};
 use footlight_transport::hemicube::step::HemicubeStep;
 use footlight_transport::radiosity::Radiosity;
@@ -52,6 +53,9 @@ fn main() {
         furnace(),
         cornell(),
         stage(),
+        varnished("first v.", first()),
+        varnished("stage v.", stage()),
+        varnished("tavern v.", tavern()),
         tavern(),
         room(200, 4, (320, 180)),
         room(1000, 8, (320, 180)),
@@ -115,6 +119,18 @@ fn main() {
         &rows(|c| c.picture.to_vec(), 2),
         &samples,
     );
+}
+
+/// A scene whose every upward surface is varnished.
+fn varnished(name: &'static str, mut case: Case) -> Case {
+    let floors = case.scene.polygons.iter().filter(|polygon| {
+        let [a, b, c] = [0, 1, 2].map(|corner| polygon.vertices[corner]);
+        (b - a).cross(c - a).normalized().z > 0.99
+    });
+    for floor in floors {
+        case.scene.materials[floor.material].gloss = Some(Gloss::varnish(0.3));
+    }
+    Case { name, ..case }
 }
 
 fn measure(
