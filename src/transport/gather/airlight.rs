@@ -49,7 +49,7 @@ const LAMP_RADIUS: f64 = 0.01;
 /// Least number of rays of sight across the width of a beam.
 const RAYS_ACROSS: f64 = 8.0;
 /// Most rays of sight along the side of a pixel.
-const MOST_RAYS: usize = 12;
+const MOST_RAYS: usize = 19;
 /// Seed of the points of panels.
 const SEED: u32 = 0xa1;
 
@@ -153,6 +153,9 @@ impl Airlight<'_> {
         [wide, tall]: [usize; 2],
         tile: &[TilePixel],
     ) -> Vec<f32> {
+        if emitter.is_far(camera, tile) {
+            return vec![0.0; tile.len()];
+        }
         let sides: Vec<usize> = tile
             .iter()
             .map(|pixel| {
@@ -169,8 +172,9 @@ impl Airlight<'_> {
                         return share * self.radiance(emitter, sight, 0.5) as f32;
                     }
                     let rays = split(sight, camera, pixel.pixel, *side);
+                    let count = rays.len() as f64;
                     let sum: f64 = rays.map(|ray| self.radiance(emitter, &ray, 0.5)).sum();
-                    share * (sum / (side * side) as f64) as f32
+                    share * (sum / count) as f32
                 };
                 pixel.sights.iter().map(of).sum()
             };
@@ -398,19 +402,27 @@ impl Airlight<'_> {
     }
 }
 
-/// `side` times `side` rays through a pixel that end on the surface where a ray of sight ends.
+/// At least `side` times `side` rays through a pixel that end on the surface where a ray of sight
+/// ends. They form a Fibonacci lattice, so that a thin beam along a row or a column of the image
+/// meets its share of them.
 fn split(
     sight: &Sight,
     camera: &Camera,
     [x, y]: [usize; 2],
     side: usize,
-) -> impl Iterator<Item = Sight> {
-    let spread = sight.spread / side as f64;
-    let at = move |pixel: usize, k: usize| pixel as f64 + (k as f64 + 0.5) / side as f64;
-    (0..side * side).map(move |k| Sight {
-        way: camera.ray(at(x, k % side), at(y, k / side)).normalized(),
-        spread,
-        ..*sight
+) -> impl ExactSizeIterator<Item = Sight> {
+    let (mut before, mut count) = (1, 1);
+    while count < side * side {
+        (before, count) = (count, before + count);
+    }
+    let spread = sight.spread / (count as f64).sqrt();
+    (0..count).map(move |k| {
+        let [u, v] = [1, before].map(|by| (by as f64 * (k as f64 + 0.5) / count as f64).fract());
+        Sight {
+            way: camera.ray(x as f64 + u, y as f64 + v).normalized(),
+            spread,
+            ..*sight
+        }
     })
 }
 
@@ -437,6 +449,32 @@ fn is_even(tile: &[TilePixel]) -> bool {
 }
 
 impl Emitter<'_> {
+    /// True when no ray of sight of a tile can cross the light's cone: its first ray does not cross
+    /// the cone widened by the distance of the others from it.
+    fn is_far(&self, camera: &Camera, tile: &[TilePixel]) -> bool {
+        let (Emitter::Point(beam, _), [first, ..]) = (self, tile) else {
+            return false;
+        };
+        let is_direct = |sight: &Sight| sight.eye == camera.origin && sight.length.is_finite();
+        let mut sights = tile.iter().flat_map(|pixel| &pixel.sights);
+        let Some((_, first)) = first.sights.first() else {
+            return false;
+        };
+        let (mut length, mut apart) = (0.0_f64, 0.0_f64);
+        let all = sights.all(|(_, sight)| {
+            length = length.max(sight.length);
+            apart = apart.max((sight.way - first.way).length());
+            is_direct(sight)
+        });
+        let reach = beam.reach();
+        if !all || reach >= FRAC_PI_4 {
+            return false;
+        }
+        let apart = (apart + first.spread) * length;
+        let apex = beam.position - beam.axis * (apart / reach.sin());
+        spans(first, length, (apex, beam.axis, reach)).is_empty()
+    }
+
     /// True when a ray of sight does not cross the light's cone.
     fn is_unseen(&self, sight: &Sight) -> bool {
         match self {
@@ -492,34 +530,43 @@ impl<'a> Lamp<'a> {
             LampKind::Beam(beam, _) => (beam.axis, beam.reach()),
             LampKind::Panel(normal, _) => (*normal, FRAC_PI_2),
         };
-        let from = sight.eye - self.position;
-        let (a, b) = (sight.way.dot(axis), from.dot(axis));
-        let cosine = reach.cos();
-        let is_inside = |t: f64| {
-            let d = from + sight.way * t;
-            d.dot(axis) >= cosine * d.length()
-        };
-        // Intersections with the double cone: `(d axis)² = cosine² d²`.
-        let square = cosine * cosine;
-        let [a2, b2, c2] = [
-            a * a - square,
-            a * b - square * from.dot(sight.way),
-            b * b - square * from.dot(from),
-        ];
-        let mut cuts = ArrayVec::<f64, 4>::new();
-        cuts.push(0.0);
-        let root = b2 * b2 - a2 * c2;
-        if a2 != 0.0 && root >= 0.0 {
-            let roots = [-b2 - root.sqrt(), -b2 + root.sqrt()].map(|r| r / a2);
-            cuts.extend(roots.into_iter().filter(|t| *t > 0.0 && *t < length));
-        }
-        cuts.push(length);
-        cuts.sort_by(f64::total_cmp);
-        let spans = cuts.windows(2).map(|pair| [pair[0], pair[1]]);
-        spans
-            .filter(|[from, to]| from < to && is_inside(0.5 * (from + to)))
-            .collect()
+        spans(sight, length, (self.position, axis, reach))
     }
+}
+
+/// Spans of a ray within a cone with this apex, unit axis and half angle, metres from the eye.
+fn spans(
+    sight: &Sight,
+    length: f64,
+    (apex, axis, reach): (Vec3, Vec3, f64),
+) -> ArrayVec<[f64; 2], 3> {
+    let from = sight.eye - apex;
+    let (a, b) = (sight.way.dot(axis), from.dot(axis));
+    let cosine = reach.cos();
+    let is_inside = |t: f64| {
+        let d = from + sight.way * t;
+        d.dot(axis) >= cosine * d.length()
+    };
+    // Intersections with the double cone: `(d axis)² = cosine² d²`.
+    let square = cosine * cosine;
+    let [a2, b2, c2] = [
+        a * a - square,
+        a * b - square * from.dot(sight.way),
+        b * b - square * from.dot(from),
+    ];
+    let mut cuts = ArrayVec::<f64, 4>::new();
+    cuts.push(0.0);
+    let root = b2 * b2 - a2 * c2;
+    if a2 != 0.0 && root >= 0.0 {
+        let roots = [-b2 - root.sqrt(), -b2 + root.sqrt()].map(|r| r / a2);
+        cuts.extend(roots.into_iter().filter(|t| *t > 0.0 && *t < length));
+    }
+    cuts.push(length);
+    cuts.sort_by(f64::total_cmp);
+    let spans = cuts.windows(2).map(|pair| [pair[0], pair[1]]);
+    spans
+        .filter(|[from, to]| from < to && is_inside(0.5 * (from + to)))
+        .collect()
 }
 
 /// Phase function of Henyey and Greenstein, 1/sr; `cosine` is that of the scattering angle.
