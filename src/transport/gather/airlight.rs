@@ -47,7 +47,7 @@ const DEEPEST: f64 = 12.0;
 /// Least radius of a lamp, metres, so that rays through one meet no pole.
 const LAMP_RADIUS: f64 = 0.01;
 /// Least number of rays of sight across the width of a beam.
-const RAYS_ACROSS: f64 = 8.0;
+const RAYS_ACROSS: f64 = 12.0;
 /// Most rays of sight along the side of a pixel.
 const MOST_RAYS: usize = 19;
 /// Seed of the points of panels.
@@ -153,7 +153,7 @@ impl Airlight<'_> {
         [wide, tall]: [usize; 2],
         tile: &[TilePixel],
     ) -> Vec<f32> {
-        if emitter.is_far(camera, tile) {
+        if emitter.is_far(camera, tile, self.deepest()) {
             return vec![0.0; tile.len()];
         }
         let sides: Vec<usize> = tile
@@ -317,8 +317,13 @@ impl Airlight<'_> {
         }
     }
 
+    /// Distance beyond which nothing is visible, metres.
+    fn deepest(&self) -> f64 {
+        DEEPEST / self.haze.extinction
+    }
+
     fn of_lamp(&self, lamp: &Lamp<'_>, sight: &Sight, random: f64) -> f64 {
-        let length = sight.length.min(DEEPEST / self.haze.extinction);
+        let length = sight.length.min(self.deepest());
         let spans = lamp.spans(sight, length);
         spans
             .into_iter()
@@ -449,30 +454,35 @@ fn is_even(tile: &[TilePixel]) -> bool {
 }
 
 impl Emitter<'_> {
-    /// True when no ray of sight of a tile can cross the light's cone: its first ray does not cross
-    /// the cone widened by the distance of the others from it.
-    fn is_far(&self, camera: &Camera, tile: &[TilePixel]) -> bool {
-        let (Emitter::Point(beam, _), [first, ..]) = (self, tile) else {
+    /// True when no ray of sight of a tile can cross the light's cone within `most` metres, directly
+    /// or in gloss: the first ray does not cross the cone widened by the distance of the others from
+    /// it.
+    fn is_far(&self, camera: &Camera, tile: &[TilePixel], most: f64) -> bool {
+        let Emitter::Point(beam, _) = self else {
             return false;
         };
-        let is_direct = |sight: &Sight| sight.eye == camera.origin && sight.length.is_finite();
-        let mut sights = tile.iter().flat_map(|pixel| &pixel.sights);
-        let Some((_, first)) = first.sights.first() else {
-            return false;
-        };
-        let (mut length, mut apart) = (0.0_f64, 0.0_f64);
-        let all = sights.all(|(_, sight)| {
-            length = length.max(sight.length);
-            apart = apart.max((sight.way - first.way).length());
-            is_direct(sight)
-        });
         let reach = beam.reach();
-        if !all || reach >= FRAC_PI_4 {
-            return false;
-        }
-        let apart = (apart + first.spread) * length;
-        let apex = beam.position - beam.axis * (apart / reach.sin());
-        spans(first, length, (apex, beam.axis, reach)).is_empty()
+        let misses = |is_direct: bool| {
+            let sights = || {
+                let all = tile.iter().flat_map(|pixel| &pixel.sights);
+                let all = all.map(|(_, sight)| sight);
+                all.filter(|sight| (sight.eye == camera.origin) == is_direct)
+            };
+            let Some(first) = sights().next() else {
+                return true;
+            };
+            let length = sights().map(|sight| sight.length.min(most));
+            let length = length.fold(0.0, f64::max);
+            // Rays of sight that end at the eye are split over their pixel.
+            let own = if is_direct { first.spread } else { 0.0 };
+            let apart = sights().map(|sight| {
+                (sight.eye - first.eye).length() + ((sight.way - first.way).length() + own) * length
+            });
+            let apart = apart.fold(0.0, f64::max);
+            let apex = beam.position - beam.axis * (apart / reach.sin());
+            spans(first, length, (apex, beam.axis, reach)).is_empty()
+        };
+        reach < FRAC_PI_4 && misses(true) && misses(false)
     }
 
     /// True when a ray of sight does not cross the light's cone.

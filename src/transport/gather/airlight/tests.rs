@@ -198,9 +198,9 @@ fn a_plate_shades_the_haze_behind_it() {
 fn a_beam_is_as_bright_at_its_tip() {
     const SIZE: [usize; 2] = [24, 9];
     let step = 0.002;
-    let camera = Camera {
-        left: -4.3 * step,
-        top: 4.6 * step,
+    let camera = |[x, y]: [f64; 2]| Camera {
+        left: -(4.0 + x) * step,
+        top: (4.0 + y) * step,
         ..Camera::of_square(2.0 / step)
     };
     let position = vec3(0.0, 0.0, -10.0);
@@ -217,23 +217,86 @@ fn a_beam_is_as_bright_at_its_tip() {
     let thin = haze(1e-6, 0.0);
     // A pixel is 2 cm wide and high there.
     let exact = 0.9 * 1e-6 / (4.0 * PI) * flux / 0.02;
-    for nodes in [8, 16, 32] {
+    // Wherever the lamp lies in its pixel.
+    let places = [[0.3, 0.6], [0.5, 0.5], [0.04, 0.96], [0.75, 0.25]];
+    for (nodes, place) in [8, 16, 32].into_iter().flat_map(|n| places.map(|p| (n, p))) {
         let of = |air: Airlight<'_>| {
             let air = Airlight { nodes, ..air };
             let emitters = [Emitter::Point(&lamp, None)];
             let void = |_: usize| std::iter::empty();
-            air.picture(&emitters, (&camera, SIZE), void, Work::silent())
+            air.picture(&emitters, (&camera(place), SIZE), void, Work::silent())
         };
         let picture = with_air(thin, &[], of).unwrap();
         for column in 4..SIZE[0] {
             let pixels = picture.iter().skip(column).step_by(SIZE[0]);
             let found = f64::from(pixels.sum::<f32>()) / exact;
-            // Within the lamp's radius it is dimmer.
-            let is_right = match column {
-                4 => (0.1..0.7).contains(&found),
-                _ => (found - 1.0).abs() < 0.03,
+            // Within the lamp's radius, half a pixel, it is dimmer.
+            let after = column as f64 - 4.0 - place[0];
+            let is_right = if after < 0.5 {
+                found < 1.0
+            } else {
+                (found - 1.0).abs() < 0.01
             };
-            assert!(is_right, "{nodes} nodes, column {column}: {found}");
+            assert!(
+                is_right,
+                "{nodes} nodes, {place:?}, column {column}: {found}"
+            );
         }
     }
+}
+
+/// A tile that a beam is said to miss has no light of it, directly or in gloss.
+#[test]
+fn skipped_tiles_are_dark() {
+    let camera = Camera::of_square(90.0);
+    let random = |k: u32| point(k, 7);
+    let mut skipped = 0;
+    for k in 0..4000 {
+        let [u, v] = random(3 * k);
+        let [a, b] = random(3 * k + 1);
+        let [c, d] = random(3 * k + 2);
+        let position = vec3(8.0 * u - 4.0, 8.0 * v - 4.0, -12.0 * a - 0.5);
+        let lamp = Beam::new(&Spot {
+            position,
+            aim: position + vec3(b - 0.5, c - 0.5, d - 0.5),
+            beam: 1.0 + 20.0 * c,
+            field: 2.0 + 40.0 * c,
+            intensity: Rgb::WHITE,
+        });
+        let lamp = lamp.unwrap();
+        let corner = [u, d].map(|x| (80.0 * x) as usize);
+        let glossy = (k % 2 == 0).then(|| vec3(0.3 * c, 1.0, -0.4 * d));
+        let pixel = |[i, j]: [usize; 2]| {
+            let pixel = [corner[0] + i, corner[1] + j];
+            let way = camera.ray(pixel[0] as f64 + 0.5, pixel[1] as f64 + 0.5);
+            let length = 2.0 + 10.0 * b + 0.2 * i as f64;
+            let direct = Sight {
+                spread: camera.step_x,
+                ..sight(camera.origin, way, length)
+            };
+            let end = camera.origin + direct.way * length;
+            let reflected = glossy.map(|way| (0.1, sight(end, way, 3.0 + j as f64)));
+            TilePixel {
+                place: [i, j],
+                pixel,
+                sights: std::iter::once((1.0, direct)).chain(reflected).collect(),
+            }
+        };
+        let tile: Vec<TilePixel> = (0..16).map(|k| pixel([k % TILE, k / TILE])).collect();
+        let emitter = Emitter::Point(&lamp, None);
+        if !emitter.is_far(&camera, &tile, 100.0) {
+            continue;
+        }
+        skipped += 1;
+        for TilePixel { pixel, sights, .. } in &tile {
+            for (_, sight) in sights {
+                let rays: Vec<Sight> = match sight.eye == camera.origin {
+                    true => split(sight, &camera, *pixel, 4).collect(),
+                    false => vec![*sight],
+                };
+                assert!(rays.iter().all(|ray| emitter.is_unseen(ray)), "case {k}");
+            }
+        }
+    }
+    assert!((1000..3900).contains(&skipped), "{skipped} of 4000");
 }
