@@ -176,7 +176,8 @@ impl HemicubeRadiosity {
                     scene: ray_scene(&surfaces, bvh),
                     fragments: &fragments,
                 };
-                Gloss::new(seen, &mesh, (view.width, step.lobe_rays), work)?
+                let size = (view.width, step.lobe_rays);
+                Gloss::new(seen, &mesh, size, budget.share(1, work))?
             }
             None => None,
         };

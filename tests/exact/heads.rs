@@ -19,9 +19,9 @@ const CUES: &str = "cue 1 at 0:00 { snap  heads 80  rest 40 }\n\
     cue 3 at 0:06 { time 3  mh_1 beam 24 field 36  mh_2 to -5, 1, 1  heads #ff8040 }\n\
     cue 4 at 0:10 { time 2  heads 20 }\n";
 
-fn engine(lights: &str, cues: &str, haze: &str) -> Engine {
+fn engine(lights: &str, cues: &str, stage: &str) -> Engine {
     let text = format!(
-        "{STAGE}{haze}\n{lights}light back spot at 4,-3,5 aim 0,3,0 beam 40 field 60 800 cd\n\
+        "{stage}\n{lights}light back spot at 4,-3,5 aim 0,3,0 beam 40 field 60 800 cd\n\
          bank heads = mh_1 mh_2 rgb\nbank rest = back\n{cues}"
     );
     let engine = Engine::from_text("s.lxq", text.as_bytes(), Host::default());
@@ -65,8 +65,8 @@ fn off(found: &Image, exact: &Image) -> f64 {
 }
 
 /// The largest error over moments of the show, for images of a step.
-fn worst(haze: &str, quality: Quality, moments: usize) -> f64 {
-    let mut engine = engine(&moving(), CUES, haze);
+fn worst(stage: &str, quality: Quality, moments: usize) -> f64 {
+    let mut engine = engine(&moving(), CUES, stage);
     let own = engine.show().coordinates().len();
     let mut worst = 0.0_f64;
     for k in 0..moments {
@@ -75,7 +75,7 @@ fn worst(haze: &str, quality: Quality, moments: usize) -> f64 {
         let document = engine.document();
         let (setting, poses) = (document.setting(time), document.timeline().poses(time));
         let found = engine.render_with(&setting, &poses, quality).unwrap();
-        let mut fixed = self::engine(&standing(&engine, &poses), "", haze);
+        let mut fixed = self::engine(&standing(&engine, &poses), "", stage);
         let exact = fixed.render(&setting[..own], quality).unwrap();
         let off = off(&found, &exact);
         println!("{:.2} s: {:.2} %", time.micros() as f64 * 1e-6, 100.0 * off);
@@ -86,8 +86,19 @@ fn worst(haze: &str, quality: Quality, moments: usize) -> f64 {
 
 #[test]
 fn frames_are_those_of_fixed_lights() {
-    let worst = worst("", Quality(2), 4);
+    let worst = worst(STAGE, Quality(2), 4);
     assert!(worst < 0.01, "{worst}");
+}
+
+/// What a head lights is seen once in wide gloss, whichever renderer makes the pictures.
+#[test]
+fn frames_with_gloss_are_those_of_fixed_lights() {
+    let glossy = STAGE.replace("0.6 box", "0.1 gloss 0.3 box");
+    let with_mirror = glossy.replace("0.5 box", "0.5 gloss 0.05 box");
+    for stage in [glossy, with_mirror] {
+        let worst = worst(&stage, Quality(1), 2);
+        assert!(worst < 0.015, "{stage}: {worst}");
+    }
 }
 
 /// With haze, and at more moments. The largest errors are at the foot of the wall, in the row of
@@ -96,7 +107,7 @@ fn frames_are_those_of_fixed_lights() {
 #[ignore = "slow: many moments"]
 fn frames_in_haze_are_those_of_fixed_lights() {
     for (haze, moments) in [("", 24), ("haze 40m forward 0.4", 12)] {
-        let worst = worst(haze, Quality(2), moments);
+        let worst = worst(&format!("{STAGE}{haze}"), Quality(2), moments);
         assert!(worst < 0.02, "{haze}: {worst}");
     }
 }

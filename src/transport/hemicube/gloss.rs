@@ -12,6 +12,8 @@
     reason = "one entry for each fragment, glossy fragment, element or light, made together"
 )]
 
+use crate::TransportError;
+use crate::contract::check_memory;
 use crate::gather::emitter::{Emitter, LobeRay};
 use crate::gather::ray_scene::{DARK, RayScene, Receiver, SurfacePoint};
 use crate::gather::sampling::{morton, point};
@@ -27,6 +29,10 @@ use rayon::prelude::*;
 const REACH: usize = 4;
 /// Position of a fragment that is not glossy.
 const NONE: u32 = u32::MAX;
+/// Approximate bytes of a glossy fragment without its rays, and of a ray with the elements at its
+/// end.
+const FRAGMENT_BYTES: usize = 200;
+const RAY_BYTES: usize = 40;
 /// Glossy fragments in one task.
 const RUN: usize = 256;
 /// Least cosine between the normals of fragments in one window, and greatest height of one over the
@@ -147,13 +153,13 @@ impl Gloss {
     /// glossy.
     ///
     /// # Errors
-    /// On cancel.
+    /// On cancel; [`TransportError::Memory`] when the rays do not fit.
     pub fn new(
         seen: EyeScene<'_>,
         mesh: &Mesh,
         (width, rays): (usize, usize),
         work: Work<'_>,
-    ) -> Result<Option<Gloss>, Cancelled> {
+    ) -> Result<Option<Gloss>, TransportError> {
         let EyeScene { scene, fragments } = seen;
         let (mut glossy, mut pixels) = (Vec::new(), Lists::default());
         for pixel in 0..fragments.pixels.count() {
@@ -180,6 +186,9 @@ impl Gloss {
         if glossy.is_empty() {
             return Ok(None);
         }
+        let all_rays: usize = glossy.iter().map(|own| own.rays as usize).sum();
+        let bytes = FRAGMENT_BYTES * glossy.len() + RAY_BYTES * all_rays;
+        check_memory("reflections", bytes, work.memory)?;
         let elements = lists(&glossy, work, |glossy, out| {
             let (place, ..) = seen.place(glossy.fragment);
             for ray in seen.rays(glossy, place) {

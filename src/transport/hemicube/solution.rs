@@ -13,7 +13,7 @@ use crate::direct::{IrradiancePrecision, irradiance};
 use crate::gather::airlight::Airlight;
 use crate::gather::emitter::Emitter;
 use crate::gather::ray_scene::{Receiver, SurfacePoint};
-use crate::hemicube::gloss::EyeScene;
+use crate::hemicube::gloss::{EyeScene, Gloss};
 use crate::hemicube::indirect::gather_points::GatherScene;
 use crate::hemicube::{HemicubeRadiosity, Solution, ray_scene};
 use footlight_host::work::{Cancelled, Work};
@@ -34,9 +34,11 @@ impl HemicubeRadiosity {
             .copied()
             .filter(|&l| self.solutions[l].is_none())
             .collect();
-        // Five blocks of three channels over the elements, and three over the gather points.
+        // Five blocks of three channels over the elements, three over the gather points, and values
+        // of the glossy fragments.
         let gather_points = self.gather_points.mesh.elements.len();
-        let each = 12 * (5 * self.mesh.elements.len() + 3 * gather_points);
+        let glossy = self.gloss.as_ref().map_or(0, Gloss::count);
+        let each = 12 * (5 * self.mesh.elements.len() + 3 * gather_points + glossy);
         let together = (work.memory / 4 / each.max(1)).max(1);
         let begun = (work.memory / 8 / self.bytes_of_begun().max(1)).max(1);
         let done = AtomicUsize::new(0);
