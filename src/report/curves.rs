@@ -49,14 +49,15 @@ pub fn curves(
             let turns = matches!(axis, HeadAxis::Pan | HeadAxis::Tilt);
             (moves || named.contains(&index) && turns).then(|| chart::CurveRow {
                 points: drawn(timeline, pieces, Some(last)),
-                name: format!("{} {} {low} to {high}", moving.light.name, axis.word()),
+                name: format!("{} {}", moving.light.name, axis.word()),
+                ends: Some([low, high].map(|angle| format!("{angle}°"))),
                 ..chart::CurveRow::default()
             })
         })
     });
     let axes: Vec<chart::CurveRow> = axes.flatten().collect();
     let subject = if wanted.is_empty() {
-        "angles of the heads over time, % of their ranges"
+        "angles of the heads over time"
     } else {
         "light of the banks over time, % of full"
     };

@@ -90,7 +90,7 @@ fn frames_are_those_of_fixed_lights() {
     assert!(worst < 0.01, "{worst}");
 }
 
-/// What a head lights is seen once in wide gloss, whichever renderer makes the pictures.
+/// Wide gloss shows a head's light once, whichever renderer makes the pictures.
 #[test]
 fn frames_with_gloss_are_those_of_fixed_lights() {
     let glossy = STAGE.replace("0.6 box", "0.1 gloss 0.3 box");

@@ -33,6 +33,8 @@ pub struct ChartKnot {
 pub struct CurveRow {
     /// Its label on the left.
     pub name: String,
+    /// Words for level 0 and level 1, if the level is not a percentage.
+    pub ends: Option<[String; 2]>,
     /// Display-coded; `None` uses the theme's colour. A colour too near the background is moved
     /// away from it.
     pub colour: Option<[u8; 3]>,

@@ -33,7 +33,7 @@ pub fn curves(data: &CurveChart, theme: Theme) -> Drawing {
     let span = span(data.start, data.end);
     let ruler = time_ruler(span, field);
 
-    strips(&mut drawing, &layout, count, &palette);
+    strips(&mut drawing, &layout, (&data.rows, count), &palette);
     time_grid(&mut drawing, &ruler, field, &palette);
     for (index, row) in data.rows.iter().take(count).enumerate() {
         let strip = layout.strip(index);
@@ -80,7 +80,11 @@ fn layout(data: &CurveChart, count: usize) -> (Layout, f32) {
         2.0 * TIER + 8.0
     };
     let title = if data.title.is_empty() { 0.0 } else { 24.0 };
-    let right = WIDTH - MARGIN - font::width("100", 10.0).ceil() - 6.0;
+    let ends = data.rows.iter().flat_map(|row| row.ends.iter().flatten());
+    let widest = ends
+        .map(|end| font::width(end, 10.0))
+        .fold(font::width("100", 10.0), f32::max);
+    let right = WIDTH - MARGIN - widest.ceil() - 6.0;
     let top = (MARGIN + title + cues).ceil();
     let strips = pitch * count.max(1) as f32 - gap;
     let field = Frame::new(left, top, right - left, strips + lane::height(data));
@@ -96,14 +100,21 @@ fn layout(data: &CurveChart, count: usize) -> (Layout, f32) {
     (layout, height)
 }
 
-fn strips(drawing: &mut Drawing, layout: &Layout, count: usize, palette: &Palette) {
+fn strips(
+    drawing: &mut Drawing,
+    layout: &Layout,
+    (rows, count): (&[CurveRow], usize),
+    palette: &Palette,
+) {
     for index in 0..count.max(1) {
         let strip = layout.strip(index);
         drawing.rectangle(strip, palette.field);
         // Label the scale's ends on every tall strip, else only on the first.
-        if layout.pitch >= 48.0 || index == 0 {
+        let ends = rows.get(index).and_then(|row| row.ends.as_ref());
+        if layout.pitch >= 48.0 || index == 0 || ends.is_some() {
             let x = strip.right() + 6.0;
-            for (level, y) in [("100", strip.y + 4.0), ("0", strip.bottom() - 4.0)] {
+            let [low, high] = ends.map_or(["0", "100"], |[low, high]| [low, high]);
+            for (level, y) in [(high, strip.y + 4.0), (low, strip.bottom() - 4.0)] {
                 drawing.text(Label::new(level, (x, y), 10.0, palette.quiet).centred());
             }
         }

@@ -57,6 +57,7 @@ fn assert_well_formed(svg: &str) {
 
 fn show(rows: usize, cues: usize) -> CurveChart {
     let row = |index: usize| CurveRow {
+        ends: (index % 4 == 3).then(|| ["-270°", "270°"].map(str::to_owned)),
         name: format!("bank {index} <a&b> with a name that is far too long to be written"),
         colour: (index % 3 == 1).then_some([255, 255, 255]),
         points: (0..9)

@@ -205,7 +205,8 @@ function whenOf(i, current) {
   if (i === current && complete > desk.time) return seconds(complete - desk.time);
   const follows = current >= 0 && i === current + 1 && show.cues[current].starts;
   if (follows && desk.playing) return `in ${seconds(Math.max(from - desk.time, 0))}`;
-  return `GO ${clock(from, from % 1 ? 1 : 0)}`;
+  const at = clock(from, from % 1 ? 1 : 0);
+  return show.cues[i - 1]?.starts ? at : `GO ${at}`;
 }
 
 function refreshCues(current, next) {
