@@ -27,7 +27,7 @@ use std::sync::{Arc, OnceLock};
 pub use self::rule::{Evidence, Fit, is_within};
 
 use crate::plan::{self, PlanError, Weighting};
-use footlight_host::work::Work;
+use footlight_host::work::{Work, in_order};
 use footlight_picture::Image;
 use footlight_picture::combine::{add, combine, dot, extrapolate};
 use footlight_show::linalg::Matrix;
@@ -169,12 +169,11 @@ impl Pool {
         let size = coarse.first().map_or((0, 0), |c| c.size());
         let n = coarse.len();
         let mut gram = Matrix::zeros(n, n);
-        for (i, a) in coarse.iter().enumerate() {
-            for (j, b) in coarse.iter().enumerate().take(i + 1) {
-                let product = dot(a, b);
-                gram[(i, j)] = product;
-                gram[(j, i)] = product;
-            }
+        let pairs: Vec<[usize; 2]> = (0..n).flat_map(|i| (0..=i).map(move |j| [i, j])).collect();
+        let products = in_order(&pairs, work.threads, |[i, j]| dot(&coarse[*i], &coarse[*j]));
+        for ([i, j], product) in pairs.into_iter().zip(products) {
+            gram[(i, j)] = product;
+            gram[(j, i)] = product;
         }
         let difference = |(fine, cheap): (&Arc<Image>, &Arc<Image>)| {
             let difference = combine(size, &[(1.0, fine), (-1.0, cheap)], work.threads);
