@@ -84,8 +84,6 @@ pub struct FinalGather {
     camera: Camera,
     surfaces: Surfaces,
     bvh: Bvh,
-    /// Distance that rays keep from surfaces, metres.
-    offset: f64,
     lights: Vec<PreparedLight>,
     projectors: Vec<Option<Projector>>,
     /// True for each light of which only the reflected light is computed.
@@ -131,13 +129,8 @@ impl FinalGather {
         budget.check("the rays of the picture", pixels.saturating_mul(each))?;
         let bvh = Bvh::new(&surfaces, work)?;
         budget.take("the hierarchy of triangles", bvh.bytes())?;
-        let offset = 3.0 * surfaces.touching();
         let picture = PictureRays {
-            scene: RayScene {
-                surfaces: &surfaces,
-                bvh: &bvh,
-                offset,
-            },
+            scene: RayScene::new(&surfaces, &bvh),
             camera: &camera,
             size: [view.width, view.height],
             step,
@@ -156,7 +149,6 @@ impl FinalGather {
             width: view.width,
             height: view.height,
             camera,
-            offset,
             lights,
             projectors: rig.lights.iter().map(projector).collect(),
             is_bounced: rig.lights.iter().map(Light::is_bounced).collect(),
@@ -172,11 +164,7 @@ impl FinalGather {
     }
 
     fn scene(&self) -> RayScene<'_> {
-        RayScene {
-            surfaces: &self.surfaces,
-            bvh: &self.bvh,
-            offset: self.offset,
-        }
+        RayScene::new(&self.surfaces, &self.bvh)
     }
 
     fn rays(&self) -> PictureRays<'_> {

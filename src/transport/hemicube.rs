@@ -28,7 +28,7 @@ use crate::direct::projector::{Projector, projector};
 use crate::direct::{PreparedLight, check_rig, luminaires};
 use crate::gather::bvh::Bvh;
 use crate::gather::ray_scene::RayScene;
-use crate::hemicube::compose::gather_weights;
+use crate::hemicube::compose::weight_lists;
 use crate::hemicube::gloss::{EyeScene, Gloss};
 use crate::hemicube::indirect::form::{Bounces, Rows};
 use crate::hemicube::indirect::gather_points::{
@@ -48,7 +48,7 @@ use crate::surfaces::lists::Lists;
 use crate::surfaces::surface::Surfaces;
 use crate::unit_lights::UnitLights;
 use crate::{Setup, TransportError};
-use footlight_host::work::Work;
+use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
 use footlight_show::geometry::Vec3;
 use footlight_stage::Rig;
@@ -173,7 +173,7 @@ impl HemicubeRadiosity {
         let gloss = match bvh.as_ref().filter(|_| surfaces.is_glossy()) {
             Some(bvh) => {
                 let seen = EyeScene {
-                    scene: ray_scene(&surfaces, bvh),
+                    scene: RayScene::new(&surfaces, bvh),
                     fragments: &fragments,
                 };
                 let size = (view.width, step.lobe_rays);
@@ -212,7 +212,7 @@ impl HemicubeRadiosity {
         let reflected = size_of::<[f32; 3]>() * count * rig.lights.len();
         budget.take("reflected light at every gather point", reflected)?;
         work.check()?;
-        let gather_weights = weights(&gather_points.mesh, &fragments, rounding.as_ref());
+        let gather_weights = weights(&gather_points.mesh, &fragments, rounding.as_ref(), work)?;
         work.check()?;
         Ok(HemicubeRadiosity {
             rig: Arc::clone(rig),
@@ -265,31 +265,23 @@ impl UnitLights for HemicubeRadiosity {
     }
 }
 
-/// The scene as rays use it.
-fn ray_scene<'a>(surfaces: &'a Surfaces, bvh: &'a Bvh) -> RayScene<'a> {
-    RayScene {
-        surfaces,
-        bvh,
-        offset: 3.0 * surfaces.touching(),
-    }
-}
-
 /// Gather points of each fragment with their interpolation weights.
 fn weights(
     gather_points: &Mesh,
     fragments: &Fragments,
     rounding: Option<&Rounding>,
-) -> Lists<(u32, f32)> {
+    work: Work<'_>,
+) -> Result<Lists<(u32, f32)>, Cancelled> {
     let around = |facet: usize, point: Vec3, weights: &mut Vec<(u32, f32)>| {
         let around = gather_points.stencil(facet, point).into_iter();
         weights.extend(around.filter(|(_, w)| *w > 0.0));
     };
     let Some(rounding) = rounding else {
-        return gather_weights(fragments.all(), |_, f, weights| {
+        return weight_lists(fragments.all(), work, |_, f, weights| {
             around(f.facet, f.point, weights);
         });
     };
-    gather_weights(fragments.all(), |number, f, weights| {
+    weight_lists(fragments.all(), work, |number, f, weights| {
         for (facet, point, share) in rounding.places(number, f) {
             let first = weights.len();
             around(facet, point, weights);

@@ -160,7 +160,6 @@ pub struct MovingLights {
     size: [usize; 2],
     surfaces: Surfaces,
     bvh: Bvh,
-    offset: f64,
     /// Row by row.
     tiles: Vec<Tile>,
 }
@@ -199,7 +198,6 @@ impl MovingLights {
             let mut out = MovingLights {
                 camera,
                 size: [view.width, view.height],
-                offset: 3.0 * surfaces.touching(),
                 surfaces,
                 bvh,
                 tiles: Vec::new(),
@@ -227,11 +225,7 @@ impl MovingLights {
     }
 
     fn scene(&self) -> RayScene<'_> {
-        RayScene {
-            surfaces: &self.surfaces,
-            bvh: &self.bvh,
-            offset: self.offset,
-        }
+        RayScene::new(&self.surfaces, &self.bvh)
     }
 
     /// Facet at the centre of each pixel.
@@ -298,7 +292,7 @@ impl MovingLights {
             length,
         } = view;
         let facet = &self.surfaces.facets[place.facet as usize];
-        let receiver = Receiver::new(facet, place.point, self.offset);
+        let receiver = Receiver::new(facet, place.point, self.scene().offset);
         let heads = heads.iter().map(|head| head.position);
         let lit = heads.clone().map(|p| share * self.irradiance(receiver, p));
         let lit: Vec<f64> = lit.collect();
@@ -411,7 +405,7 @@ impl MovingLights {
         if cosine <= 0.0 || square == 0.0 || at.facet.dot(d) <= 0.0 {
             return 0.0;
         }
-        let from = at.point + at.normal * self.offset;
+        let from = at.point + at.normal * self.scene().offset;
         let passed = self.scene().transmittance(from, position - from);
         passed * cosine / (square * square.sqrt())
     }

@@ -74,6 +74,53 @@ struct TilePixel {
     sights: Vec<(f32, Sight)>,
 }
 
+/// Rays of sight of a tile: one of them, and the others' distance from it.
+struct Bundle {
+    first: Sight,
+    /// Greatest length, metres.
+    length: f64,
+    /// Greatest distance of another from the first, metres.
+    apart: f64,
+}
+
+impl Bundle {
+    /// The rays from the eye, or those of its reflections, up to `most` metres; `None` if there are
+    /// none.
+    fn of(camera: &Camera, tile: &[TilePixel], is_direct: bool, most: f64) -> Option<Bundle> {
+        let sights = || {
+            let all = tile.iter().flat_map(|pixel| &pixel.sights);
+            let all = all.map(|(_, sight)| sight);
+            all.filter(move |sight| (sight.eye == camera.origin) == is_direct)
+        };
+        let first = *sights().next()?;
+        let length = sights().map(|sight| sight.length.min(most));
+        let length = length.fold(0.0, f64::max);
+        // A ray from the eye is split over its pixel.
+        let own = if is_direct { first.spread } else { 0.0 };
+        let apart = sights().map(|sight| {
+            (sight.eye - first.eye).length() + ((sight.way - first.way).length() + own) * length
+        });
+        let apart = apart.fold(0.0, f64::max);
+        Some(Bundle {
+            first,
+            length,
+            apart,
+        })
+    }
+
+    /// True when no ray can cross the light's cone: the first one does not cross the cone widened by
+    /// the distance of the others.
+    fn misses(&self, emitter: &Emitter<'_>) -> bool {
+        let Emitter::Point(beam, _) = emitter else {
+            return false;
+        };
+        let reach = beam.reach();
+        let apex = beam.position - beam.axis * (self.apart / reach.sin());
+        let cone = (apex, beam.axis, reach);
+        reach < FRAC_PI_4 && spans(&self.first, self.length, cone).is_empty()
+    }
+}
+
 /// Haze in a scene.
 #[derive(Clone, Copy)]
 pub struct Airlight<'a> {
@@ -131,7 +178,13 @@ impl Airlight<'_> {
                 };
                 let places = (0..tall).flat_map(|j| (0..wide).map(move |i| [i, j]));
                 let tile: Vec<TilePixel> = places.map(pixel).collect();
+                let bundles = [true, false]
+                    .map(|is_direct| Bundle::of(camera, &tile, is_direct, self.deepest()));
                 for (light, emitter) in emitters.iter().enumerate() {
+                    let mut seen = bundles.iter().flatten();
+                    if seen.all(|bundle| bundle.misses(emitter)) {
+                        continue;
+                    }
                     let values = self.tile(emitter, camera, [wide, tall], &tile);
                     for (pixel, value) in tile.iter().zip(values) {
                         let [i, j] = pixel.place;
@@ -153,9 +206,6 @@ impl Airlight<'_> {
         [wide, tall]: [usize; 2],
         tile: &[TilePixel],
     ) -> Vec<f32> {
-        if emitter.is_far(camera, tile, self.deepest()) {
-            return vec![0.0; tile.len()];
-        }
         let sides: Vec<usize> = tile
             .iter()
             .map(|pixel| {
@@ -454,37 +504,6 @@ fn is_even(tile: &[TilePixel]) -> bool {
 }
 
 impl Emitter<'_> {
-    /// True when no ray of sight of a tile can cross the light's cone within `most` metres, directly
-    /// or in gloss: the first ray does not cross the cone widened by the distance of the others from
-    /// it.
-    fn is_far(&self, camera: &Camera, tile: &[TilePixel], most: f64) -> bool {
-        let Emitter::Point(beam, _) = self else {
-            return false;
-        };
-        let reach = beam.reach();
-        let misses = |is_direct: bool| {
-            let sights = || {
-                let all = tile.iter().flat_map(|pixel| &pixel.sights);
-                let all = all.map(|(_, sight)| sight);
-                all.filter(|sight| (sight.eye == camera.origin) == is_direct)
-            };
-            let Some(first) = sights().next() else {
-                return true;
-            };
-            let length = sights().map(|sight| sight.length.min(most));
-            let length = length.fold(0.0, f64::max);
-            // Rays of sight that end at the eye are split over their pixel.
-            let own = if is_direct { first.spread } else { 0.0 };
-            let apart = sights().map(|sight| {
-                (sight.eye - first.eye).length() + ((sight.way - first.way).length() + own) * length
-            });
-            let apart = apart.fold(0.0, f64::max);
-            let apex = beam.position - beam.axis * (apart / reach.sin());
-            spans(first, length, (apex, beam.axis, reach)).is_empty()
-        };
-        reach < FRAC_PI_4 && misses(true) && misses(false)
-    }
-
     /// True when a ray of sight does not cross the light's cone.
     fn is_unseen(&self, sight: &Sight) -> bool {
         match self {

@@ -50,7 +50,6 @@ pub struct PathEstimator {
     camera: Camera,
     surfaces: Surfaces,
     bvh: Bvh,
-    offset: f64,
     lights: Vec<PreparedLight>,
     projectors: Vec<Option<Projector>>,
     bounds: KernelBounds,
@@ -92,7 +91,6 @@ impl PathEstimator {
             rig: Arc::clone(rig),
             size: [view.width, view.height],
             camera,
-            offset: 3.0 * surfaces.touching(),
             lights,
             projectors: rig.lights.iter().map(projector).collect(),
             bounds: KernelBounds { longest: 1.0 },
@@ -105,11 +103,7 @@ impl PathEstimator {
     }
 
     fn scene(&self) -> RayScene<'_> {
-        RayScene {
-            surfaces: &self.surfaces,
-            bvh: &self.bvh,
-            offset: self.offset,
-        }
+        RayScene::new(&self.surfaces, &self.bvh)
     }
 
     /// Mean length of rays that leave the visible surfaces.
@@ -279,7 +273,7 @@ impl PathEstimator {
                     .reflectance_to(eye, (facet, place.point), sides),
                 None => self.surfaces.reflectance_at(facet, place.point, sides),
             };
-            let at = Receiver::new(facet, place.point, self.offset);
+            let at = Receiver::new(facet, place.point, self.scene().offset);
             let reflects =
                 |emitter: &Emitter<'_>| emitter.reflectance(lobe, (at, eye), reflectance);
             let highest = reflectance.into_iter().fold(0.0, f64::max);

@@ -72,6 +72,17 @@ pub struct RayScene<'a> {
     pub offset: f64,
 }
 
+impl<'a> RayScene<'a> {
+    /// A scene with its hierarchy.
+    pub fn new(surfaces: &'a Surfaces, bvh: &'a Bvh) -> RayScene<'a> {
+        RayScene {
+            surfaces,
+            bvh,
+            offset: 3.0 * surfaces.touching(),
+        }
+    }
+}
+
 impl RayScene<'_> {
     /// First front hit by a ray from a point of a facet, and its distance; a facet of [`DARK`] if
     /// there is none.

@@ -10,29 +10,35 @@ use crate::hemicube::{HemicubeRadiosity, Solution};
 use crate::surfaces::fragment::{Fragment, Fragments};
 use crate::surfaces::lists::Lists;
 use crate::surfaces::surface::Surfaces;
+use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
 use footlight_stage::Light;
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
-/// Fragments whose weights are computed together.
+/// Items whose lists are made together.
 const RUN: usize = 4096;
 
-/// Gather points around each fragment with their interpolation weights; `around` adds those of the
-/// fragment with a given index to a list.
-pub fn gather_weights(
-    fragments: &[Fragment],
-    around: impl Fn(usize, &Fragment, &mut Vec<(u32, f32)>) + Sync,
-) -> Lists<(u32, f32)> {
-    let run = |(number, fragments): (usize, &[Fragment])| {
+/// A list of indices with weights for each item; `of` adds those of the item with a given index.
+///
+/// # Errors
+/// On cancel.
+pub fn weight_lists<T: Sync>(
+    items: &[T],
+    work: Work<'_>,
+    of: impl Fn(usize, &T, &mut Vec<(u32, f32)>) + Sync,
+) -> Result<Lists<(u32, f32)>, Cancelled> {
+    let run = |(number, items): (usize, &[T])| {
+        work.check()?;
         let (mut out, mut weights) = (Lists::default(), Vec::new());
-        for (f, number) in fragments.iter().zip(number * RUN..) {
-            around(number, f, &mut weights);
+        for (item, number) in items.iter().zip(number * RUN..) {
+            of(number, item, &mut weights);
             out.push(weights.drain(..));
         }
-        out
+        Ok(out)
     };
-    Lists::concat(fragments.par_chunks(RUN).enumerate().map(run).collect())
+    let runs: Result<Vec<_>, Cancelled> = items.par_chunks(RUN).enumerate().map(run).collect();
+    Ok(Lists::concat(runs?))
 }
 
 /// Reflectance of each fragment to the eye, its texture averaged over the covered area, without

@@ -17,6 +17,7 @@ use crate::contract::check_memory;
 use crate::gather::emitter::{Emitter, LobeRay};
 use crate::gather::ray_scene::{DARK, RayScene, Receiver, SurfacePoint};
 use crate::gather::sampling::{morton, point};
+use crate::hemicube::compose::weight_lists;
 use crate::hemicube::mesh::Mesh;
 use crate::surfaces::fragment::{Fragment, Fragments};
 use crate::surfaces::lists::Lists;
@@ -107,6 +108,26 @@ impl EyeScene<'_> {
         })
     }
 
+    /// Adds the radiance of each panel that a glossy fragment reflects, from its rays.
+    fn add_panels(&self, glossy: Glossy, panels: &[&Emitter<'_>], out: &mut Vec<f32>) {
+        let start = out.len();
+        out.resize(start + panels.len(), 0.0);
+        let Some(lobe) = self.lobe(glossy).filter(|_| !panels.is_empty()) else {
+            return;
+        };
+        let (place, here, eye) = self.place(glossy.fragment);
+        for (k, ray) in (0..).zip(self.rays(glossy, place)) {
+            let random = point(glossy.first.wrapping_add(k), SEED_PANEL);
+            for (sum, panel) in out[start..].iter_mut().zip(panels) {
+                let sample = panel.sample(self.scene, here, || [Vec3::ZERO; 2], random);
+                if let Some(end) = sample.end {
+                    let light = panel.in_gloss(self.scene, (lobe, here.normal, eye), &end, &ray);
+                    *sum += light as f32 / glossy.rays as f32;
+                }
+            }
+        }
+    }
+
     /// True when the lobes of two fragments show the same things.
     fn is_alike(&self, a: u32, b: u32) -> bool {
         let [a, b] = [a, b].map(|f| &self.fragments.all()[f as usize]);
@@ -117,25 +138,6 @@ impl EyeScene<'_> {
                 && normal.dot(other.normal_at(b.point)) > ALIKE
                 && own.normal.dot(between).abs() <= FLAT * between.length()
     }
-}
-
-/// A list for each glossy fragment.
-fn lists(
-    glossy: &[Glossy],
-    work: Work<'_>,
-    of: impl Fn(Glossy, &mut Vec<(u32, f32)>) + Sync,
-) -> Result<Lists<(u32, f32)>, Cancelled> {
-    let run = |run: &[Glossy]| {
-        work.check()?;
-        let (mut out, mut list) = (Lists::default(), Vec::new());
-        for glossy in run {
-            of(*glossy, &mut list);
-            out.push(list.drain(..));
-        }
-        Ok(out)
-    };
-    let runs: Result<Vec<_>, Cancelled> = glossy.par_chunks(RUN).map(run).collect();
-    Ok(Lists::concat(runs?))
 }
 
 /// Adds up entries with the same index.
@@ -189,9 +191,9 @@ impl Gloss {
         let all_rays: usize = glossy.iter().map(|own| own.rays as usize).sum();
         let bytes = FRAGMENT_BYTES * glossy.len() + RAY_BYTES * all_rays;
         check_memory("reflections", bytes, work.memory)?;
-        let elements = lists(&glossy, work, |glossy, out| {
+        let elements = weight_lists(&glossy, work, |_, glossy, out| {
             let (place, ..) = seen.place(glossy.fragment);
-            for ray in seen.rays(glossy, place) {
+            for ray in seen.rays(*glossy, place) {
                 for (end, _) in &ray.ends {
                     let clear = scene.clearness((end.point - place.point).length());
                     let weight = (ray.weight * clear / f64::from(glossy.rays)) as f32;
@@ -203,7 +205,7 @@ impl Gloss {
         })?;
         let height = fragments.pixels.count() / width;
         let window = |[across, down]: [usize; 2]| {
-            lists(&glossy, work, |own, out| {
+            weight_lists(&glossy, work, |_, own: &Glossy, out| {
                 let pixel = own.pixel as usize;
                 for step in 0..2 * REACH - 1 {
                     let at = |from: usize, way: usize| {
@@ -306,16 +308,16 @@ impl Gloss {
             work.check()?;
             let mut out = Vec::with_capacity(run.len() * panels.len());
             for glossy in run {
-                self.add_panels(seen, *glossy, &panels, &mut out);
+                seen.add_panels(*glossy, &panels, &mut out);
             }
             Ok(out)
         };
         let runs: Result<Vec<Vec<f32>>, Cancelled> = self.glossy.par_chunks(RUN).map(run).collect();
         let sampled = self.even(runs?.concat(), panels.len());
-        let mut panel = 0;
-        let of = |(emitter, direct): (&Emitter<'_>, &mut Vec<f32>)| {
-            let own = panel;
-            panel += usize::from(emitter.is_panel());
+        let of = |(light, direct): (usize, &mut Vec<f32>)| {
+            work.check()?;
+            let emitter = &emitters[light];
+            let panel = emitters[..light].iter().filter(|e| e.is_panel()).count();
             let highlight = |(at, glossy): (usize, &Glossy)| {
                 let Some(lobe) = seen.lobe(*glossy) else {
                     return 0.0;
@@ -323,46 +325,19 @@ impl Gloss {
                 let (_, here, eye) = seen.place(glossy.fragment);
                 let direct = &mut direct[glossy.fragment as usize];
                 let lit = *direct;
-                let way = emitter
-                    .middle(here.point)
-                    .map(|to| (to - here.point).normalized());
+                let middle = emitter.middle(here.point);
+                let way = middle.map(|to| (to - here.point).normalized());
                 if let Some(way) = way {
                     *direct *= lobe.matt_from(here.normal.dot(way).max(0.0)) as f32;
                 }
                 if emitter.is_panel() {
-                    return sampled[at * panels.len() + own];
+                    return sampled[at * panels.len() + panel];
                 }
                 let value = way.map_or(0.0, |way| lobe.value(here.normal, eye, way));
                 lit * value as f32
             };
-            self.glossy.iter().enumerate().map(highlight).collect()
+            Ok(self.glossy.iter().enumerate().map(highlight).collect())
         };
-        Ok(emitters.iter().zip(direct).map(of).collect())
-    }
-
-    /// Adds the radiance of each panel that a glossy fragment reflects, from its rays.
-    fn add_panels(
-        &self,
-        seen: EyeScene<'_>,
-        glossy: Glossy,
-        panels: &[&Emitter<'_>],
-        out: &mut Vec<f32>,
-    ) {
-        let start = out.len();
-        out.resize(start + panels.len(), 0.0);
-        let Some(lobe) = seen.lobe(glossy).filter(|_| !panels.is_empty()) else {
-            return;
-        };
-        let (place, here, eye) = seen.place(glossy.fragment);
-        for (k, ray) in (0..).zip(seen.rays(glossy, place)) {
-            let random = point(glossy.first.wrapping_add(k), SEED_PANEL);
-            for (sum, panel) in out[start..].iter_mut().zip(panels) {
-                let sample = panel.sample(seen.scene, here, || [Vec3::ZERO; 2], random);
-                if let Some(end) = sample.end {
-                    let light = panel.in_gloss(seen.scene, (lobe, here.normal, eye), &end, &ray);
-                    *sum += light as f32 / glossy.rays as f32;
-                }
-            }
-        }
+        direct.par_iter_mut().enumerate().map(of).collect()
     }
 }

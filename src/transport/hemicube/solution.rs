@@ -12,10 +12,10 @@ use crate::direct::projector::pixel;
 use crate::direct::{IrradiancePrecision, irradiance};
 use crate::gather::airlight::Airlight;
 use crate::gather::emitter::Emitter;
-use crate::gather::ray_scene::{Receiver, SurfacePoint};
+use crate::gather::ray_scene::{RayScene, Receiver, SurfacePoint};
 use crate::hemicube::gloss::{EyeScene, Gloss};
 use crate::hemicube::indirect::gather_points::GatherScene;
-use crate::hemicube::{HemicubeRadiosity, Solution, ray_scene};
+use crate::hemicube::{HemicubeRadiosity, Solution};
 use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::Vec3;
 use rayon::prelude::*;
@@ -102,11 +102,11 @@ impl HemicubeRadiosity {
         let bytes = 8 * lights.len() * self.width * self.height;
         check_memory("light in the haze", bytes, work.memory)?;
         let airlight = Airlight {
-            scene: ray_scene(&self.surfaces, bvh),
+            scene: RayScene::new(&self.surfaces, bvh),
             haze,
             nodes: self.nodes,
         };
-        let emitters: Vec<Emitter<'_>> = lights.iter().map(|l| self.emitter(*l)).collect();
+        let emitters = self.emitters(lights);
         // One end for each facet of a pixel.
         let ends = |pixel: usize| {
             let mut ends: Vec<(usize, f32, Vec3)> = Vec::new();
@@ -130,9 +130,12 @@ impl HemicubeRadiosity {
         Ok(airlight.picture(&emitters, view, ends, work)?)
     }
 
-    fn emitter(&self, light: usize) -> Emitter<'_> {
-        let projector = self.projectors[light].as_ref();
-        Emitter::new(&self.surfaces, &self.lights[light], projector)
+    fn emitters(&self, lights: &[usize]) -> Vec<Emitter<'_>> {
+        let emitter = |&light: &usize| {
+            let projector = self.projectors[light].as_ref();
+            Emitter::new(&self.surfaces, &self.lights[light], projector)
+        };
+        lights.iter().map(emitter).collect()
     }
 
     /// Light of the lights themselves in gloss; see [`Gloss::highlights`]. Empty without it.
@@ -149,11 +152,10 @@ impl HemicubeRadiosity {
             return Ok(vec![vec![0.0; gloss.count()]; lights.len()]);
         }
         let seen = EyeScene {
-            scene: ray_scene(&self.surfaces, bvh),
+            scene: RayScene::new(&self.surfaces, bvh),
             fragments: &self.fragments,
         };
-        let emitters: Vec<Emitter<'_>> = lights.iter().map(|l| self.emitter(*l)).collect();
-        gloss.highlights(seen, &emitters, direct, work)
+        gloss.highlights(seen, &self.emitters(lights), direct, work)
     }
 
     /// Bytes of a light during the computation of its direct light. A waiting thread starts another
@@ -248,10 +250,8 @@ impl HemicubeRadiosity {
     ) -> Result<Vec<[Vec<f32>; 2]>, Cancelled> {
         let width = on_elements.len() * 3;
         let mut first = Vec::with_capacity(self.reflectance.len() * width);
-        let emitters: Vec<Emitter<'_>> = match &self.gloss {
-            Some(_) => lights.iter().map(|l| self.emitter(*l)).collect(),
-            None => Vec::new(),
-        };
+        let gloss = self.gloss.as_ref();
+        let emitters = gloss.map_or_else(Vec::new, |_| self.emitters(lights));
         for (i, own) in self.reflectance.iter().enumerate() {
             for (l, direct) in on_elements.iter().enumerate() {
                 let bounced = emitters.get(l).map_or(1.0, |e| self.bounced(e, i));
