@@ -9,6 +9,9 @@
 //! edges between nodes are found by bisection. The result is linear in the lamps and free of noise.
 //! Multiple scattering is omitted. Both renderers use this module.
 
+mod bundle;
+
+use self::bundle::Bundle;
 use crate::direct::beam::Beam;
 use crate::direct::projector::Projector;
 use crate::gather::emitter::{AreaLight, Emitter};
@@ -72,53 +75,6 @@ struct TilePixel {
     pixel: [usize; 2],
     /// Its rays of sight with their shares.
     sights: Vec<(f32, Sight)>,
-}
-
-/// Rays of sight of a tile: one of them, and the others' distance from it.
-struct Bundle {
-    first: Sight,
-    /// Greatest length, metres.
-    length: f64,
-    /// Greatest distance of another from the first, metres.
-    apart: f64,
-}
-
-impl Bundle {
-    /// The rays from the eye, or those of its reflections, up to `most` metres; `None` if there are
-    /// none.
-    fn of(camera: &Camera, tile: &[TilePixel], is_direct: bool, most: f64) -> Option<Bundle> {
-        let sights = || {
-            let all = tile.iter().flat_map(|pixel| &pixel.sights);
-            let all = all.map(|(_, sight)| sight);
-            all.filter(move |sight| (sight.eye == camera.origin) == is_direct)
-        };
-        let first = *sights().next()?;
-        let length = sights().map(|sight| sight.length.min(most));
-        let length = length.fold(0.0, f64::max);
-        // A ray from the eye is split over its pixel.
-        let own = if is_direct { first.spread } else { 0.0 };
-        let apart = sights().map(|sight| {
-            (sight.eye - first.eye).length() + ((sight.way - first.way).length() + own) * length
-        });
-        let apart = apart.fold(0.0, f64::max);
-        Some(Bundle {
-            first,
-            length,
-            apart,
-        })
-    }
-
-    /// True when no ray can cross the light's cone: the first one does not cross the cone widened by
-    /// the distance of the others.
-    fn misses(&self, emitter: &Emitter<'_>) -> bool {
-        let Emitter::Point(beam, _) = emitter else {
-            return false;
-        };
-        let reach = beam.reach();
-        let apex = beam.position - beam.axis * (self.apart / reach.sin());
-        let cone = (apex, beam.axis, reach);
-        reach < FRAC_PI_4 && spans(&self.first, self.length, cone).is_empty()
-    }
 }
 
 /// Haze in a scene.
