@@ -3,8 +3,8 @@
 //! A head turns about a fixed point, whose visibility does not depend on the head's direction. Each
 //! pixel is split by facet into places; each place stores, for each head, the irradiance of one
 //! candela from there, shadows included. A frame multiplies that by the head's intensity towards
-//! the place. Tiles of pixels that a beam misses are skipped. Light in haze is integrated for each
-//! frame. Surfaces seen in wide gloss belong to the images of reflected light, not to these places.
+//! the place. Tiles of pixels that a beam misses are skipped. Light in haze is integrated for
+//! each pose; while the heads rest and fade, the last result serves. Surfaces seen in wide gloss belong to the images of reflected light, not to these places.
 //! The distance between a real head's axes and its lens is ignored.
 
 #![allow(
@@ -28,9 +28,11 @@ use crate::{Setup, TransportError};
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
 use footlight_show::geometry::{Vec3, vec3};
+use footlight_show::model::Haze;
 use footlight_stage::Light;
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// Samples of a pixel for which it and its neighbours show one facet that all heads light alike,
 /// and of any other pixel. The few samples lie near the corners, so they miss no edge, and the mean
@@ -154,6 +156,15 @@ struct Tile {
     radius: f64,
 }
 
+/// A lit head: its position's index, beam, picture if it projects one, and strength.
+type Lit = (usize, Beam, Option<Projector>, [f64; 3]);
+
+/// Light of one candela in haze from each of these heads, for each pixel.
+struct Scattered {
+    lights: Vec<(usize, Light)>,
+    light: Arc<Vec<f32>>,
+}
+
 /// Places of a view, with the light of each head on them.
 pub struct MovingLights {
     camera: Camera,
@@ -162,6 +173,8 @@ pub struct MovingLights {
     bvh: Bvh,
     /// Row by row.
     tiles: Vec<Tile>,
+    /// The last frame's: heads may rest in the next one.
+    last: Mutex<Option<Scattered>>,
 }
 
 impl std::fmt::Debug for MovingLights {
@@ -201,6 +214,7 @@ impl MovingLights {
                 surfaces,
                 bvh,
                 tiles: Vec::new(),
+                last: Mutex::default(),
             };
             let [across, down] = out.size.map(|side| side.div_ceil(TILE));
             let middles = out.middles();
@@ -421,7 +435,7 @@ impl MovingLights {
         work: Work<'_>,
     ) -> Result<(), Cancelled> {
         let is_lit = |light: &&HeadLight| light.strength.iter().any(|s| *s != 0.0);
-        let beams: Vec<(usize, Beam, Option<Projector>, [f64; 3])> = lights
+        let beams: Vec<Lit> = lights
             .iter()
             .filter(is_lit)
             .filter_map(|light| {
@@ -477,11 +491,47 @@ impl MovingLights {
         let Some(haze) = self.surfaces.haze else {
             return Ok(());
         };
+        let posed = |light: &HeadLight| (light.head, light.light.clone());
+        let posed: Vec<(usize, Light)> = lights.iter().filter(is_lit).map(posed).collect();
+        let known = self
+            .last()
+            .as_ref()
+            .filter(|last| last.lights == posed)
+            .map(|last| Arc::clone(&last.light));
+        let scattered = match known {
+            Some(light) => light,
+            None => {
+                let light = Arc::new(self.scattered(&beams, haze, work)?);
+                *self.last() = Some(Scattered {
+                    lights: posed,
+                    light: Arc::clone(&light),
+                });
+                light
+            }
+        };
+        let pixels = image.data_mut().chunks_exact_mut(3);
+        for (pixel, scattered) in pixels.zip(scattered.chunks_exact(beams.len())) {
+            for ((.., strength), scattered) in beams.iter().zip(scattered) {
+                for (value, strength) in pixel.iter_mut().zip(strength) {
+                    *value += (strength * f64::from(*scattered)) as f32;
+                }
+            }
+        }
+        Ok(())
+    }
+    fn last(&self) -> MutexGuard<'_, Option<Scattered>> {
+        self.last.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Light of one candela in haze from each beam, for each pixel.
+    fn scattered(&self, beams: &[Lit], haze: Haze, work: Work<'_>) -> Result<Vec<f32>, Cancelled> {
         let airlight = Airlight {
             scene: self.scene(),
             haze,
             nodes: NODES,
         };
+        let [width, _] = self.size;
+        let across = width.div_ceil(TILE);
         let ends = |pixel: usize| {
             let tile = pixel / width / TILE * across + pixel % width / TILE;
             let places = &self.tiles[tile].places;
@@ -499,15 +549,6 @@ impl MovingLights {
             .iter()
             .map(|(_, beam, projector, _)| Emitter::Point(beam, projector.as_ref()))
             .collect();
-        let scattered = airlight.picture(&emitters, (&self.camera, self.size), ends, work)?;
-        let pixels = image.data_mut().chunks_exact_mut(3);
-        for (pixel, scattered) in pixels.zip(scattered.chunks_exact(emitters.len())) {
-            for ((.., strength), scattered) in beams.iter().zip(scattered) {
-                for (value, strength) in pixel.iter_mut().zip(strength) {
-                    *value += (strength * f64::from(*scattered)) as f32;
-                }
-            }
-        }
-        Ok(())
+        airlight.picture(&emitters, (&self.camera, self.size), ends, work)
     }
 }

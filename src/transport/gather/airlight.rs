@@ -10,6 +10,7 @@
 //! Multiple scattering is omitted. Both renderers use this module.
 
 mod bundle;
+mod gloss;
 
 use self::bundle::Bundle;
 use crate::direct::beam::Beam;
@@ -18,6 +19,7 @@ use crate::gather::emitter::{AreaLight, Emitter};
 use crate::gather::ray_scene::{DARK, RayScene, SurfacePoint};
 use crate::gather::sampling::point;
 use crate::surfaces::camera::Camera;
+use crate::surfaces::lobe::Lobe;
 use arrayvec::ArrayVec;
 use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::Vec3;
@@ -150,6 +152,7 @@ impl Airlight<'_> {
             }
             Ok(())
         })?;
+        self.add_gloss(emitters, (camera, [width, height]), ends, &mut out, work)?;
         Ok(out)
     }
 
@@ -251,20 +254,9 @@ impl Airlight<'_> {
             let way = end.point - eye;
             out.push((share, sight(way, way.length())));
             rest -= share;
-            if let Some(lobe) = self.scene.surfaces.lobe(end.facet) {
-                // In one direction for the whole lobe: its rays past a lamp would leave bright dots.
-                let facet = &self.scene.surfaces.facets[end.facet as usize];
-                let normal = facet.normal_at(end.point);
-                let clear = self.scene.clearness(way.length());
-                let (way, weight) = lobe.mirrored(normal, (eye - end.point).normalized());
-                let (_, length) = self.scene.shoot(end, way);
-                let seen = share * (weight * clear) as f32;
-                let reflected = Sight {
-                    eye: end.point,
-                    spread: camera.step_x.max(lobe.spread()),
-                    ..sight(way, length)
-                };
-                mirrored.extend((way.dot(facet.normal) > 0.0).then_some((seen, reflected)));
+            let lobe = self.scene.surfaces.lobe(end.facet);
+            if let Some(lobe) = lobe.filter(|lobe| !lobe.is_wide()) {
+                mirrored.extend(self.mirrored(camera, (share, end), lobe));
             }
         }
         // Backs and the void are not parts.
@@ -281,6 +273,32 @@ impl Airlight<'_> {
         }
         out.append(&mut mirrored);
         out
+    }
+
+    /// The ray that a mirror in place of the lobe would reflect to the eye, and its share: one
+    /// direction serves for the whole lobe.
+    fn mirrored(
+        &self,
+        camera: &Camera,
+        (share, end): (f32, SurfacePoint),
+        lobe: &Lobe,
+    ) -> Option<(f32, Sight)> {
+        let facet = &self.scene.surfaces.facets[end.facet as usize];
+        let to = camera.origin - end.point;
+        let (way, weight) = lobe.mirrored(facet.normal_at(end.point), to.normalized());
+        let way = way.normalized();
+        if way.dot(facet.normal) <= 0.0 {
+            return None;
+        }
+        let (_, length) = self.scene.shoot(end, way);
+        let clear = self.scene.clearness(to.length());
+        let sight = Sight {
+            eye: end.point,
+            way,
+            length,
+            spread: camera.step_x.max(lobe.spread()),
+        };
+        Some((share * (weight * clear) as f32, sight))
     }
 
     /// Radiance that haze scatters to the eye along a ray, for a light at unit strength. `random`,

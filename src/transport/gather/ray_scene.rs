@@ -112,7 +112,8 @@ impl RayScene<'_> {
         }
     }
 
-    fn past_surfaces(&self, origin: Vec3, way: Vec3) -> f64 {
+    /// Transmittance of surfaces on the segment from `origin` to `origin + way`.
+    pub fn past_surfaces(&self, origin: Vec3, way: Vec3) -> f64 {
         if !self.surfaces.is_cut {
             return f64::from(u8::from(!self.bvh.is_blocked(origin, way)));
         }

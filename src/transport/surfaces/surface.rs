@@ -144,6 +144,13 @@ impl Surfaces {
         self.lobes.iter().any(Option::is_some)
     }
 
+    /// Least spread of the wide lobes, radians; `None` without one.
+    pub fn narrowest_wide_gloss(&self) -> Option<f64> {
+        let lobes = self.lobes.iter().flatten();
+        let wide = lobes.filter(|lobe| lobe.is_wide()).map(Lobe::spread);
+        wide.min_by(f64::total_cmp)
+    }
+
     /// The gloss of a facet.
     pub fn lobe(&self, facet: u32) -> Option<&Lobe> {
         let own = self.facets.get(facet as usize)?;

@@ -7,7 +7,7 @@ use footlight_show::units::Rgb;
 use footlight_stage::Scene;
 
 /// A scene of these polygons in haze.
-fn with_air<T>(haze: Haze, polygons: &[Vec<Vec3>], of: impl FnOnce(Airlight<'_>) -> T) -> T {
+pub fn with_air<T>(haze: Haze, polygons: &[Vec<Vec3>], of: impl FnOnce(Airlight<'_>) -> T) -> T {
     let mut surfaces = Surfaces::new(&Scene::default()).unwrap();
     if !polygons.is_empty() {
         surfaces = Surfaces::grey(polygons.to_vec());
@@ -26,7 +26,7 @@ fn with_air<T>(haze: Haze, polygons: &[Vec<Vec3>], of: impl FnOnce(Airlight<'_>)
     })
 }
 
-fn haze(extinction: f64, forward: f64) -> Haze {
+pub fn haze(extinction: f64, forward: f64) -> Haze {
     Haze {
         extinction,
         forward,
