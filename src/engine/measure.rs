@@ -11,10 +11,8 @@ pub mod machine;
 pub mod quality;
 pub mod reference;
 pub mod tradeoff;
-pub mod wait;
 
 pub use comparison::{BankError, Comparison};
 pub use independent::{Effort, MeasuredError, MeasuredMoment};
 pub use machine::{Machine, Origin};
 pub use reference::Reference;
-pub use wait::LongRun;
