@@ -25,8 +25,8 @@ pub fn headline(document: &Document) -> String {
     )
 }
 
-/// The warnings, and true if there are any, including `unlit` banks. `transparent`
-/// names the transparent materials of the stage.
+/// The warnings, and true if there are any, including `unlit` banks. `transparent` names the
+/// transparent materials of the stage.
 pub fn check(
     document: &Document,
     unlit: Vec<UnlitBank>,
