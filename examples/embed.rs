@@ -45,10 +45,9 @@ fn main() -> Result<(), Box<dyn error::Error>> {
     println!("5 s into the show: {:.2?}", engine.levels(middle));
 
     // An edit is the smallest change of the text; an error leaves the show unchanged.
-    engine.edit(&Edit::UpdateMove {
+    engine.edit(&Edit::UpdateMoves {
         cue: CueNumber::parse("2").ok_or("a number")?,
-        target: "cool".to_owned(),
-        level: 0.4,
+        moves: "cool 40".to_owned(),
     })?;
     println!("after the edit:    {:.2?}", engine.levels(middle));
     if let Err(Error::Show(diagnostics)) = engine.edit(&Edit::Declare("cue 3 { wram 50 }".into())) {
