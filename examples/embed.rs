@@ -59,7 +59,9 @@ fn main() -> Result<(), Box<dyn error::Error>> {
     live.go(engine.document())?;
     let moves = Moves::read(engine.document(), "warm full", engine.host().files.as_ref())?;
     live.set(engine.document(), moves)?;
-    let tried = engine.picture_of(&live.setting(engine.document()))?;
+    let setting = live.setting(engine.document());
+    let poses = live.poses(engine.document());
+    let tried = engine.picture_with(&setting, &poses)?;
     let brightest = tried.data().iter().copied().fold(0.0, f32::max);
     println!("with warm at full the brightest channel is {brightest:.1} cd/m2");
 

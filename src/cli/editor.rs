@@ -207,6 +207,8 @@ fn unescaped(line: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use footlight_engine::{Engine, Host};
+    use footlight_host::files::Memory;
 
     #[test]
     fn lines_survive_the_history() {
@@ -234,8 +236,28 @@ mod tests {
         let names: Vec<String> = offered.unwrap().1.into_iter().map(|p| p.display).collect();
         assert_eq!(names, ["a.png"]);
         let mut reader = Reader::new(true);
-        let materials = ["oak", "oa\u{1b}[2J", "oa\u{202e}k"];
-        reader.vocabulary = Vocabulary::of_materials(materials.map(str::to_owned).to_vec());
+        let files = Memory::default()
+            .with(
+                "a.obj",
+                "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl oak\nf 1 2 3\n",
+            )
+            .with(
+                "a.mtl",
+                ["oak", "oa\u{1b}[2J", "oa\u{202e}k"]
+                    .map(|name| format!("newmtl {name}\nKd 1\n"))
+                    .concat(),
+            );
+        let host = Host {
+            files: Box::new(files),
+            ..Host::default()
+        };
+        let engine = Engine::from_text(
+            "a.lxq",
+            b"stage \"a.obj\"\nview v from 0,0,9 to 0,0,0 fov 9",
+            host,
+        )
+        .unwrap();
+        reader.vocabulary = Vocabulary::of(engine.document());
         let line = "surface oa";
         let offered = reader.complete(line, line.len(), &Context::new(&history));
         let names: Vec<String> = offered.unwrap().1.into_iter().map(|p| p.display).collect();

@@ -259,7 +259,7 @@ impl Document {
     }
 
     /// The light of each coordinate at a time, after the dimmers and relative to full, as input for
-    /// [`Engine::picture_of`](super::Engine::picture_of). Times as in
+    /// [`Engine::picture_with`](super::Engine::picture_with). Times as in
     /// [`Engine::levels`](super::Engine::levels).
     pub fn setting(&self, time: Time) -> Vec<f64> {
         self.timeline().evaluate(time)

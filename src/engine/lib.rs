@@ -396,19 +396,11 @@ impl Engine {
         self.picture_with(&setting, &poses)
     }
 
-    /// The image of a setting, one number for each coordinate, from the current pool, with heads at
-    /// home.
+    /// The image of a setting, one number for each coordinate, from the current pool, with heads in
+    /// these poses.
     ///
     /// # Errors
     /// As [`Engine::picture`]; [`Error::Plan`] for a wrong number of coordinates.
-    pub fn picture_of(&mut self, setting: &[f64]) -> Result<Image, Error> {
-        self.picture_with(setting, &self.document.home())
-    }
-
-    /// Like [`Engine::picture_of`], with heads in these poses.
-    ///
-    /// # Errors
-    /// As [`Engine::picture_of`].
     pub fn picture_with(&mut self, setting: &[f64], poses: &[Pose]) -> Result<Image, Error> {
         self.coarse()?;
         let image = self.estimate().rendered()?.preview(setting, self.work())?;
