@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::words::{self, count, trimmed};
+use super::words::{self, count};
 use footlight_engine::plan::{LeftOut, PlanReport};
 use footlight_engine::pool::is_within;
-use footlight_show::printable;
+use footlight_show::printable::{self, trimmed};
 use footlight_show::units::ErrorUnit;
 
 /// The JSON form of a plan.
