@@ -78,8 +78,8 @@ pub enum Verb {
     /// What a picture is off by, measured on some of its pixels
     #[command(after_help = "measure cue 3")]
     Measure(measure::MeasureArgs),
-    /// What each step of quality sets, and how long it is likely to take
-    #[command(after_help = "quality --measure")]
+    /// How long each step of quality is likely to take
+    #[command(after_help = "quality")]
     Quality(measure::QualityArgs),
     /// Draw error against time over the steps of quality
     #[command(after_help = "chart transport -o transport.png")]

@@ -203,7 +203,7 @@ fn the_chart_of_the_scale_comes_as_a_record_and_as_a_drawing() {
 }
 
 #[test]
-fn what_a_step_sets_rises_with_it_and_so_does_its_price() {
+fn the_price_of_a_step_rises_with_it() {
     let store = MemoryStore::default();
     let mut show = furnace(&store);
     let text = show.execute("quality --json").unwrap().text;
@@ -216,16 +216,10 @@ fn what_a_step_sets_rises_with_it_and_so_does_its_price() {
         of("prepare") + of("banks")
     };
     for pair in steps.windows(2) {
-        let elements = |step: &serde_json::Value| step["sets"]["elements"].as_f64().unwrap();
-        assert!(elements(&pair[0]) <= elements(&pair[1]));
         assert!(total(&pair[0]) > 0.0 && total(&pair[0]) <= total(&pair[1]));
-        assert!(pair[0]["measured"].is_null());
     }
     let words = show.execute("quality").unwrap().text;
-    assert!(
-        words.contains("elements") && words.contains("all banks s"),
-        "{words}"
-    );
+    assert!(words.contains("all banks s"), "{words}");
 }
 
 /// A random show with images of a size, and another host.

@@ -1,14 +1,12 @@
-//! Settings and cost of each quality step for a show: predicted, and measured on request.
+//! Predicted seconds of each quality step for a show.
 
-use std::collections::BTreeMap;
-
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use super::Machine;
 use super::comparison::{alone_each, bank_names};
 use crate::{Engine, Error};
 use footlight_picture::Image;
-use footlight_transport::{Quality, QualityParameter, Transport as _};
+use footlight_transport::{Quality, Transport as _};
 
 /// A step is measured repeatedly while its runs took less than this in total, seconds; the shortest
 /// counts.
@@ -39,14 +37,8 @@ impl Seconds {
 pub struct QualityStep {
     /// Its number.
     pub quality: u8,
-    /// Its settings.
-    #[serde(serialize_with = "by_name")]
-    pub sets: Vec<QualityParameter>,
     /// Predicted durations.
     pub predicted: Seconds,
-    /// Measured durations, if any.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub measured: Option<Seconds>,
 }
 
 /// Every quality step for a show.
@@ -64,17 +56,11 @@ pub struct QualityForecast {
     pub steps: Vec<QualityStep>,
 }
 
-fn by_name<S: Serializer>(sets: &[QualityParameter], out: S) -> Result<S::Ok, S::Error> {
-    let named: BTreeMap<&str, f64> = sets.iter().map(|e| (e.name, e.amount)).collect();
-    named.serialize(out)
-}
-
-/// Settings and predicted cost of each quality step for this show; also the measured cost if
-/// `measure` is set.
+/// Predicted seconds of each quality step for this show.
 ///
 /// # Errors
 /// [`Error::NoSetup`], [`Error::NoBanks`], or an error of rendering.
-pub fn measure(engine: &Engine, measure: bool) -> Result<QualityForecast, Error> {
+pub fn predict(engine: &Engine) -> Result<QualityForecast, Error> {
     let settings = alone_each(engine, &bank_names(engine)?)?;
     // Three for an rgb bank; the fixed lights are a further source.
     let sources = together(&settings).iter().filter(|s| **s != 0.0).count() as f64;
@@ -90,27 +76,13 @@ pub fn measure(engine: &Engine, measure: bool) -> Result<QualityForecast, Error>
         steps: Vec::new(),
     };
     for quality in 1..=operator.finest().0 {
-        let step = Quality(quality);
-        let sets = operator.quality_parameters(&rendering.setup, step)?;
-        let cost = operator.cost(&rendering.setup, step);
+        let cost = operator.cost(&rendering.setup, Quality(quality));
         let predicted = Seconds {
             prepare: cost.prepare * pace,
             banks: (cost.per_source * sources + cost.per_lone * settings.len() as f64) * pace,
             picture: cost.per_image * pace,
         };
-        out.steps.push(QualityStep {
-            quality,
-            sets,
-            predicted,
-            measured: None,
-        });
-    }
-    if measure {
-        let total = out.steps.len();
-        for (done, step) in out.steps.iter_mut().enumerate() {
-            engine.host.progress.report("measuring steps", done, total);
-            step.measured = Some(measured(engine, &settings, Quality(step.quality), 0)?.1);
-        }
+        out.steps.push(QualityStep { quality, predicted });
     }
     Ok(out)
 }

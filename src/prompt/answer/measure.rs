@@ -21,9 +21,6 @@ pub struct QualityArgs {
     /// Print data instead of words
     #[arg(long)]
     json: bool,
-    /// Render at every step too, and print the seconds it took
-    #[arg(long)]
-    measure: bool,
 }
 
 /// The picture to measure.
@@ -77,7 +74,7 @@ pub struct ChartArgs {
 }
 
 pub fn quality(repl: &mut Repl, asked: &QualityArgs) -> Result<Reply, Error> {
-    let forecast = engine::measure::quality::measure(&repl.engine, asked.measure)?;
+    let forecast = engine::measure::quality::predict(&repl.engine)?;
     if asked.json {
         Reply::json(&forecast)
     } else {
