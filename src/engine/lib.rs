@@ -79,7 +79,7 @@ use footlight_transport::{Quality, TransportWarning};
 pub use self::background::{Ahead, Event, JobStatus, Status};
 pub use self::compile::{Compiled, Version};
 pub use self::document::{Document, Edited, TEXT_LIMIT, decode, format};
-pub use self::error::{Error, ReferenceError, TaskFault};
+pub use self::error::{Error, TaskFault};
 pub use self::estimate::Estimate;
 pub use self::forecast::{Forecast, NextImage};
 pub use self::goal::{

@@ -106,8 +106,3 @@ pub fn machine(machine: &Machine) -> String {
         None => format!("{threads}, {}", machine.system),
     }
 }
-
-/// A value for a chart: NaN, which charts leave out, if it is unknown or not finite.
-pub(super) fn drawn(value: Option<f64>) -> f64 {
-    value.filter(|v| v.is_finite()).unwrap_or(f64::NAN)
-}

@@ -7,9 +7,10 @@
     reason = "test support, used by several test programs"
 )]
 
-use footlight_engine::measure::Reference;
-use footlight_engine::measure::difference::away_from;
-use footlight_engine::measure::difference::difference;
+pub mod difference;
+
+use difference::{Reference, difference};
+use footlight_engine::measure::independent::away_from;
 use footlight_host::files::Folder;
 use footlight_host::work::{Silent, Work};
 use footlight_picture::{Image, exr};

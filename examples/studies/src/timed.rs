@@ -10,8 +10,6 @@ use footlight_transport::{Quality, Transport as _};
 /// A step is measured repeatedly while its runs took less than this in total, seconds; the shortest
 /// counts.
 const ENOUGH: f64 = 0.5;
-/// Most runs of a step.
-const RUNS: usize = 3;
 
 /// Measured durations, seconds.
 #[derive(Clone, Copy, Debug)]
@@ -31,14 +29,19 @@ impl Seconds {
     }
 }
 
-/// Images of every bank alone at a step of quality, and the seconds of the fastest of a few runs.
+/// Images of every bank alone at a step of quality, and the seconds of the fastest of at most `runs`
+/// runs.
 ///
 /// # Errors
 /// [`Error::NoSetup`], or an error of rendering.
-pub fn banks_alone(engine: &Engine, quality: Quality) -> Result<(Vec<Image>, Seconds), Error> {
+pub fn banks_alone(
+    engine: &Engine,
+    quality: Quality,
+    runs: usize,
+) -> Result<(Vec<Image>, Seconds), Error> {
     let mut best = once(engine, quality)?;
     let mut spent = best.1.total() + best.1.picture;
-    for _ in 1..RUNS {
+    for _ in 1..runs {
         if spent > ENOUGH {
             break;
         }

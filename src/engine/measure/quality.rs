@@ -3,16 +3,8 @@
 use serde::Serialize;
 
 use super::Machine;
-use super::comparison::{alone_each, bank_names};
 use crate::{Engine, Error};
-use footlight_picture::Image;
 use footlight_transport::{Quality, Transport as _};
-
-/// A step is measured repeatedly while its runs took less than this in total, seconds; the shortest
-/// counts.
-const ENOUGH: f64 = 0.5;
-/// Most runs of a step.
-const RUNS: usize = 3;
 
 /// Durations that matter to a user, seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -23,13 +15,6 @@ pub struct Seconds {
     pub banks: f64,
     /// One more image of banks that were all lit before.
     pub picture: f64,
-}
-
-impl Seconds {
-    /// Time of all banks including preparation.
-    pub fn total(&self) -> f64 {
-        self.prepare + self.banks
-    }
 }
 
 /// A quality step for a show.
@@ -61,7 +46,15 @@ pub struct QualityForecast {
 /// # Errors
 /// [`Error::NoSetup`], [`Error::NoBanks`], or an error of rendering.
 pub fn predict(engine: &Engine) -> Result<QualityForecast, Error> {
-    let settings = alone_each(engine, &bank_names(engine)?)?;
+    let document = engine.document();
+    let home = document.home();
+    let banks = engine.show().banks.iter();
+    let settings: Vec<Vec<f64>> = banks
+        .map(|bank| document.alone(&bank.name, &home))
+        .collect::<Result<_, _>>()?;
+    if settings.is_empty() {
+        return Err(Error::NoBanks);
+    }
     // Three for an rgb bank; the fixed lights are a further source.
     let sources = together(&settings).iter().filter(|s| **s != 0.0).count() as f64;
     let estimate = engine.estimate();
@@ -85,52 +78,6 @@ pub fn predict(engine: &Engine) -> Result<QualityForecast, Error> {
         out.steps.push(QualityStep { quality, predicted });
     }
     Ok(out)
-}
-
-/// Images of settings at a quality step including preparation, and the seconds of the fastest of a
-/// few runs.
-pub(super) fn measured(
-    engine: &Engine,
-    settings: &[Vec<f64>],
-    quality: Quality,
-    held: usize,
-) -> Result<(Vec<Image>, Seconds), Error> {
-    let mut best = measured_once(engine, settings, quality, held)?;
-    let mut spent = best.1.total() + best.1.picture;
-    for _ in 1..RUNS {
-        if spent > ENOUGH {
-            break;
-        }
-        let found = measured_once(engine, settings, quality, held)?;
-        spent += found.1.total() + found.1.picture;
-        if found.1.total() < best.1.total() {
-            best = found;
-        }
-    }
-    Ok(best)
-}
-
-fn measured_once(
-    engine: &Engine,
-    settings: &[Vec<f64>],
-    quality: Quality,
-    held: usize,
-) -> Result<(Vec<Image>, Seconds), Error> {
-    let estimate = engine.estimate();
-    let rendering = estimate.rendering()?;
-    let (work, clock) = (engine.work().holding(held), engine.host.clock.as_ref());
-    let begin = clock.seconds();
-    let mut operator = rendering.prepare(engine.host.renderer.as_ref(), quality, work)?;
-    let prepared = clock.seconds();
-    let images = operator.render(settings, work)?;
-    let done = clock.seconds();
-    operator.render(&[together(settings)], work)?;
-    let seconds = Seconds {
-        prepare: prepared - begin,
-        banks: done - prepared,
-        picture: clock.seconds() - done,
-    };
-    Ok((images, seconds))
 }
 
 /// The sum of all settings.
