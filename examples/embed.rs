@@ -45,10 +45,9 @@ fn main() -> Result<(), Box<dyn error::Error>> {
     println!("5 s into the show: {:.2?}", engine.levels(middle));
 
     // An edit is the smallest change of the text; an error leaves the show unchanged.
-    engine.edit(&Edit::UpdateMove {
+    engine.edit(&Edit::UpdateMoves {
         cue: CueNumber::parse("2").ok_or("a number")?,
-        target: "cool".to_owned(),
-        level: 0.4,
+        moves: "cool 40".to_owned(),
     })?;
     println!("after the edit:    {:.2?}", engine.levels(middle));
     if let Err(Error::Show(diagnostics)) = engine.edit(&Edit::Declare("cue 3 { wram 50 }".into())) {
@@ -60,7 +59,9 @@ fn main() -> Result<(), Box<dyn error::Error>> {
     live.go(engine.document())?;
     let moves = Moves::read(engine.document(), "warm full", engine.host().files.as_ref())?;
     live.set(engine.document(), moves)?;
-    let tried = engine.picture_of(&live.setting(engine.document()))?;
+    let setting = live.setting(engine.document());
+    let poses = live.poses(engine.document());
+    let tried = engine.picture_with(&setting, &poses)?;
     let brightest = tried.data().iter().copied().fold(0.0, f32::max);
     println!("with warm at full the brightest channel is {brightest:.1} cd/m2");
 

@@ -170,7 +170,7 @@ pub use footlight_prompt::{Console, Error as ReplError, Repl, Reply, Verb};
 pub use footlight_report::film::{Canvas, Shown};
 pub use footlight_show::diagnostic::{Diagnostic, Diagnostics, Severity, Style};
 pub use footlight_show::geometry::{Vec3, View};
-pub use footlight_show::lang::edit::{Change, CueMove, CueText, Edit};
+pub use footlight_show::lang::edit::{Change, CueText, Edit};
 pub use footlight_show::model::{Bank, Cue, Show};
 pub use footlight_show::printable::Printable;
 pub use footlight_show::timeline::Timeline;

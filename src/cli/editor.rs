@@ -1,17 +1,15 @@
-//! Completion, hints and colours of the line editor, from the prompt's vocabulary, and the history
-//! on disk.
+//! Completion, hints and colours of the line editor, from the prompt's vocabulary, and where its
+//! history is kept.
 
 use std::borrow::Cow;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use rustyline::completion::{Completer, FilenameCompleter, Pair};
 use rustyline::highlight::{CmdKind, Highlighter};
 use rustyline::hint::Hinter;
-use rustyline::history::{DefaultHistory, History};
 use rustyline::validate::{ValidationContext, ValidationResult, Validator};
 use rustyline::{Context, Helper};
 
-use footlight_host::files::{Disk, FileError, Store};
 use footlight_prompt::{Vocabulary, finished};
 use footlight_show::lang::{Token, tokens};
 use footlight_show::printable::{is_hidden, visible};
@@ -20,9 +18,6 @@ use footlight_show::printable::{is_hidden, visible};
 pub const REMEMBERED: usize = 2000;
 /// Most characters of a hint.
 const HINT: usize = 60;
-/// Most bytes read of the history.
-const HISTORY_LIMIT: u64 = 4 << 20;
-
 /// Completion, hints and colours for the line editor.
 pub struct Reader {
     /// The show's names, updated before each line.
@@ -156,65 +151,12 @@ pub fn history_file() -> Option<PathBuf> {
     state.map(|folder| folder.join("footlight").join("history"))
 }
 
-/// The lines of the history; empty without a file.
-pub fn remembered(file: &Path) -> Result<Vec<String>, FileError> {
-    let bytes = match Disk.read(file, HISTORY_LIMIT) {
-        Err(FileError::Missing(_)) => return Ok(Vec::new()),
-        read => read?,
-    };
-    let text = String::from_utf8_lossy(&bytes);
-    Ok(text.lines().map(unescaped).collect())
-}
-
-/// Appends this session's lines to those of other sessions.
-pub fn remember(file: &Path, history: &DefaultHistory, known: usize) -> Result<(), FileError> {
-    if history.len() == known {
-        return Ok(());
-    }
-    // An unreadable history is not replaced, because it would be lost.
-    let mut lines = remembered(file)?;
-    let fresh = history.iter().skip(known).map(String::as_str);
-    lines.extend(fresh.map(str::to_owned));
-    let surplus = lines.len().saturating_sub(REMEMBERED);
-    let text: String = lines
-        .iter()
-        .skip(surplus)
-        .map(|l| escaped(l) + "\n")
-        .collect();
-    Disk.output(file, text.as_bytes())
-}
-
-/// Escapes line breaks in an entry.
-fn escaped(line: &str) -> String {
-    line.replace('\\', "\\\\").replace('\n', "\\n")
-}
-
-fn unescaped(line: &str) -> String {
-    let mut out = String::new();
-    let mut chars = line.chars();
-    while let Some(c) = chars.next() {
-        match c {
-            '\\' => match chars.next() {
-                Some('n') => out.push('\n'),
-                other => out.extend(other),
-            },
-            c => out.push(c),
-        }
-    }
-    out
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn lines_survive_the_history() {
-        for line in ["cue 1 {\n  lamps 5\n}", "a \\n b", "\\", ""] {
-            assert_eq!(unescaped(&escaped(line)), line);
-            assert!(!escaped(line).contains('\n'));
-        }
-    }
+    use footlight_engine::{Engine, Host};
+    use footlight_host::files::Memory;
+    use rustyline::history::DefaultHistory;
 
     #[test]
     fn names_that_command_the_terminal_are_not_completed() {
@@ -234,8 +176,28 @@ mod tests {
         let names: Vec<String> = offered.unwrap().1.into_iter().map(|p| p.display).collect();
         assert_eq!(names, ["a.png"]);
         let mut reader = Reader::new(true);
-        let materials = ["oak", "oa\u{1b}[2J", "oa\u{202e}k"];
-        reader.vocabulary = Vocabulary::of_materials(materials.map(str::to_owned).to_vec());
+        let files = Memory::default()
+            .with(
+                "a.obj",
+                "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl oak\nf 1 2 3\n",
+            )
+            .with(
+                "a.mtl",
+                ["oak", "oa\u{1b}[2J", "oa\u{202e}k"]
+                    .map(|name| format!("newmtl {name}\nKd 1\n"))
+                    .concat(),
+            );
+        let host = Host {
+            files: Box::new(files),
+            ..Host::default()
+        };
+        let engine = Engine::from_text(
+            "a.lxq",
+            b"stage \"a.obj\"\nview v from 0,0,9 to 0,0,0 fov 9",
+            host,
+        )
+        .unwrap();
+        reader.vocabulary = Vocabulary::of(engine.document());
         let line = "surface oa";
         let offered = reader.complete(line, line.len(), &Context::new(&history));
         let names: Vec<String> = offered.unwrap().1.into_iter().map(|p| p.display).collect();

@@ -1,11 +1,12 @@
 //! The prompt: a line editor on a terminal, plain lines from anywhere else.
 
 use std::io::{self, BufRead, BufReader, Read};
+use std::path::Path;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 
 use rustyline::error::ReadlineError;
-use rustyline::history::{DefaultHistory, History};
+use rustyline::history::DefaultHistory;
 use rustyline::{CompletionType, Config, Editor, ExternalPrinter};
 
 use super::editor::{self, Reader};
@@ -112,6 +113,7 @@ impl LineReader {
 fn line_editor(coloured: bool) -> Result<Editor<Reader, DefaultHistory>, ReadlineError> {
     let config = Config::builder()
         .completion_type(CompletionType::List)
+        .max_history_size(editor::REMEMBERED)?
         .build();
     let mut line_editor = Editor::with_config(config)?;
     line_editor.set_helper(Some(Reader::new(coloured)));
@@ -125,14 +127,10 @@ fn type_lines(
     send: &Sender<Event>,
 ) {
     let history = editor::history_file();
-    // Errors of reading the history are reported when it is written.
-    let remembered = history
-        .iter()
-        .filter_map(|file| editor::remembered(file).ok());
-    for line in remembered.flatten() {
-        let _ = line_editor.add_history_entry(line);
+    if let Some(file) = &history {
+        // Without a file there are no lines yet; other errors are reported when it is written.
+        let _ = line_editor.load_history(file);
     }
-    let known = line_editor.history().len();
     for (vocabulary, prompt) in asked {
         if let Some(reader) = line_editor.helper_mut() {
             reader.vocabulary = vocabulary;
@@ -146,11 +144,20 @@ fn type_lines(
             break;
         }
     }
-    let file = history.as_ref();
-    let kept = file.map(|file| editor::remember(file, line_editor.history(), known));
-    if let Some(Err(error)) = kept {
+    if let Some(Err(error)) = history.map(|file| remember(line_editor, &file)) {
         complain(format!("this session is not in the history: {error}\n"));
     }
+}
+
+/// Appends this session's lines to those of other sessions.
+fn remember(
+    line_editor: &mut Editor<Reader, DefaultHistory>,
+    file: &Path,
+) -> Result<(), ReadlineError> {
+    if let Some(folder) = file.parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    line_editor.append_history(file)
 }
 
 /// Runs an interactive session and returns its exit code.

@@ -7,6 +7,7 @@ use super::patch::{Frames, Patch, Slot};
 use super::{Carried, ExportError, Loss};
 use footlight_host::work::Work;
 use footlight_show::model::{Link, Show};
+use footlight_show::printable::escaped;
 use footlight_show::timeline::{Timeline, TimelineError, lights, tracked};
 use footlight_show::units::Time;
 
@@ -221,20 +222,4 @@ fn bend(show: &Show, timeline: &Timeline, index: usize, fade: u32) -> f64 {
         }
     }
     far
-}
-
-/// Escapes text for XML; characters that XML cannot hold are dropped.
-fn escaped(text: &str) -> String {
-    let mut out = String::new();
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            c if c.is_control() => {}
-            c => out.push(c),
-        }
-    }
-    out
 }

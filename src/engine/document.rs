@@ -16,7 +16,7 @@ use footlight_picture::Image;
 use footlight_picture::tone::{self, Tone};
 use footlight_show::diagnostic::{Diagnostics, Label};
 use footlight_show::lang;
-use footlight_show::lang::edit::{self, Change, Edit, Splice};
+use footlight_show::lang::edit::{self, Change, Edit};
 use footlight_show::model::{Coordinate, NodeId, Pose, Show};
 use footlight_show::timeline::{KeySequence, Timeline};
 use footlight_show::units::Time;
@@ -70,8 +70,6 @@ pub struct Document {
 pub struct Edited {
     /// The changed declarations, in order; empty when a whole text was replaced.
     pub changes: Vec<Change>,
-    /// The difference to the previous text, in order; empty when a whole text was replaced.
-    pub splices: Vec<Splice>,
     /// Warnings that the previous text did not give.
     pub warnings: Diagnostics,
     /// True when files of the show had changed on disk and were read again.
@@ -261,7 +259,7 @@ impl Document {
     }
 
     /// The light of each coordinate at a time, after the dimmers and relative to full, as input for
-    /// [`Engine::picture_of`](super::Engine::picture_of). Times as in
+    /// [`Engine::picture_with`](super::Engine::picture_with). Times as in
     /// [`Engine::levels`](super::Engine::levels).
     pub fn setting(&self, time: Time) -> Vec<f64> {
         self.timeline().evaluate(time)
@@ -361,7 +359,6 @@ impl Document {
         let mut done = self.compile(&edited.source, self.view.clone(), files)?;
         self.change_text(edited.source);
         done.changes = edited.changes;
-        done.splices = edited.splices;
         Ok(done)
     }
 

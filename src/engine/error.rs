@@ -143,9 +143,14 @@ pub enum Error {
     /// An image could not be made or read.
     #[error(transparent)]
     Picture(#[from] PictureError),
-    /// A reference image is missing or does not fit.
-    #[error(transparent)]
-    Reference(#[from] ReferenceError),
+    /// A sketch is not an image.
+    #[error("`{}`: {source}", path.display())]
+    Sketch {
+        /// The file.
+        path: PathBuf,
+        /// The reader's error.
+        source: PictureError,
+    },
     /// No levels come near the target.
     #[error(transparent)]
     Solve(#[from] crate::solve::SolveError),
@@ -278,62 +283,6 @@ pub enum TaskFault {
     /// A task's setting does not fit the coordinates, or is not finite.
     #[error("the setting of task {0} does not fit the coordinates")]
     Setting(usize),
-}
-
-/// Reason why a reference cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum ReferenceError {
-    /// Neither the image nor both halves exist.
-    #[error(
-        "`{}` has no reference for {}: it needs {bank}.exr, or both {bank}_A.exr and \
-         {bank}_B.exr; it has {}",
-        folder.display(), some(missing, "no bank"), some(files, "no .exr file")
-    )]
-    Missing {
-        /// The folder searched.
-        folder: PathBuf,
-        /// The first bank without one.
-        bank: String,
-        /// All missing banks.
-        missing: Vec<String>,
-        /// The existing .exr files.
-        files: Vec<String>,
-    },
-    /// It is not an image.
-    #[error("`{}`: {source}", path.display())]
-    Picture {
-        /// The file.
-        path: PathBuf,
-        /// The reader's error.
-        source: PictureError,
-    },
-    /// Its size differs from the view's.
-    #[error(
-        "`{}` is {}x{}, the show's view is {}x{}; give the view that size",
-        path.display(), found.0, found.1, expected.0, expected.1
-    )]
-    Size {
-        /// The file.
-        path: PathBuf,
-        /// Its width and height.
-        found: (usize, usize),
-        /// The view's.
-        expected: (usize, usize),
-    },
-    /// The folder or a file cannot be read.
-    #[error(transparent)]
-    File(#[from] FileError),
-}
-
-/// The first names of a list, and the number of others.
-fn some(names: &[String], none: &str) -> String {
-    const SHOWN: usize = 12;
-    let shown = names.get(..SHOWN).unwrap_or(names);
-    match names.len() - shown.len() {
-        0 if names.is_empty() => none.to_owned(),
-        0 => shown.join(", "),
-        more => format!("{} and {more} more", shown.join(", ")),
-    }
 }
 
 impl From<TransportError> for Error {

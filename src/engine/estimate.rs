@@ -95,17 +95,12 @@ impl<'e> Estimate<'e> {
         chosen.unwrap_or_else(|| self.coarse_pair())
     }
 
-    /// The two quality steps of the show's settings.
+    /// The coarse step of the show's settings, clamped to the scale, and the next finer one if
+    /// errors can only be estimated from the difference of two steps: the operator states none, or
+    /// its images have noise.
     pub(super) fn coarse_pair(&self) -> [Quality; 2] {
-        self.coarse_pair_at(self.document.show().preview.coarse)
-    }
-
-    /// The step `coarse`, clamped to the scale, and the next finer one if errors can only be
-    /// estimated from the difference of two steps: the operator states none, or its images have
-    /// noise.
-    pub(super) fn coarse_pair_at(&self, coarse: u8) -> [Quality; 2] {
         let finest = self.finest().0;
-        let cheap = coarse.clamp(1, finest);
+        let cheap = self.document.show().preview.coarse.clamp(1, finest);
         let is_stated = self.step_error(Quality(cheap), ErrorUnit::Light).is_some();
         let is_pair = !is_stated || self.samples(Quality(cheap)).is_some();
         [cheap, cheap.saturating_add(u8::from(is_pair)).min(finest)].map(Quality)
@@ -134,14 +129,16 @@ impl<'e> Estimate<'e> {
     /// from the difference of two coarse steps. An image at one of these two would not tell their
     /// error.
     pub fn refined_step(&self) -> Quality {
-        let preview = &self.document.show().preview;
-        self.refined_step_at(preview.coarse, preview.refined)
-    }
-
-    pub(super) fn refined_step_at(&self, coarse: u8, refined: u8) -> Quality {
-        let [cheap, fine] = self.coarse_pair_at(coarse);
+        let [cheap, fine] = self.coarse_pair();
         let least = fine.0.saturating_add(u8::from(cheap < fine));
-        Quality(refined.max(least).min(self.finest().0))
+        Quality(
+            self.document
+                .show()
+                .preview
+                .refined
+                .max(least)
+                .min(self.finest().0),
+        )
     }
 
     /// The least quality step of a usable refined image.

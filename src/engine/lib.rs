@@ -79,7 +79,7 @@ use footlight_transport::{Quality, TransportWarning};
 pub use self::background::{Ahead, Event, JobStatus, Status};
 pub use self::compile::{Compiled, Version};
 pub use self::document::{Document, Edited, TEXT_LIMIT, decode, format};
-pub use self::error::{Error, ReferenceError, TaskFault};
+pub use self::error::{Error, TaskFault};
 pub use self::estimate::Estimate;
 pub use self::forecast::{Forecast, NextImage};
 pub use self::goal::{
@@ -396,19 +396,11 @@ impl Engine {
         self.picture_with(&setting, &poses)
     }
 
-    /// The image of a setting, one number for each coordinate, from the current pool, with heads at
-    /// home.
+    /// The image of a setting, one number for each coordinate, from the current pool, with heads in
+    /// these poses.
     ///
     /// # Errors
     /// As [`Engine::picture`]; [`Error::Plan`] for a wrong number of coordinates.
-    pub fn picture_of(&mut self, setting: &[f64]) -> Result<Image, Error> {
-        self.picture_with(setting, &self.document.home())
-    }
-
-    /// Like [`Engine::picture_of`], with heads in these poses.
-    ///
-    /// # Errors
-    /// As [`Engine::picture_of`].
     pub fn picture_with(&mut self, setting: &[f64], poses: &[Pose]) -> Result<Image, Error> {
         self.coarse()?;
         let image = self.estimate().rendered()?.preview(setting, self.work())?;

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use super::{Document, Edited, Engine, Error};
 use footlight_host::files::Files;
 use footlight_show::diagnostic::Diagnostics;
-use footlight_show::lang::edit::{CueMove, CueText, Edit};
+use footlight_show::lang::edit::{CueText, Edit};
 use footlight_show::lang::{self, SetLevel};
 use footlight_show::model::{Pose, Show};
 use footlight_show::timeline::{self, CueTime};
@@ -317,13 +317,12 @@ impl LiveControl {
         if index_of(engine.document(), cue).is_ok() {
             return Err(Error::CueExists(cue));
         }
-        let written = |text: &str| CueMove::Written(text.to_owned());
         let edit = Edit::SetCue(CueText {
             number: cue,
             label: label.to_owned(),
             up: times.map(|(up, _)| up),
             down: times.map(|(_, down)| down),
-            moves: self.tried().into_iter().map(written).collect(),
+            moves: self.tried().into_iter().map(str::to_owned).collect(),
         });
         let edited = engine.edit(&edit)?;
         let document = engine.document();

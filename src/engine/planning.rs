@@ -34,7 +34,7 @@ impl Estimate<'_> {
         }
         let report = PlanReport {
             unit,
-            ..plan.report(self.document.show(), keys)?
+            ..plan.report(self.document.show(), keys)
         };
         Ok(if self.is_final() {
             nothing_to_refine(report)

@@ -200,16 +200,6 @@ impl SetupImages {
         self.layered(renderer).finest()
     }
 
-    /// Prepares an operator at a quality step.
-    pub fn prepare(
-        &self,
-        renderer: &dyn Transport,
-        quality: Quality,
-        work: Work<'_>,
-    ) -> Result<Box<dyn Prepared>, TransportError> {
-        self.layered(renderer).prepare(&self.setup, quality, work)
-    }
-
     /// The error of images of a step, relative to their light: the usual one, scaled by
     /// measurements.
     pub fn step_error(&self, renderer: &dyn Transport, quality: Quality) -> Option<f64> {

@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use footlight_show::printable::boundary;
 use lsp_types::{Position, PositionEncodingKind};
 
 /// Unit of columns.
@@ -119,15 +120,6 @@ impl<'t> Lines<'t> {
     pub fn range(&self, bytes: &Range<usize>) -> lsp_types::Range {
         lsp_types::Range::new(self.position(bytes.start), self.position(bytes.end))
     }
-}
-
-/// The character boundary at a byte, or before it.
-fn boundary(text: &str, byte: usize) -> usize {
-    let mut at = byte.min(text.len());
-    while !text.is_char_boundary(at) {
-        at -= 1;
-    }
-    at
 }
 
 #[cfg(test)]

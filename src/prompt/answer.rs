@@ -18,8 +18,7 @@ use std::path::Path;
 use super::Error;
 use super::error::usage;
 use super::repl::{Repl, Reply};
-use footlight_report::chart::{Drawing, Theme};
-use footlight_report::record::Record;
+use footlight_report::chart::Drawing;
 use footlight_report::{self as report, format};
 
 impl Repl {
@@ -42,22 +41,6 @@ impl Repl {
             None => Reply::drawn(drawing, text),
             Some(path) => self.written(path, &format::drawing(drawing, 2.0, path)?, &text),
         }
-    }
-
-    /// Shows a measurement in words with its drawing, or writes it to a file, whose extension
-    /// selects the drawing (in `theme`) or the figures.
-    fn deliver(
-        &self,
-        text: String,
-        record: &dyn Fn() -> Record,
-        drawn: &dyn Fn(Theme) -> Drawing,
-        (path, theme): (Option<&Path>, Theme),
-    ) -> Result<Reply, Error> {
-        let Some(path) = path else {
-            return Reply::drawn(&drawn(Theme::Dark), text);
-        };
-        let bytes = format::record(&record(), drawn, theme, path)?;
-        self.written(path, &bytes, &text)
     }
 
     fn headline(&self) -> String {

@@ -122,7 +122,7 @@ fn engine_code(error: &engine::Error) -> u8 {
         E::NotTasks { .. } | E::OtherTasks { .. } => 65,
         E::NotStored(_) => 75,
         E::Show(_) => 1,
-        E::File(_) | E::Stage(_) | E::Picture(_) | E::Reference(_) | E::TaskLost | E::Farm(_) => 3,
+        E::File(_) | E::Stage(_) | E::Picture(_) | E::Sketch { .. } | E::TaskLost | E::Farm(_) => 3,
         E::Render(TransportError::Outside(_)) => 3,
         E::Render(_) => 1,
         E::Plan(_) => 70,

@@ -15,7 +15,7 @@ pub use super::answer::edit::{CopyArgs, DeleteArgs, RenameArgs};
 pub use super::answer::export::ExportArgs;
 pub use super::answer::help::HelpArgs;
 pub use super::answer::live::{AtArgs, BlindArgs, GotoArgs, InsertArgs, RecordArgs, SetArgs};
-pub use super::answer::measure::{ChartArgs, CompareArgs, MeasureArgs, QualityArgs};
+pub use super::answer::measure::{MeasureArgs, QualityArgs};
 pub use super::answer::picture::{PictureArgs, ShotArgs};
 pub use super::answer::play::{FilmArgs, FramesArgs, PlayArgs};
 pub use super::answer::plot::PlotArgs;
@@ -72,18 +72,12 @@ pub enum Verb {
     /// The whole loop: pictures, plan, refined ones, page, cues, sheets
     #[command(after_help = "run --until 2%")]
     Run(render::RunArgs),
-    /// Render every bank alone and hold it against its reference picture
-    #[command(after_help = "compare --reference refs --quality 2 -o differences.png")]
-    Compare(measure::CompareArgs),
     /// What a picture is off by, measured on some of its pixels
     #[command(after_help = "measure cue 3")]
     Measure(measure::MeasureArgs),
-    /// What each step of quality sets, and how long it is likely to take
-    #[command(after_help = "quality --measure")]
+    /// How long each step of quality is likely to take
+    #[command(after_help = "quality")]
     Quality(measure::QualityArgs),
-    /// Draw error against time over the steps of quality
-    #[command(after_help = "chart transport -o transport.png")]
-    Chart(measure::ChartArgs),
     /// What pictures there are and which serve this show, or free them
     #[command(after_help = "pool drop unused")]
     Pool(render::PoolArgs),
@@ -223,10 +217,8 @@ impl Verb {
             Verb::Frames(asked) => play::frames(repl, asked),
             Verb::Plot(asked) => plot::plot(repl, asked),
             Verb::Run(asked) => render::run(repl, asked),
-            Verb::Compare(asked) => measure::compare(repl, asked),
             Verb::Measure(asked) => measure::measure(repl, asked),
             Verb::Quality(asked) => measure::quality(repl, asked),
-            Verb::Chart(asked) => measure::chart(repl, asked),
             Verb::Pool(asked) => render::pool(repl, asked),
             Verb::View(asked) => text::view(repl, asked),
             Verb::Go => live::go(repl),

@@ -130,14 +130,6 @@ fn word_start(typed: &str) -> usize {
 }
 
 impl Vocabulary {
-    /// A vocabulary of a stage's materials alone.
-    pub fn of_materials(materials: Vec<String>) -> Vocabulary {
-        Vocabulary {
-            materials,
-            ..Vocabulary::default()
-        }
-    }
-
     /// Completions at the end of a statement of a show's text; file names are not offered.
     pub fn complete_statement(&self, typed: &str) -> Completion {
         let start = word_start(typed);

@@ -1,10 +1,10 @@
 //! Drawings of the light of banks over time.
 
-use crate::chart::{self, ChartKnot, Drawing, Theme};
+use crate::chart::{self, Drawing, Theme};
 use crate::sheet::heads;
 use footlight_engine::Document;
 use footlight_show::model::{Coordinate, HeadAxis, Show};
-use footlight_show::timeline::{CurvePiece, KeySequence, Segment, Timeline};
+use footlight_show::timeline::{CurvePiece, Timeline};
 use footlight_show::units::Time;
 
 /// Points per second of a curve, besides its knots.
@@ -13,8 +13,8 @@ const POINTS_A_SECOND: f64 = 8.0;
 /// Most points of a curve.
 const MOST_POINTS: f64 = 2000.0;
 
-/// Draws the light of the `wanted` coordinates over time, in their order, with cues, moves, knots,
-/// and the current moment if given. Then follow the moving axes of the heads in their banks, and
+/// Draws the light of the `wanted` coordinates over time, in their order, with cues, moves and
+/// the current moment if given. Then follow the moving axes of the heads in their banks, and
 /// pan, tilt and other moving axes of the `named` heads (indices).
 pub fn curves(
     document: &Document,
@@ -68,7 +68,6 @@ pub fn curves(
         rows: wanted.iter().filter_map(row).chain(axes).collect(),
         cues: cues_in_time(show, timeline),
         playhead: playhead.map(Time::seconds),
-        knots: knots(document.keys()),
     };
     chart::curves(&curves, theme)
 }
@@ -85,20 +84,6 @@ pub fn cues_in_time(show: &Show, timeline: &Timeline) -> Vec<(f64, String)> {
     let cues = show.cues.iter().zip(timeline.cues());
     cues.map(|(cue, time)| (time.go.seconds(), cue.number.to_string()))
         .collect()
-}
-
-/// Joints of the key sequence's segments, including its ends.
-fn knots(keys: &KeySequence) -> Vec<ChartKnot> {
-    let segments = keys.segments();
-    let last = segments.last().map(|s| ChartKnot {
-        time: s.end(),
-        inserted: false,
-    });
-    let of = |s: &Segment| ChartKnot {
-        time: s.start(),
-        inserted: s.is_inserted(),
-    };
-    segments.iter().map(of).chain(last).collect()
 }
 
 /// A coordinate's setting over time, dense enough to draw; two points at a jump.

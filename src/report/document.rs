@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use super::sheet::{heads, hex};
-use super::words::{count, label, seconds};
-use footlight_engine::measure::LongRun;
+use super::words::{count, label};
 use footlight_engine::{Document, Edited, LiveControl, UnlitBank};
 use footlight_show::diagnostic::{Diagnostic, Style};
 use footlight_show::lang::{self, codes, edit::Action};
@@ -26,11 +25,10 @@ pub fn headline(document: &Document) -> String {
     )
 }
 
-/// The warnings, and true if there are any, including a `long` run and `unlit` banks. `transparent`
-/// names the transparent materials of the stage.
+/// The warnings, and true if there are any, including `unlit` banks. `transparent` names the
+/// transparent materials of the stage.
 pub fn check(
     document: &Document,
-    long: Option<LongRun>,
     unlit: Vec<UnlitBank>,
     transparent: &str,
     style: Style,
@@ -40,7 +38,6 @@ pub fn check(
     diagnostics
         .list
         .extend(unlit.into_iter().map(|bank| self::unlit(bank, view)));
-    diagnostics.list.extend(long.map(long_run));
     let mut text = diagnostics.render(style);
     if !style.is_for_people() {
         return text;
@@ -65,33 +62,6 @@ fn unlit(bank: UnlitBank, view: Option<&str>) -> Diagnostic {
     );
     warning.labels.extend(bank.place);
     warning
-}
-
-/// Warning about a run of minutes.
-fn long_run(run: LongRun) -> Diagnostic {
-    let message = format!(
-        "from nothing stored, `run` takes about {} on this machine until its first refined picture",
-        seconds(run.seconds)
-    );
-    let warning = Diagnostic::warning(codes::LONG_RUN, message).help(match run.many_lamps {
-        Some((light, lamps)) => format!(
-            "light `{light}` shines from {lamps} polygons, each a lamp of its own: give what glows \
-             a material of its own"
-        ),
-        None => "`footlight picture` needs the coarse pictures alone, and is there much sooner"
-            .to_owned(),
-    });
-    match run.instead {
-        Some((coarse, refined, less)) => warning.help(format!(
-            "`preview {{ coarse {coarse}  refined {refined} }}` takes about {}; `footlight quality` \
-             tells of every step",
-            seconds(less)
-        )),
-        None => warning.help(
-            "every step of quality takes long: a view of a smaller size takes a share of it; \
-             `footlight quality` tells of every step",
-        ),
-    }
 }
 
 /// Lists banks, and cues with their times.

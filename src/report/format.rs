@@ -5,9 +5,8 @@
 use std::path::Path;
 
 use super::Error;
-use super::record::Record;
 use super::table::Table;
-use crate::chart::{Drawing, Theme};
+use crate::chart::Drawing;
 use footlight_host::work::Cancelled;
 use footlight_picture::exr::{self, Precision};
 use footlight_picture::tone::Tone;
@@ -26,12 +25,6 @@ pub struct Formats {
 pub const DRAWING: Formats = Formats {
     endings: &["png", "svg"],
     known: ".png or .svg",
-};
-
-/// Measurements: drawing or figures.
-pub const RECORD: Formats = Formats {
-    endings: &["png", "svg", "csv", "json"],
-    known: ".png, .svg, .csv or .json",
 };
 
 /// Tables of words.
@@ -97,21 +90,6 @@ pub fn drawing(drawing: &Drawing, magnified: f32, path: &Path) -> Result<Vec<u8>
     match ending(path).as_str() {
         "svg" => Ok(drawing.svg().into_bytes()),
         _ => Ok(drawing.clone().magnified(magnified).png()?),
-    }
-}
-
-/// Encodes a measurement: its drawing or its figures.
-pub fn record(
-    record: &Record,
-    drawn: &dyn Fn(Theme) -> Drawing,
-    theme: Theme,
-    path: &Path,
-) -> Result<Vec<u8>, Error> {
-    RECORD.check(path)?;
-    match ending(path).as_str() {
-        "csv" => Ok(record.csv().into_bytes()),
-        "json" => Ok(record.json()?.into_bytes()),
-        _ => drawing(&drawn(theme), 2.0, path),
     }
 }
 

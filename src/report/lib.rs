@@ -1,17 +1,16 @@
 //! Typed results as text, tables, charts and data.
 //!
 //! ```text
-//! Engine, results --describe--> words    --drawing--> Drawing --> PNG, SVG    --record--> CSV, JSON
+//! Engine, results --describe--> words    --drawing--> Drawing --> PNG, SVG
 //! ```
 //!
-//! Each module takes one result and writes it in up to three ways: `describe` in words for a
-//! terminal, `drawing` as a chart, `record` as the table that CSV and JSON are made of
-//! ([`Record`]).
+//! Each module takes one result and writes it in up to two ways: `describe` in words for a
+//! terminal, `drawing` as a chart.
 //!
 //! - [`document`], [`sheet`], [`versions`] and [`curves`] report a show; [`stage`] its stage,
 //!   [`rig`] its lights.
 //! - [`plan`], [`refine`], [`ways`], [`tasks`], [`farm`] and [`pool`] report the refinement.
-//! - [`quality`], [`tradeoff`] and [`comparison`] report measurements.
+//! - [`quality`] and [`measured`] report measurements.
 //! - [`run`] and [`results`] write a folder of results. [`target`] writes a sequence: [`film`],
 //!   [`layers`], [`page`].
 //! - [`chart`] lays plain data out as a drawing and paints it. [`table`] aligns text.
@@ -27,7 +26,6 @@
 //! This crate does not know verbs, prompts or terminals, and computes no results.
 
 pub mod chart;
-pub mod comparison;
 pub mod curves;
 pub mod document;
 mod error;
@@ -46,7 +44,6 @@ pub mod plan;
 pub mod plot;
 pub mod pool;
 pub mod quality;
-pub mod record;
 pub mod refine;
 pub mod results;
 pub mod rig;
@@ -57,11 +54,9 @@ pub mod stage;
 pub mod table;
 pub mod target;
 pub mod tasks;
-pub mod tradeoff;
 pub mod versions;
 pub mod ways;
 pub mod words;
 
 pub use error::Error;
 pub use manifest::Results;
-pub use record::{Quantity, Record, RecordRow, RecordSeries, StudyKind};

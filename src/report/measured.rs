@@ -8,7 +8,7 @@ pub fn describe(what: &str, measured: Option<&MeasuredError>) -> String {
     let Some(measured) = measured else {
         return format!(
             "{what}: not measured: it is dark, a bank is an image, or its renderer has no independent \
-             estimate (compare it with references by `footlight compare`)"
+             estimate"
         );
     };
     let MeasuredError {

@@ -4,10 +4,10 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::words::{self, count, trimmed};
+use super::words::{self, count};
 use footlight_engine::plan::{LeftOut, PlanReport};
 use footlight_engine::pool::is_within;
-use footlight_show::printable;
+use footlight_show::printable::{self, trimmed};
 use footlight_show::units::ErrorUnit;
 
 /// The JSON form of a plan.
@@ -56,7 +56,6 @@ fn item(left_out: &LeftOut, unit: ErrorUnit) -> Item {
         LeftOut::MergedKeys(n) => ("keys", n.to_string()),
         LeftOut::InsertedKnots(n) => ("inserted knots", n.to_string()),
         LeftOut::SparedDirections { count, .. } => ("directions", count.to_string()),
-        LeftOut::FixedRaisesRank => ("fixed", "fixed".to_owned()),
         LeftOut::OneQuality => ("refinement", "of every bank".to_owned()),
     };
     Item {
@@ -101,9 +100,6 @@ fn why(left_out: &LeftOut, unit: ErrorUnit) -> String {
         LeftOut::JoinedKnots(_) => "where nothing bends: the neighbouring segments are one",
         LeftOut::MergedKeys(_) => "control points equal another key: one image serves them all",
         LeftOut::InsertedKnots(_) => "were added so that no key needs negative light",
-        LeftOut::FixedRaisesRank => {
-            "is part of every key, which costs playback nothing; it raises the rank by one"
-        }
         LeftOut::OneQuality => {
             "nothing is left to refine: quality has one step here, the first pictures are final"
         }

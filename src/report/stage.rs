@@ -3,9 +3,9 @@
 use std::fmt::Write;
 
 use super::table::Table;
-use super::words::{count, trimmed};
+use super::words::count;
 use footlight_engine::{StageFile, StageMaterial};
-use footlight_show::printable::Printable;
+use footlight_show::printable::{Printable, trimmed};
 use footlight_stage::LampShape;
 use footlight_stage::texture::Alpha;
 

@@ -149,20 +149,6 @@ fn csv_cell(text: &str) -> String {
     }
 }
 
-/// A remark line in comma-separated values. Spreadsheets split it into cells too, so that no piece
-/// may look like a formula.
-pub fn csv_remark(text: &str) -> String {
-    let mut out = "# ".to_owned();
-    let text = visible(text);
-    for piece in text.split_inclusive([',', ';']) {
-        if is_formula(piece.trim_end_matches([',', ';'])) {
-            out.push('\'');
-        }
-        out.push_str(piece);
-    }
-    out
-}
-
 /// True when a spreadsheet would evaluate a cell (OWASP, "CSV Injection"), some of which skip
 /// leading blanks. A plain number or clock is no formula.
 fn is_formula(cell: &str) -> bool {
@@ -254,10 +240,6 @@ mod tests {
         ] {
             assert_eq!(csv_line(&[cell.to_owned()]), written);
         }
-        assert_eq!(
-            csv_remark("subject: a,=1+1;-2,@b"),
-            "# subject: a,'=1+1;-2,'@b"
-        );
     }
 
     #[test]

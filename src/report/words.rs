@@ -20,16 +20,6 @@ pub fn qualities(engine: &Engine) -> String {
     }
 }
 
-/// A number without trailing zeros after its point.
-pub fn trimmed(text: &str) -> String {
-    let text = if text.contains('.') {
-        text.trim_end_matches('0').trim_end_matches('.')
-    } else {
-        text
-    };
-    if text == "-0" { "0" } else { text }.to_owned()
-}
-
 /// A relative number in percent: three digits, at most three decimals.
 pub fn percent(x: f64) -> String {
     let p = x * 100.0;
@@ -115,9 +105,4 @@ pub fn machine(machine: &Machine) -> String {
         Some(name) => format!("{threads}, {name}, {}", machine.system),
         None => format!("{threads}, {}", machine.system),
     }
-}
-
-/// A value for a chart: NaN, which charts leave out, if it is unknown or not finite.
-pub(super) fn drawn(value: Option<f64>) -> f64 {
-    value.filter(|v| v.is_finite()).unwrap_or(f64::NAN)
 }

@@ -10,6 +10,7 @@ use std::collections::BTreeSet;
 use crate::diagnostic::{Diagnostic, WARNINGS};
 use crate::lang::{self, Place, SpanMap, codes, limits};
 use crate::model::{Head, HeadAxis, Interpolation, Motion, Move, NodeId, Role, Show};
+use crate::printable;
 use crate::timeline::{Timeline, TimelineError, TimelineWarning};
 use crate::units::{Time, percent};
 
@@ -387,12 +388,7 @@ fn rounded(level: f64) -> String {
     let texts = [1, 3, 6].map(|decimals| format!("{level:.decimals$}"));
     let [.., last] = &texts;
     let text = texts.iter().find(|t| !hides(t)).unwrap_or(last);
-    let trimmed = text.trim_end_matches('0').trim_end_matches('.');
-    if text.contains('.') {
-        trimmed.to_owned()
-    } else {
-        text.clone()
-    }
+    printable::trimmed(text)
 }
 
 #[cfg(test)]

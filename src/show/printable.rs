@@ -36,6 +36,44 @@ fn windows_1252(byte: u8) -> char {
     special.copied().unwrap_or(char::from(byte))
 }
 
+/// Escapes text for XML and HTML. Line ends and tabs become spaces; other control characters and
+/// characters that XML cannot hold are dropped.
+pub fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            '\n' | '\r' | '\t' => out.push(' '),
+            '\u{fffe}' | '\u{ffff}' => {}
+            other if other.is_control() => {}
+            other => out.push(other),
+        }
+    }
+    out
+}
+
+/// The text of a number without zeros at the end of its decimals.
+pub fn trimmed(text: &str) -> String {
+    let text = if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.')
+    } else {
+        text
+    };
+    if text == "-0" { "0" } else { text }.to_owned()
+}
+
+/// The character boundary at a byte, or before it.
+pub fn boundary(text: &str, byte: usize) -> usize {
+    let mut at = byte.min(text.len());
+    while !text.is_char_boundary(at) {
+        at -= 1;
+    }
+    at
+}
+
 /// Text that is safe to print: no control character except the newline, no control of the direction
 /// of writing, nothing invisible; colours only in coloured diagnostics.
 ///

@@ -31,32 +31,16 @@ use footlight_show::units::Rgb;
 /// Most corners of one face.
 pub const CORNER_LIMIT: usize = 256;
 
-/// Reads the OBJ file `path` and the MTL files and images that it names (relative to their own
-/// folders), through `files`. OBJ is Y up by custom and is turned; `z_up` keeps the coordinates.
+/// Reads the OBJ file `path` with these bytes, and the MTL files and images that it names (relative
+/// to their own folders), through `files`. OBJ is Y up by custom and is turned, unless the options
+/// say otherwise.
 ///
 /// Materials keep the order of the MTL files, used or not, because a show may name them; polygons
-/// keep the order of the file.
+/// keep the order of the file. The scene may have no polygons. Also returns statistics of its faces.
 ///
 /// # Errors
 /// [`SceneError`] for files that cannot be read, malformed or truncated lines, numbers that are not
 /// finite, reflectances outside 0..1, missing vertices, and too much of anything.
-pub fn import(files: &dyn Files, path: &str, z_up: bool) -> Result<Scene, SceneError> {
-    let options = Options {
-        z_up,
-        ..Options::default()
-    };
-    let scene = parse(files, path, &files.read(path)?, &options, usize::MAX)?.scene;
-    if scene.polygons.is_empty() {
-        return Err(SceneError::Empty {
-            path: path.to_owned(),
-            left_out: String::new(),
-        });
-    }
-    Ok(scene)
-}
-
-/// Like [`import`] for the bytes of a file; it may have no polygons. Also returns statistics of its
-/// faces.
 pub(super) fn parse(
     files: &dyn Files,
     path: &str,

@@ -13,9 +13,7 @@
 use std::sync::Arc;
 
 use crate::contract::{check_memory, check_pictures, check_quality, check_settings};
-use crate::{
-    Cost, Prepared, Quality, QualityParameter, Setup, Transport, TransportError, TransportWarning,
-};
+use crate::{Cost, Prepared, Quality, Setup, Transport, TransportError, TransportWarning};
 use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_picture::combine::add_coloured;
@@ -99,17 +97,6 @@ impl Transport for Layered<'_> {
 
     fn warnings(&self) -> Vec<TransportWarning> {
         self.inner.map_or_else(Vec::new, Transport::warnings)
-    }
-
-    fn quality_parameters(
-        &self,
-        setup: &Setup,
-        quality: Quality,
-    ) -> Result<Vec<QualityParameter>, TransportError> {
-        match self.inner {
-            Some(inner) => inner.quality_parameters(&SplitSetup::new(setup)?.rest, quality),
-            None => Ok(Vec::new()),
-        }
     }
 
     /// Scale of the inner operator; seconds without one.

@@ -130,15 +130,6 @@ impl std::fmt::Display for TransportWarning {
     }
 }
 
-/// A parameter that a quality step sets for a scene.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct QualityParameter {
-    /// Name of the parameter.
-    pub name: &'static str,
-    /// Its value; 0 for a feature that the step does not use.
-    pub amount: f64,
-}
-
 /// Reason for which an operator could not prepare or render.
 #[derive(Debug, thiserror::Error)]
 pub enum TransportError {
@@ -270,18 +261,6 @@ pub trait Transport: Send + Sync {
     /// Warnings for the user, from measurements so far.
     fn warnings(&self) -> Vec<TransportWarning> {
         Vec::new()
-    }
-
-    /// Parameters of a quality step for this setup; empty when unknown.
-    ///
-    /// # Errors
-    /// [`TransportError`] for an unusable quality or setup.
-    fn quality_parameters(
-        &self,
-        _setup: &Setup,
-        _quality: Quality,
-    ) -> Result<Vec<QualityParameter>, TransportError> {
-        Ok(Vec::new())
     }
 
     /// Seconds per unit of [`Transport::cost`] on this machine, measured by a short task of known

@@ -6,7 +6,7 @@
 
 mod calibration;
 
-use crate::gather::{self, FinalGather, GatherStep, PathEstimator};
+use crate::gather::{self, FinalGather, PathEstimator};
 use crate::hemicube::HemicubeRadiosity;
 use crate::hemicube::cost::Counts;
 use crate::hemicube::step::{HemicubeStep, STEPS};
@@ -14,9 +14,7 @@ use crate::surfaces::FACET_BYTES;
 use crate::surfaces::lobe::is_sharp;
 use crate::threads::Threads;
 use crate::unit_lights::Composed;
-use crate::{
-    Cost, PixelEstimator, Prepared, Quality, QualityParameter, Setup, Transport, TransportError,
-};
+use crate::{Cost, PixelEstimator, Prepared, Quality, Setup, Transport, TransportError};
 use footlight_host::work::Work;
 use footlight_stage::{Light, Polygon};
 
@@ -76,18 +74,6 @@ impl Transport for Radiosity {
             BY_HEMICUBES
         };
         steps.get(usize::from(quality.0).checked_sub(1)?).copied()
-    }
-
-    fn quality_parameters(
-        &self,
-        setup: &Setup,
-        quality: Quality,
-    ) -> Result<Vec<QualityParameter>, TransportError> {
-        if is_final_gather(setup) {
-            return Ok(GatherStep::of(quality)?.quality_parameters());
-        }
-        let step = HemicubeStep::of(quality)?;
-        Ok(Counts::of(setup, step)?.quality_parameters(step))
     }
 
     fn is_measurable(&self, setup: &Setup) -> bool {

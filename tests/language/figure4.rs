@@ -44,7 +44,7 @@ fn the_simple_example_has_rank_four_and_its_plan_prints_the_same_bytes_twice() {
                 assert!((sum - x).abs() < 1e-9);
             }
         }
-        serde_json::to_string(&form(&plan.report(&show, &keys).unwrap())).unwrap()
+        serde_json::to_string(&form(&plan.report(&show, &keys))).unwrap()
     };
     let text = print();
     assert!(text.starts_with("{\"schema\":0,\"show\":\"Figure 4\",\"banks\":[{\"name\":\"b1\""));

@@ -6,7 +6,7 @@ bank alone, at equal error.
 
 REFS holds a folder for each scene with the references BANK_A.exr and BANK_B.exr; ROOMS holds
 NAME.obj and NAME.lxq as well. Needs the packages `mitsuba` (3.9.1), `pyoidn` (2.5.1) and `numpy`, and
-`target/release/footlight`. `llvm_ad_rgb` needs LLVM 17 or newer (DRJIT_LIBLLVM_PATH names it); without
+`target/release/banks` (a study). `llvm_ad_rgb` needs LLVM 17 or newer (DRJIT_LIBLLVM_PATH names it); without
 it `scalar_rgb` is used, and said so. Nothing of this is needed to build or test Footlight.
 
 All are measured in the same run on the same machine, by the same measure: relative RMSE of each
@@ -20,7 +20,6 @@ falling.
 """
 
 import argparse
-import json
 import math
 import re
 import resource
@@ -243,14 +242,14 @@ def footlight(scene):
     """Points (processor seconds of the whole program, mean error) for each step of quality."""
     out = []
     for quality in range(1, 4):
-        command = [ROOT / "target/release/footlight", "compare", scene.show, "--pool", "off"]
-        command += ["--reference", scene.references, "--quality", str(quality), "--json", "--quiet"]
+        command = [ROOT / "target/release/banks", scene.show]
+        command += ["--reference", scene.references, "--quality", str(quality), "--once"]
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        found = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)
+        said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
         after = resource.getrusage(resource.RUSAGE_CHILDREN)
         seconds = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
-        errors = [abs(b["rmse_noise_free_no_emitters"]) for b in found["banks"]]
-        out.append((seconds, float(np.mean(errors))))
+        # The last line: step, seconds, mean error in percent.
+        out.append((seconds, float(said.splitlines()[-1].split()[2]) / 100))
         print(f"  footlight quality {quality} {out[-1][0]:9.3f} s {out[-1][1] * 100:7.2f} %", flush=True)
     return out
 

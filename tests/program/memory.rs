@@ -162,7 +162,6 @@ fn cases() -> Vec<Case> {
         case("rig", rig(12, 40), 128, &["play", "-o", "a.html"], None),
         case("rig", rig(6, 20), 192, &["run", "--count", "1"], None),
         case("rig", rig(6, 20), 192, &["play", "-o", "a.html"], None),
-        case("rig", rig(6, 4), 192, &["chart", "transport"], None),
         case("thrown", thrown(), 64, &["check"], Some("thrown")),
         case(
             "photometric",
@@ -342,7 +341,7 @@ fn shows_are_rendered_within_the_budget_or_refused() {
 }
 
 fn renders(case: &Case) -> bool {
-    matches!(case.verb, ["run" | "chart", ..])
+    matches!(case.verb, ["run", ..])
 }
 
 fn the_peak_stays_within_the_budget(which: impl Fn(&Case) -> bool) {
@@ -358,15 +357,10 @@ fn the_peak_stays_within_the_budget(which: impl Fn(&Case) -> bool) {
         let name = format!("{} {:?} at {} MB", case.name, case.verb, case.budget);
         std::fs::write(folder.path().join("a.lxq"), &case.show).unwrap();
         let (verb, options) = case.verb.split_first().unwrap();
-        let (kind, options) = match *verb {
-            "chart" => options.split_at(1),
-            _ => options.split_at(0),
-        };
         let child = Command::new(env!("CARGO_BIN_EXE_footlight"))
             .current_dir(&folder)
             .args(["--quiet", "--pool", "off", "--threads", "2"])
             .args(["--memory", &case.budget.to_string(), verb])
-            .args(kind)
             .arg("a.lxq")
             .args(options)
             .stdout(Stdio::null())

@@ -10,7 +10,7 @@ use nix::sys::signal::{Signal, kill};
 use nix::unistd::Pid;
 
 /// Every verb that works on a show, with arguments for its full work; `SHOW` is the show's file.
-pub const VERBS: [&[&str]; 14] = [
+pub const VERBS: [&[&str]; 13] = [
     &["check", "SHOW"],
     &["plan", "SHOW"],
     &["picture", "SHOW", "-o", "p.png"],
@@ -18,7 +18,6 @@ pub const VERBS: [&[&str]; 14] = [
     &["plot", "SHOW", "keys", "-o", "keys.svg"],
     &["run", "SHOW", "-o", "results"],
     &["quality", "SHOW"],
-    &["chart", "transport", "SHOW", "-o", "chart.png"],
     &["pool", "SHOW"],
     &["tracksheet", "SHOW"],
     &["cuesheet", "SHOW"],

@@ -170,7 +170,6 @@ fn no_verb_of_the_prompt_prints_what_commands_the_terminal() {
         "set",
         "plan",
         "picture -o",
-        "compare --reference",
         "solve",
         "",
     ];

@@ -47,33 +47,6 @@ fn first(cost: Cost, stated: &[f64]) -> (Repl, MemoryStore) {
 }
 
 #[test]
-fn check_warns_of_a_run_of_minutes() {
-    let warned = |prepare| {
-        let cost = Cost {
-            prepare,
-            ..Cost::default()
-        };
-        let (mut show, _) = first(cost, &[0.03, 0.02, 0.01]);
-        show.execute("check").unwrap().text
-    };
-    // The coarse and the refined step, when a unit takes a second.
-    let long = warned(100.0);
-    assert!(long.contains("[W030]"), "{long}");
-    assert!(
-        long.contains("`run` takes about 3:20 on this machine"),
-        "{long}"
-    );
-    assert!(long.contains("every step of quality takes long"), "{long}");
-    let less = warned(40.0);
-    assert!(less.contains("takes about 1:20"), "{less}");
-    assert!(
-        less.contains("`preview { coarse 1  refined 1 }` takes about 40.00 s"),
-        "{less}"
-    );
-    assert!(!warned(15.0).contains("warning"));
-}
-
-#[test]
 fn the_next_steps_have_their_price() {
     let (mut show, _) = first(SHARED, &[]);
     show.execute("plan --next").unwrap();

@@ -164,7 +164,7 @@ fn true_error(show: &mut Repl) -> f64 {
     let brightest = truths.iter().map(norm).fold(0.0, f64::max);
     let mut worst = 0.0_f64;
     for (look, truth) in looks.iter().zip(&truths) {
-        let seen = engine.picture_of(look).unwrap();
+        let seen = engine.picture_with(look, &[]).unwrap();
         let off = combine(truth.size(), &[(1.0, &seen), (-1.0, truth)], 1);
         if norm(truth) > 0.02 * brightest {
             worst = worst.max(norm(&off) / norm(truth));
@@ -222,7 +222,7 @@ fn pictures_of_a_bank_are_averaged_by_their_precision() {
             (dot(&off, &off) / dot(&truth, &truth)).sqrt()
         };
         let finer = noise(&engine.render(&look, Quality(2)).unwrap());
-        let both = noise(&engine.picture_of(&look).unwrap());
+        let both = noise(&engine.picture_with(&look, &[]).unwrap());
         let wanted = (samples(Quality(2)) / (samples(Quality(1)) + samples(Quality(2)))).sqrt();
         assert!((both / finer / wanted - 1.0).abs() < 0.05, "{both} {finer}");
     }

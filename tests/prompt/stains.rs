@@ -118,7 +118,7 @@ fn side_cue(show: &mut Repl) -> [f64; 2] {
     let engine = show.engine_mut();
     let setting = vec![0.0, 0.6];
     let truth = engine.render(&setting, Quality(5)).unwrap();
-    let seen = engine.picture_of(&setting).unwrap();
+    let seen = engine.picture_with(&setting, &[]).unwrap();
     let off = combine(truth.size(), &[(1.0, &seen), (-1.0, &truth)], 1);
     let tone = engine.tone().unwrap();
     let shown = |i: &Image| -> Vec<f64> {

@@ -313,7 +313,7 @@ fn what_is_measured_of_a_room_is_true() {
     let (moments, _) = estimate.measured().unwrap();
     assert!(moments.iter().all(|m| m.measured.interval[0] <= 0.03));
     for (setting, truth) in settings.iter().zip(&truth) {
-        let shown = engine.picture_of(setting).unwrap();
+        let shown = engine.picture_with(setting, &[]).unwrap();
         let off = combine(truth.size(), &[(1.0, &shown), (-1.0, truth)], 1);
         let error = (dot(&off, &off) / dot(truth, truth).max(1e-30)).sqrt();
         assert!(error <= 0.03, "{error}");

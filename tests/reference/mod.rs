@@ -7,9 +7,10 @@
     reason = "test support, used by several test programs"
 )]
 
-use footlight_engine::measure::Reference;
-use footlight_engine::measure::difference::away_from;
-use footlight_engine::measure::difference::difference;
+pub mod difference;
+
+use difference::{Reference, difference};
+use footlight_engine::measure::independent::away_from;
 use footlight_host::files::Folder;
 use footlight_host::work::{Silent, Work};
 use footlight_picture::{Image, exr};
@@ -18,7 +19,8 @@ use footlight_show::geometry::View;
 use footlight_show::geometry::vec3;
 use footlight_show::lang;
 use footlight_show::units::Rgb;
-use footlight_stage::{Emitter, Light, Rig, Scene, Source, obj};
+use footlight_stage::stage_file::Options;
+use footlight_stage::{Emitter, Light, Rig, Scene, Source, import};
 use footlight_transport::radiosity::Radiosity;
 use footlight_transport::surfaces::emitter_mask;
 use footlight_transport::{Quality, Setup, Transport};
@@ -39,6 +41,12 @@ impl Case {
     pub fn setup(&self) -> Setup {
         Setup::new(self.scene.clone(), self.rig.clone(), self.view.clone())
     }
+}
+
+/// A stage as a show takes it in.
+pub fn scene_of(files: &Folder, name: &str) -> Scene {
+    let import = import::read(files, name, &Options::default(), usize::MAX);
+    import.unwrap().scene
 }
 
 /// The folder of the examples, found from the package of the studies in it.
@@ -64,7 +72,7 @@ fn case(
     eye: [[f64; 3]; 2],
     lens: (f64, usize, usize),
 ) -> Case {
-    let scene = obj::import(&Folder::new(folder(name), 1 << 20), "scene.obj", false).unwrap();
+    let scene = scene_of(&Folder::new(folder(name), 1 << 20), "scene.obj");
     let lights = banks.iter().map(|b| {
         let material = scene.materials.iter().position(|m| m.name == *b).unwrap();
         Light::Panel {
@@ -150,7 +158,7 @@ pub fn tavern() -> Case {
         .show
         .unwrap();
     let files = Folder::new(folder, 1 << 24);
-    let scene = obj::import(&files, "tavern.obj", show.stages[0].z_up).unwrap();
+    let scene = scene_of(&files, "tavern.obj");
     let rig = footlight_stage::rig::rig(&show, &scene).unwrap();
     Case {
         name: "tavern",

@@ -7,8 +7,8 @@
 )]
 
 use footlight_host::files::{Disk, Store};
-use footlight_report::Record;
 use footlight_report::chart::Drawing;
+use footlight_studies::record::Record;
 use std::path::Path;
 
 /// Writes NAME.json, NAME.csv and, if there is a chart, NAME.svg and NAME.png.

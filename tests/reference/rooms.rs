@@ -14,7 +14,7 @@ use footlight_show::geometry::View;
 use footlight_show::geometry::vec3;
 use footlight_show::lang;
 use footlight_show::units::Rgb;
-use footlight_stage::{Emitter, Light, Material, Polygon, Rig, Scene, Source, obj};
+use footlight_stage::{Emitter, Light, Material, Polygon, Rig, Scene, Source};
 
 /// The smallest show.
 pub fn first() -> Case {
@@ -22,7 +22,7 @@ pub fn first() -> Case {
     let text = std::fs::read_to_string(folder.join("first.lxq")).unwrap();
     let parsed = lang::parse(&mut Sources::default(), "first.lxq", &text);
     let show = parsed.show.unwrap();
-    let scene = obj::import(&Folder::new(folder, 1 << 24), "first.obj", false).unwrap();
+    let scene = crate::reference::scene_of(&Folder::new(folder, 1 << 24), "first.obj");
     let rig = footlight_stage::rig::rig(&show, &scene).unwrap();
     Case {
         name: "first",

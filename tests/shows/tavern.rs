@@ -8,7 +8,8 @@ use footlight_show::diagnostic::Sources;
 use footlight_show::geometry::vec3;
 use footlight_show::lang;
 use footlight_show::model::{Dimmer, Fade, Interpolation, Link, Motion, Move, Part, Show, Trigger};
-use footlight_stage::obj;
+use footlight_stage::import;
+use footlight_stage::stage_file::Options;
 
 #[allow(dead_code, reason = "the program's `main` is not wanted here")]
 #[path = "../../examples/tavern/model.rs"]
@@ -126,7 +127,8 @@ fn the_rig_fits_the_stage() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/tavern");
     let files = Folder::new(folder, 1 << 24);
     let stage = &show.stages[0];
-    let scene = obj::import(&files, &stage.path, stage.z_up).unwrap();
+    let scene = import::read(&files, &stage.path, &Options::default(), usize::MAX);
+    let scene = scene.unwrap().scene;
     // Tapering round faces are cut in two.
     let faces = model::tavern().faces;
     let round = faces.iter().filter(|f| !f.normals.is_empty()).count();

@@ -106,7 +106,7 @@ fn keys_and_rank_are_those_that_are_told() {
     assert_eq!((keys.coordinates(), plan.rank()), (23, 18));
     // A straight fade is linear, one through a square dimmer quadratic, one on a curve cubic.
     let degree = |seconds: f64| {
-        let (segment, _) = keys.segment_at_seconds(seconds);
+        let (segment, _) = keys.segment_at(Time::nearest(seconds));
         keys.segments()[segment].degree
     };
     let degrees = [1.0, 5.0, 39.5, 20.0].map(degree);

@@ -6,14 +6,12 @@ use crate::reference::{Case, render, stage};
 use footlight_host::work::{Progress, Work};
 use footlight_picture::Image;
 use footlight_show::geometry::vec3;
-use footlight_transport::hemicube::cost::Counts;
 use footlight_transport::hemicube::indirect::form::Bounces;
 use footlight_transport::hemicube::indirect::hemicube::{
     FormFactorTable, Hemicube, Row, hash_to_unit,
 };
 use footlight_transport::hemicube::mesh::Mesh;
 use footlight_transport::hemicube::raster::VertexBuffer;
-use footlight_transport::hemicube::step::HemicubeStep;
 use footlight_transport::radiosity::Radiosity;
 use footlight_transport::surfaces::hierarchy::{Hierarchy, SceneGeometry};
 use footlight_transport::surfaces::surface::Surfaces;
@@ -181,9 +179,6 @@ fn aliasing_of_aligned_cubes_adds_up_and_that_of_turned_ones_cancels() {
 fn little_memory_changes_the_way_and_not_the_picture() {
     let mut case = stage();
     (case.view.width, case.view.height) = (160, 90);
-    let step = HemicubeStep::of(Quality(1)).unwrap();
-    let counts = Counts::of(&case.setup(), step).unwrap();
-    assert!(counts.gather_points > counts.elements);
     let plenty = render(&case, 1, std::slice::from_ref(&case.mix), 1);
     let (least, lean) = leanest(&case);
     assert!(least > 4, "{least}");

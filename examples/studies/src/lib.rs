@@ -6,6 +6,8 @@ pub mod dice;
 pub mod evaluation;
 pub mod projection;
 pub mod random_show;
+pub mod record;
+pub mod timed;
 pub mod trial;
 
 #[cfg(test)]

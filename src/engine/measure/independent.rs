@@ -2,15 +2,14 @@
 //!
 //! With two independent, unbiased estimates `a` and `b` of a pixel `x`, the mean of `(x - a)(x -
 //! b)` is the squared error of `x`, whatever the noise of `a` and `b`; the mean of `a b` is the
-//! squared light. Pixels next to a visible emitter do not count, as in
-//! [`comparison`](super::comparison), because its edges would dominate.
+//! squared light. Pixels next to a visible emitter do not count,
+//! because its edges would dominate.
 
 use std::f64::consts::PI;
 use std::sync::Arc;
 
 use serde::Serialize;
 
-use super::difference::away_from;
 use crate::estimate::Estimate;
 use crate::heads::{Unseen, frame};
 use crate::rendering::SetupImages;
@@ -429,11 +428,42 @@ impl Sums {
     }
 }
 
+/// Pixels without a pixel for which `is` is true within `reach` pixels horizontally, vertically or
+/// diagonally.
+pub fn away_from(is: &[bool], width: usize, reach: usize) -> Vec<bool> {
+    let width = width.max(1);
+    let mut away = vec![true; is.len()];
+    let found = is.iter().enumerate().filter(|(_, is)| **is);
+    for (x, y) in found.map(|(at, _)| (at % width, at / width)) {
+        let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
+        for y in y.saturating_sub(reach)..=y + reach {
+            let row = y * width + columns.start..y * width + columns.end;
+            if let Some(row) = away.get_mut(row) {
+                row.fill(false);
+            }
+        }
+    }
+    away
+}
+
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
     use super::*;
+
+    #[test]
+    fn a_neighbourhood_is_nine_pixels_and_ends_at_the_border() {
+        let mut seen = vec![false; 5 * 4];
+        seen[0] = true;
+        let left: Vec<usize> = (0..20).filter(|&i| !away_from(&seen, 5, 1)[i]).collect();
+        assert_eq!(left, [0, 1, 5, 6]);
+        seen[0] = false;
+        seen[5 + 2] = true;
+        let counted = away_from(&seen, 5, 1);
+        assert_eq!(counted.iter().filter(|c| !**c).count(), 9);
+        assert!(counted[0] && counted[4] && counted[15] && !counted[1]);
+    }
 
     /// A pseudo-random number from -1 to 1.
     fn noise(seed: &mut u64) -> f64 {

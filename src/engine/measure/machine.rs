@@ -1,11 +1,11 @@
-//! Origin of a result: show and machine.
+//! The machine of a measurement.
 
-use serde::{Deserialize, Serialize};
+use serde::Serialize;
 
-use crate::{Engine, Host};
+use crate::Host;
 
 /// The machine of a measurement.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 pub struct Machine {
     /// Threads used.
     pub threads: usize,
@@ -33,25 +33,6 @@ impl Machine {
             cores: std::thread::available_parallelism().ok().map(Into::into),
             system: [std::env::consts::OS, std::env::consts::ARCH].join(" "),
             processor,
-        }
-    }
-}
-
-/// Subject and machine of a result.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Origin {
-    /// The show's title, or the name of another subject.
-    pub subject: String,
-    /// The machine.
-    pub machine: Machine,
-}
-
-impl Origin {
-    /// The show of an engine, and its machine.
-    pub fn of(engine: &Engine) -> Origin {
-        Origin {
-            subject: engine.show().title.clone(),
-            machine: Machine::of(engine.host()),
         }
     }
 }

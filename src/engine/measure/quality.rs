@@ -1,20 +1,10 @@
-//! Settings and cost of each quality step for a show: predicted, and measured on request.
+//! Predicted seconds of each quality step for a show.
 
-use std::collections::BTreeMap;
-
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 
 use super::Machine;
-use super::comparison::{alone_each, bank_names};
 use crate::{Engine, Error};
-use footlight_picture::Image;
-use footlight_transport::{Quality, QualityParameter, Transport as _};
-
-/// A step is measured repeatedly while its runs took less than this in total, seconds; the shortest
-/// counts.
-const ENOUGH: f64 = 0.5;
-/// Most runs of a step.
-const RUNS: usize = 3;
+use footlight_transport::{Quality, Transport as _};
 
 /// Durations that matter to a user, seconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -27,26 +17,13 @@ pub struct Seconds {
     pub picture: f64,
 }
 
-impl Seconds {
-    /// Time of all banks including preparation.
-    pub fn total(&self) -> f64 {
-        self.prepare + self.banks
-    }
-}
-
 /// A quality step for a show.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct QualityStep {
     /// Its number.
     pub quality: u8,
-    /// Its settings.
-    #[serde(serialize_with = "by_name")]
-    pub sets: Vec<QualityParameter>,
     /// Predicted durations.
     pub predicted: Seconds,
-    /// Measured durations, if any.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub measured: Option<Seconds>,
 }
 
 /// Every quality step for a show.
@@ -64,18 +41,20 @@ pub struct QualityForecast {
     pub steps: Vec<QualityStep>,
 }
 
-fn by_name<S: Serializer>(sets: &[QualityParameter], out: S) -> Result<S::Ok, S::Error> {
-    let named: BTreeMap<&str, f64> = sets.iter().map(|e| (e.name, e.amount)).collect();
-    named.serialize(out)
-}
-
-/// Settings and predicted cost of each quality step for this show; also the measured cost if
-/// `measure` is set.
+/// Predicted seconds of each quality step for this show.
 ///
 /// # Errors
 /// [`Error::NoSetup`], [`Error::NoBanks`], or an error of rendering.
-pub fn measure(engine: &Engine, measure: bool) -> Result<QualityForecast, Error> {
-    let settings = alone_each(engine, &bank_names(engine)?)?;
+pub fn predict(engine: &Engine) -> Result<QualityForecast, Error> {
+    let document = engine.document();
+    let home = document.home();
+    let banks = engine.show().banks.iter();
+    let settings: Vec<Vec<f64>> = banks
+        .map(|bank| document.alone(&bank.name, &home))
+        .collect::<Result<_, _>>()?;
+    if settings.is_empty() {
+        return Err(Error::NoBanks);
+    }
     // Three for an rgb bank; the fixed lights are a further source.
     let sources = together(&settings).iter().filter(|s| **s != 0.0).count() as f64;
     let estimate = engine.estimate();
@@ -90,75 +69,15 @@ pub fn measure(engine: &Engine, measure: bool) -> Result<QualityForecast, Error>
         steps: Vec::new(),
     };
     for quality in 1..=operator.finest().0 {
-        let step = Quality(quality);
-        let sets = operator.quality_parameters(&rendering.setup, step)?;
-        let cost = operator.cost(&rendering.setup, step);
+        let cost = operator.cost(&rendering.setup, Quality(quality));
         let predicted = Seconds {
             prepare: cost.prepare * pace,
             banks: (cost.per_source * sources + cost.per_lone * settings.len() as f64) * pace,
             picture: cost.per_image * pace,
         };
-        out.steps.push(QualityStep {
-            quality,
-            sets,
-            predicted,
-            measured: None,
-        });
-    }
-    if measure {
-        let total = out.steps.len();
-        for (done, step) in out.steps.iter_mut().enumerate() {
-            engine.host.progress.report("measuring steps", done, total);
-            step.measured = Some(measured(engine, &settings, Quality(step.quality), 0)?.1);
-        }
+        out.steps.push(QualityStep { quality, predicted });
     }
     Ok(out)
-}
-
-/// Images of settings at a quality step including preparation, and the seconds of the fastest of a
-/// few runs.
-pub(super) fn measured(
-    engine: &Engine,
-    settings: &[Vec<f64>],
-    quality: Quality,
-    held: usize,
-) -> Result<(Vec<Image>, Seconds), Error> {
-    let mut best = measured_once(engine, settings, quality, held)?;
-    let mut spent = best.1.total() + best.1.picture;
-    for _ in 1..RUNS {
-        if spent > ENOUGH {
-            break;
-        }
-        let found = measured_once(engine, settings, quality, held)?;
-        spent += found.1.total() + found.1.picture;
-        if found.1.total() < best.1.total() {
-            best = found;
-        }
-    }
-    Ok(best)
-}
-
-fn measured_once(
-    engine: &Engine,
-    settings: &[Vec<f64>],
-    quality: Quality,
-    held: usize,
-) -> Result<(Vec<Image>, Seconds), Error> {
-    let estimate = engine.estimate();
-    let rendering = estimate.rendering()?;
-    let (work, clock) = (engine.work().holding(held), engine.host.clock.as_ref());
-    let begin = clock.seconds();
-    let mut operator = rendering.prepare(engine.host.renderer.as_ref(), quality, work)?;
-    let prepared = clock.seconds();
-    let images = operator.render(settings, work)?;
-    let done = clock.seconds();
-    operator.render(&[together(settings)], work)?;
-    let seconds = Seconds {
-        prepare: prepared - begin,
-        banks: done - prepared,
-        picture: clock.seconds() - done,
-    };
-    Ok((images, seconds))
 }
 
 /// The sum of all settings.

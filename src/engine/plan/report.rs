@@ -4,8 +4,7 @@ use std::collections::BTreeSet;
 
 use serde::Serialize;
 
-use super::{Plan, PlanError, weighted_columns};
-use footlight_show::linalg::{Matrix, svd};
+use super::Plan;
 use footlight_show::model::{Coordinate, Role, Show};
 use footlight_show::timeline::KeySequence;
 use footlight_show::units::ErrorUnit;
@@ -130,8 +129,6 @@ pub enum LeftOut {
         /// The tolerance.
         tolerance: f64,
     },
-    /// Fixed lights are part of every key and raise the rank by one.
-    FixedRaisesRank,
     /// The operator has one step of quality: the first images are final.
     OneQuality,
 }
@@ -142,10 +139,7 @@ fn is_none(count: &usize) -> bool {
 
 impl Plan {
     /// The plan of `keys`, which were made from `show`, as data.
-    ///
-    /// # Errors
-    /// [`PlanError::Svd`] when a decomposition fails its check.
-    pub fn report(&self, show: &Show, keys: &KeySequence) -> Result<PlanReport, PlanError> {
+    pub fn report(&self, show: &Show, keys: &KeySequence) -> PlanReport {
         let bank = |name: &str, kind, channel| BankReport {
             name: name.to_owned(),
             kind,
@@ -162,7 +156,7 @@ impl Plan {
             keys: s.keys.clone(),
         };
         let predicted = self.predicted.iter().enumerate();
-        Ok(PlanReport {
+        PlanReport {
             head_poses: keys.coordinates().saturating_sub(coordinates.len()),
             show: show.title.clone(),
             banks,
@@ -182,17 +176,12 @@ impl Plan {
                     error: *error,
                 })
                 .collect(),
-            left_out: self.left_out(show, keys, &coordinates)?,
+            left_out: self.left_out(show, keys, &coordinates),
             coordinates,
-        })
+        }
     }
 
-    fn left_out(
-        &self,
-        show: &Show,
-        keys: &KeySequence,
-        names: &[String],
-    ) -> Result<Vec<LeftOut>, PlanError> {
+    fn left_out(&self, show: &Show, keys: &KeySequence, names: &[String]) -> Vec<LeftOut> {
         let mut out = Vec::new();
         let lit = show.coordinates();
         // A bank whose heads turn is neither constant nor a multiple, whatever its level.
@@ -264,10 +253,7 @@ impl Plan {
             }
         }
         self.counts(keys, &mut out);
-        if lit.last().is_some_and(|c| c.bank.is_none()) && raises_rank(keys, lit.len() - 1)? {
-            out.push(LeftOut::FixedRaisesRank);
-        }
-        Ok(out)
+        out
     }
 
     fn counts(&self, keys: &KeySequence, out: &mut Vec<LeftOut>) {
@@ -304,14 +290,4 @@ fn factor(from: &[f64], to: &[f64]) -> Option<f64> {
     let allowed = 1e-12 * largest(to);
     let close = |(x, y): (&f64, &f64)| (x * factor - y).abs() <= allowed;
     (factor != 0.0 && factor.is_finite() && pairs().all(close)).then_some(factor)
-}
-
-/// True when removing a coordinate reduces the rank of the keys.
-fn raises_rank(keys: &KeySequence, coordinate: usize) -> Result<bool, PlanError> {
-    let all = weighted_columns(keys.keys(), &vec![1.0; keys.coordinates()]);
-    if coordinate >= all.nrows() {
-        return Ok(false);
-    }
-    let rank = |a: &Matrix| svd(a).map(|s| s.rank(1e-12));
-    Ok(rank(&all)? > rank(&all.remove_row(coordinate))?)
 }

@@ -242,7 +242,7 @@ fn segments_in_which_nothing_changes_cost_one_key() {
     let keys = keys_of(&show).unwrap();
     assert_eq!((keys.segments().len(), keys.keys().len()), (5, 3));
     let plan = Plan::new(&keys, &Weighting::settings(1), 0.1).unwrap();
-    let report = plan.report(&show, &keys).unwrap();
+    let report = plan.report(&show, &keys);
     assert!(report.left_out.contains(&LeftOut::HeldSegments(2)));
 }
 
@@ -297,7 +297,7 @@ fn nothing_lit_and_no_coordinates() {
             (0, 0, [0.0].as_slice())
         );
         assert!(next(&keys, &[], &weighting).unwrap().is_empty());
-        assert_eq!(plan.report(show, &keys).unwrap().rank, 0);
+        assert_eq!(plan.report(show, &keys).rank, 0);
     }
 }
 
@@ -318,7 +318,7 @@ fn the_report_says_what_is_left_out() {
         .push(cue(3, Trigger::At(seconds(5.0)), 5.0, vec![to(3, 90.0)]));
     let keys = keys_of(&show).unwrap();
     let plan = Plan::new(&keys, &Weighting::settings(6), 0.1).unwrap();
-    let report = plan.report(&show, &keys).unwrap();
+    let report = plan.report(&show, &keys);
     let name = |bank: &str| bank.to_owned();
     let expected = [
         LeftOut::MultipleOf {
@@ -351,7 +351,7 @@ fn the_report_says_what_is_left_out() {
             .into_iter()
             .all(|x| *x != 0.0 || x.is_sign_positive())
     );
-    assert_eq!(report, plan.report(&show, &keys).unwrap());
+    assert_eq!(report, plan.report(&show, &keys));
 }
 
 /// A bank whose heads turn is reported neither as constant nor, for its direct light, as unseen.
@@ -367,7 +367,7 @@ fn a_bank_whose_heads_turn_is_not_left_out() {
     weights[0] = 0.0;
     let weighting = Weighting::new(weights).unwrap();
     let plan = Plan::new(&keys, &weighting, 0.1).unwrap();
-    let report = plan.report(&show, &keys).unwrap();
+    let report = plan.report(&show, &keys);
     let keys = LeftOut::Constant {
         name: "keys".to_owned(),
         setting: 0.4,

@@ -20,7 +20,7 @@ use self::coding::{Form, attempt, smaller};
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::tone::Tone;
 use footlight_picture::{Image, PictureError};
-use footlight_show::printable;
+use footlight_show::printable::{self, escaped};
 use footlight_show::timeline::{KeySequence, Segment};
 use footlight_show::units::ToneCurve;
 
@@ -391,13 +391,6 @@ fn filled(title: &str, policy: &str, start: &[&str], json: &str) -> String {
         page.push_str(rest);
     }
     page
-}
-
-/// Escapes text for HTML.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
 }
 
 #[cfg(test)]

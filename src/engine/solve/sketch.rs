@@ -7,7 +7,6 @@
 use std::path::Path;
 
 use super::{Solution, SolveError, Solved, Squares, Unknown, lights, solved, unknowns};
-use crate::error::ReferenceError;
 use crate::{Engine, Error, LiveControl};
 use footlight_host::work::{Cancelled, Work, in_order};
 use footlight_picture::Image;
@@ -59,7 +58,7 @@ pub struct Sketched {
 /// at its exposure or, with `any_exposure`, at the best one.
 ///
 /// # Errors
-/// [`Error::Reference`] when it cannot be read, [`Error::Solve`], [`Error::NoSuchBank`],
+/// [`Error::Sketch`] when it is not an image, [`Error::Solve`], [`Error::NoSuchBank`],
 /// [`Error::NoBanks`], or an error of rendering.
 pub fn sketched(
     engine: &mut Engine,
@@ -78,7 +77,7 @@ pub fn sketched(
     };
     let memory = engine.work().holding(bytes.len()).memory;
     let read = Sketch::read(&bytes, tone, memory);
-    let sketch = read.map_err(|source| ReferenceError::Picture {
+    let sketch = read.map_err(|source| Error::Sketch {
         path: path.to_owned(),
         source,
     })?;

@@ -77,13 +77,12 @@ pub struct SaveArgs {
 
 pub fn check(repl: &mut Repl) -> Result<Reply, Error> {
     let style = repl.console.style;
-    let long = engine::measure::wait::long_run(&repl.engine)?;
     let unlit = UnlitBank::find(&mut repl.engine);
     let setup = repl.engine.document().setup();
     let materials = setup.map_or(Vec::new(), |setup| StageMaterial::all(&setup.scene));
     let transparent = stage::transparent(&materials);
     let document = repl.engine.document();
-    let text = document::check(document, long, unlit, &transparent, style);
+    let text = document::check(document, unlit, &transparent, style);
     Ok(Reply::text(text))
 }
 

@@ -85,7 +85,6 @@ fn words_are_offered_where_they_may_stand() {
     offers("stop ", &["now"]);
     offers("pool drop ", &["all", "unused"]);
     offers("refine ", &["&", "for", "until"]);
-    offers("chart ", &["transport"]);
     offers("cue 3 { lamps 5 curve d", &["dawn"]);
     offers("cue 3 { time (sl", &["slow"]);
     offers("bank x = m", &["moon"]);

@@ -15,17 +15,6 @@ pub struct CurveChart {
     pub cues: Vec<(f64, String)>,
     /// Seconds of the current moment.
     pub playhead: Option<f64>,
-    /// Knots in a lane under the rows; without knots there is no lane.
-    pub knots: Vec<ChartKnot>,
-}
-
-/// The joint of two pieces of a curve.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct ChartKnot {
-    /// Seconds.
-    pub time: f64,
-    /// True for an inserted knot, which has another shape and colour.
-    pub inserted: bool,
 }
 
 /// One curve.

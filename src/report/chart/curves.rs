@@ -7,7 +7,7 @@ use super::drawing::{Anchor, Drawing, Label, MARGIN, Stroke, crisp};
 use super::frame::{Frame, Point};
 use super::rows::{NAME, SMALL, WIDTH, merged, name_column, row_name, span, time_ruler};
 use super::trace::{cut, thinned};
-use super::{font, lane};
+use super::{font, moves};
 
 /// Most rows drawn; the rest are counted.
 const MOST_ROWS: usize = 512;
@@ -40,9 +40,8 @@ pub fn curves(data: &CurveChart, theme: Theme) -> Drawing {
         let at = (strip.x, strip.centre().1);
         row_name(&mut drawing, &row.name, layout.names, at, &palette);
         curve(&mut drawing, row, strip, &ruler, span, &palette);
-        lane::moves(&mut drawing, &row.moves, strip, &ruler, &palette);
+        moves::bars(&mut drawing, &row.moves, strip, &ruler, &palette);
     }
-    lane::knots(&mut drawing, &data.knots, field, &ruler, &palette);
     cue_lines(&mut drawing, &data.cues, &ruler, field, &palette);
     let playhead = data
         .playhead
@@ -51,7 +50,7 @@ pub fn curves(data: &CurveChart, theme: Theme) -> Drawing {
     if let Some(playhead) = playhead {
         playhead.draw(&mut drawing, field, &palette);
     }
-    lane::legend(&mut drawing, data, field, &palette);
+    moves::legend(&mut drawing, data, field, &palette);
     remarks(&mut drawing, data, &layout, count, &palette);
     drawing
 }
@@ -65,13 +64,13 @@ impl Layout {
 
 fn layout(data: &CurveChart, count: usize) -> (Layout, f32) {
     let rows = data.rows.iter().take(count);
-    let (names, left) = name_column(rows.map(|row| &row.name), lane::name_width(data));
+    let (names, left) = name_column(rows.map(|row| &row.name));
     // Few rows are tall enough to read levels; many keep the page short.
     let pitch = (560.0 / count.max(1) as f32).floor().clamp(26.0, 84.0);
     let moves = data.rows.iter().any(|row| !row.moves.is_empty());
     let gap = match (pitch >= 48.0, moves) {
         (true, _) => 8.0,
-        (false, true) => lane::BAR,
+        (false, true) => moves::BAR,
         (false, false) => 4.0,
     };
     let cues = if data.cues.is_empty() {
@@ -87,9 +86,9 @@ fn layout(data: &CurveChart, count: usize) -> (Layout, f32) {
     let right = WIDTH - MARGIN - widest.ceil() - 6.0;
     let top = (MARGIN + title + cues).ceil();
     let strips = pitch * count.max(1) as f32 - gap;
-    let field = Frame::new(left, top, right - left, strips + lane::height(data));
+    let field = Frame::new(left, top, right - left, strips);
     let remark = if data.rows.len() > count { 18.0 } else { 0.0 };
-    let below = 24.0 + lane::legend_height(data) + remark;
+    let below = 24.0 + moves::legend_height(data) + remark;
     let height = (field.bottom() + below + MARGIN / 2.0).ceil();
     let layout = Layout {
         field,
@@ -288,7 +287,7 @@ fn remarks(
     }
     if data.rows.len() > count {
         let text = format!("and {} more rows", data.rows.len() - count);
-        let at = (field.x, field.bottom() + 38.0 + lane::legend_height(data));
+        let at = (field.x, field.bottom() + 38.0 + moves::legend_height(data));
         drawing.text(Label::new(&text, at, SMALL, palette.quiet));
     }
 }

@@ -8,7 +8,6 @@ use super::colour::{Colour, Palette, Theme};
 use super::drawing::{Anchor, Drawing, Label, MARGIN, Step, Stroke, crisp};
 use super::font;
 use super::frame::{Frame, Point};
-use super::lane::diamond;
 use super::rows::{NAME, SMALL, WIDTH, merged, name_column, row_name, span, time_ruler};
 
 /// Numbers by rows and columns, and the moments of each column.
@@ -80,7 +79,7 @@ struct Layout {
 impl Layout {
     fn new(data: &Grid) -> Layout {
         let rows = data.rows.len().clamp(1, MOST_ROWS);
-        let (names, left) = name_column(data.rows.iter().take(MOST_ROWS), 0.0);
+        let (names, left) = name_column(data.rows.iter().take(MOST_ROWS));
         let room = WIDTH - MARGIN - left;
         let count = data.columns.len().max(1);
         let share = count.div_ceil((room / NARROWEST) as usize).max(1);
@@ -241,6 +240,12 @@ fn strand(
     if stand == Stand::Inserted {
         diamond(drawing, (b, foot), palette.hue(1));
     }
+}
+
+/// A small square on its corner.
+fn diamond(drawing: &mut Drawing, (x, y): Point, colour: Colour) {
+    let corners = [(x, y - 5.0), (x + 4.0, y), (x, y + 5.0), (x - 4.0, y)];
+    drawing.polygon(&corners, colour);
 }
 
 /// Draws the cue names under the times, as far as there is room.

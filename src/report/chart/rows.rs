@@ -27,11 +27,10 @@ pub(super) fn time_ruler(span: (f64, f64), field: Frame) -> Ruler {
     Ruler::exact(Scale::Time, span, (field.x, field.right()), 9)
 }
 
-/// Width of the column of names, at least `least` and at most a fifth of the page, and the left
-/// edge of the field.
-pub(super) fn name_column<'n>(names: impl Iterator<Item = &'n String>, least: f32) -> (f32, f32) {
+/// Width of the column of names, at most a fifth of the page, and the left edge of the field.
+pub(super) fn name_column<'n>(names: impl Iterator<Item = &'n String>) -> (f32, f32) {
     let widths = names.map(|name| font::width(name, NAME));
-    let width = widths.fold(least, f32::max).min(WIDTH / 5.0).ceil();
+    let width = widths.fold(0.0, f32::max).min(WIDTH / 5.0).ceil();
     let gap = if width > 0.0 { 10.0 } else { 0.0 };
     (width, MARGIN + width + gap)
 }

@@ -12,6 +12,7 @@ use super::drawing::{Anchor, Drawing, Mark, Picture, Step, Stroke};
 use super::font;
 use super::frame::Frame;
 use footlight_picture::png;
+use footlight_show::printable::{escaped, trimmed};
 
 /// The whole document.
 pub(super) fn document(drawing: &Drawing) -> String {
@@ -138,31 +139,7 @@ fn data(steps: &[Step]) -> String {
 /// Rounded to hundredths of a pixel, without trailing zeros.
 fn number(value: f32) -> String {
     let value = if value.is_finite() { value } else { 0.0 };
-    let text = format!("{value:.2}");
-    let text = text.trim_end_matches('0').trim_end_matches('.');
-    if text == "-0" {
-        "0".to_owned()
-    } else {
-        text.to_owned()
-    }
-}
-
-/// Escapes text for XML, without the characters that XML forbids.
-fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\n' | '\r' | '\t' => out.push(' '),
-            '\u{fffe}' | '\u{ffff}' => {}
-            other if other < ' ' => {}
-            other => out.push(other),
-        }
-    }
-    out
+    trimmed(&format!("{value:.2}"))
 }
 
 /// Embeds the image as PNG, or an empty frame if the encoder refuses it.

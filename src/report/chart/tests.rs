@@ -79,12 +79,6 @@ fn show(rows: usize, cues: usize) -> CurveChart {
         rows: (0..rows).map(row).collect(),
         cues: (0..=cues).map(cue).collect(),
         playhead: Some(61.7),
-        knots: (0..rows)
-            .map(|k| ChartKnot {
-                time: k as f64 * 7.3,
-                inserted: k % 4 == 3,
-            })
-            .collect(),
     }
 }
 
@@ -236,11 +230,6 @@ fn what_lies_on_the_same_pixels_is_drawn_once() {
     let mut data = show(1, 0);
     let many = |count: usize| (0..count).map(move |k| k as f64 * 160.0 / count as f64);
     data.rows[0].moves = many(100_000).map(|t| (t, t + 1e-3)).collect();
-    let knot = |time| ChartKnot {
-        time,
-        inserted: false,
-    };
-    data.knots = many(100_000).map(knot).collect();
     let marks = curves(&data, Theme::Dark).marks.len();
     assert!(marks < 10_000, "{marks}");
     let mut data = keys(3, 3000);

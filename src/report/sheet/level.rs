@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::words::trimmed;
 use footlight_show::model::{Bank, Link, Motion, Move, NodeId, Part, Show};
+use footlight_show::printable::trimmed;
 use footlight_show::units::{Rgb, Time, percent};
 
 /// A number with at most two decimals, none that are zero.

@@ -11,7 +11,7 @@ use annotate_snippets::{Annotation, AnnotationKind, Group, Level, Renderer, Snip
 use serde_json::json;
 
 use super::{Diagnostic, Label, Severity, Sources};
-use crate::printable::{self, Printable, visible};
+use crate::printable::{self, Printable, boundary, visible};
 
 /// A format of diagnostics.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -285,14 +285,6 @@ impl<'a> Index<'a> {
 fn seen(piece: &str) -> String {
     let tab = |c: char| if c == '\t' { c } else { printable::shown(c) };
     piece.chars().map(tab).collect()
-}
-
-/// The last character boundary up to `at`.
-fn boundary(text: &str, at: usize) -> usize {
-    (0..=at)
-        .rev()
-        .find(|i| text.is_char_boundary(*i))
-        .unwrap_or(0)
 }
 
 /// The part of a line shown: the whole line, or [`WIDTH`] characters around `centre`.

@@ -6,12 +6,12 @@
 
 mod change;
 mod cue;
-mod level;
+mod moves;
 mod place;
 mod rename;
 
-pub use change::{Action, Change, EditedText, Splice, difference};
-pub use cue::{CueMove, CueText};
+pub use change::{Action, Change, EditedText, difference};
+pub use cue::CueText;
 pub use place::{locate, name};
 pub use rename::{NamePlace, names, refused_name};
 
@@ -19,7 +19,7 @@ use super::scan::{self, Scan};
 use super::{codes, read};
 use crate::diagnostic::Diagnostic;
 use crate::units::CueNumber;
-use change::step;
+use change::{Splice, step};
 use place::Key;
 
 /// Declarations in one edit; each costs a pass over the source.
@@ -35,16 +35,6 @@ pub enum Edit {
     Declare(String),
     /// A whole cue; it replaces the cue of its number if there is one.
     SetCue(CueText),
-    /// Sets the level to which a cue moves a bank or a group; only the number changes. The move is
-    /// added when the cue does not move the target by name.
-    UpdateMove {
-        /// The cue.
-        cue: CueNumber,
-        /// The bank or group; `sky.r` is one emitter of a bank.
-        target: String,
-        /// Fraction of full, 0 to 1.
-        level: f64,
-    },
     /// Moves as the language writes them. Each replaces the cue's move of the same target, or is
     /// added.
     UpdateMoves {
@@ -53,8 +43,6 @@ pub enum Edit {
         /// `lamps 40  sky #203060`.
         moves: String,
     },
-    /// Deletes a cue.
-    DeleteCue(CueNumber),
     /// Copies a cue to another number, at its place in the order and without its clock time.
     CopyCue {
         /// A cue of the text.
@@ -83,9 +71,7 @@ pub fn apply(source: &str, edit: &Edit) -> Result<EditedText, Vec<Diagnostic>> {
     match edit {
         Edit::Declare(statements) => declare(source, statements),
         Edit::SetCue(cue) => declare(source, &cue.statement()?),
-        Edit::UpdateMove { cue, target, level } => level::update(source, *cue, target, *level),
-        Edit::UpdateMoves { cue, moves } => level::update_moves(source, *cue, moves),
-        Edit::DeleteCue(number) => remove(source, &format!("cue {number}")),
+        Edit::UpdateMoves { cue, moves } => moves::update_moves(source, *cue, moves),
         Edit::CopyCue { from, to } => cue::copy(source, *from, *to),
         Edit::Rename { from, to } => rename::rename(source, from, to),
         Edit::Remove(what) => remove(source, what),
@@ -119,7 +105,10 @@ fn declare(source: &str, statements: &str) -> Result<EditedText, Vec<Diagnostic>
         step(&mut now, splice)?;
         changes.push(key.change(action));
     }
-    EditedText::whole(source, now, changes)
+    Ok(EditedText {
+        source: now,
+        changes,
+    })
 }
 
 fn remove(source: &str, what: &str) -> Result<EditedText, Vec<Diagnostic>> {
@@ -129,8 +118,7 @@ fn remove(source: &str, what: &str) -> Result<EditedText, Vec<Diagnostic>> {
         range: place::with_line(source, cut.span.clone()),
         text: String::new(),
     };
-    let changes = vec![key.change(Action::Removed)];
-    EditedText::new(source, vec![splice], changes)
+    EditedText::new(source, vec![splice], vec![key.change(Action::Removed)])
 }
 
 /// The statements of a text whose braces, quotes and comments are closed.

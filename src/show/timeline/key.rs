@@ -115,15 +115,7 @@ impl KeySequence {
     /// The segment at a time and the position in it (0 to 1): the later segment at a knot, the
     /// first before the start, the last after the end.
     pub fn segment_at(&self, time: Time) -> (usize, f64) {
-        self.at(time.micros() as f64)
-    }
-
-    /// Like [`KeySequence::segment_at`] for seconds, not rounded to the microsecond.
-    pub fn segment_at_seconds(&self, seconds: f64) -> (usize, f64) {
-        self.at(seconds * 1e6)
-    }
-
-    fn at(&self, micros: f64) -> (usize, f64) {
+        let micros = time.micros() as f64;
         let after = self.segments.partition_point(|s| s.start <= micros);
         let index = after.saturating_sub(1);
         let t = self.segments.get(index).map_or(0.0, |s| {

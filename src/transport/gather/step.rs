@@ -5,7 +5,7 @@ use crate::gather::parts::differ;
 use crate::surfaces::camera::camera;
 use crate::surfaces::raster::ItemBuffer;
 use crate::surfaces::surface::Surfaces;
-use crate::{Cost, Quality, QualityParameter, Setup, TransportError};
+use crate::{Cost, Quality, Setup, TransportError};
 use footlight_show::geometry::View;
 
 /// Parameters of a quality step.
@@ -123,17 +123,6 @@ impl GatherStep {
             noise: PATCH_NOISE * self.noise,
             ..self
         }
-    }
-
-    /// Parameters of the step, which hold for any scene.
-    pub fn quality_parameters(&self) -> Vec<QualityParameter> {
-        let of = |name, amount: f64| QualityParameter { name, amount };
-        vec![
-            of("rays", f64::from(self.rays)),
-            of("samples at first", f64::from(self.first)),
-            of("samples at most", f64::from(self.most)),
-            of("noise", self.noise),
-        ]
     }
 }
 

@@ -19,7 +19,7 @@ use crate::surfaces::camera::camera;
 use crate::surfaces::fragment::is_stretched;
 use crate::surfaces::raster::{ItemBuffer, NOTHING};
 use crate::surfaces::surface::Surfaces;
-use crate::{Cost, QualityParameter, Setup, TransportError};
+use crate::{Cost, Setup, TransportError};
 use footlight_show::geometry::Vec3;
 use footlight_show::geometry::View;
 use footlight_stage::{Light, Rig};
@@ -62,10 +62,6 @@ pub struct Counts {
     pub lights: [f64; 6],
     /// Composition of one image with all lights on, named by [`PICTURE`].
     pub picture: [f64; 3],
-    /// Mesh elements.
-    pub elements: usize,
-    /// Gather points needed by the view.
-    pub gather_points: usize,
 }
 
 /// Contents of the view at one sample a pixel.
@@ -138,8 +134,6 @@ impl Counts {
                 rays * panels,
             ],
             picture: [fragments, fragments * lights, rays],
-            elements,
-            gather_points,
         })
     }
 
@@ -157,19 +151,6 @@ impl Counts {
             per_image: sum(&self.picture, &PICTURE_COSTS),
             per_lone: sum(&alone, &PICTURE_COSTS),
         }
-    }
-
-    /// Parameters of the step for this scene.
-    pub fn quality_parameters(&self, step: HemicubeStep) -> Vec<QualityParameter> {
-        let of = |name, amount: f64| QualityParameter { name, amount };
-        vec![
-            of("elements", self.elements as f64),
-            of("hemicube", step.resolution as f64),
-            of("gather points", self.gather_points as f64),
-            of("gather hemicube", step.gather_resolution as f64),
-            of("sub-pixels", step.sampling.split.parts().pow(2) as f64),
-            of("tolerance", step.tolerance),
-        ]
     }
 }
 

@@ -21,13 +21,14 @@ mod cue_sheet;
 mod results;
 
 use cue_sheet::{Size, cue_sheet};
-use footlight_engine::measure::{Machine, Origin};
+use footlight_engine::measure::Machine;
 use footlight_engine::plan::{Plan, Weighting};
 use footlight_engine::{Engine, Host};
 use footlight_host::files::processor;
 use footlight_report::chart::{self, Axis, Marker, Panel, Scale, Theme};
-use footlight_report::{Quantity, Record, StudyKind, words};
+use footlight_report::words;
 use footlight_show::lang::edit::Edit;
+use footlight_studies::record::{Origin, Quantity, Record, StudyKind};
 use std::path::Path;
 use std::process::Command;
 use std::time::Instant;

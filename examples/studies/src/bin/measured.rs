@@ -45,10 +45,10 @@ fn refine(engine: &mut Engine, name: &str, asked: f64, kept: &mut Kept) -> Resul
         return Ok(());
     };
     let setting = engine.document().setting(worst.time);
-    let image = engine.picture_of(&setting)?;
+    let home = engine.document().home();
+    let image = engine.picture_with(&setting, &home)?;
     let truth = |engine: &Engine, image: &Image| -> Result<f64, Failure> {
-        let found =
-            independent::measure(engine, image, (&setting, &engine.document().home()), EFFORT)?;
+        let found = independent::measure(engine, image, (&setting, &home), EFFORT)?;
         Ok(found.ok_or("not measured")?.error)
     };
     let own = truth(engine, &image)?;

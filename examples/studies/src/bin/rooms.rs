@@ -13,13 +13,14 @@
     reason = "a program that reports to its reader"
 )]
 
+#[path = "../../../../tests/reference/difference.rs"]
+mod difference;
 #[path = "../../../../tests/reference/results.rs"]
 mod results;
 
+use difference::{Reference, difference};
 use footlight::{Engine, Host, Quality, Radiosity, Transport, Work};
-use footlight_engine::measure::Reference;
-use footlight_engine::measure::difference::difference;
-use footlight_host::files::{Disk, Folder};
+use footlight_host::files::Folder;
 use std::path::Path;
 use std::process::Command;
 
@@ -79,8 +80,7 @@ fn alone(path: &str, step: &str) {
     print!("{name:>14} {step} {seconds:>8} {memory:>8}");
     let names: Vec<String> = setup.rig.sources.iter().map(|s| s.name.clone()).collect();
     let references = folder.join(name.as_ref());
-    let size = (setup.view.width, setup.view.height);
-    if let Ok(known) = Reference::load(&Disk, &references, &names, size, 1 << 30) {
+    if let Ok(known) = Reference::load(&references, &names) {
         for ((bank, picture), reference) in names.iter().zip(&pictures).zip(&known) {
             let found = difference(picture, reference, None).unwrap();
             let error = 100.0 * found.best();

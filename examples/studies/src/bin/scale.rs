@@ -21,11 +21,11 @@ mod results;
 #[path = "../../../../tests/reference/rooms.rs"]
 mod rooms;
 
-use footlight_engine::measure::{Machine, Origin};
+use footlight_engine::measure::Machine;
 use footlight_host::files::processor;
 use footlight_host::work::{Silent, Work};
 use footlight_report::chart::{self, Axis, Marker, Panel, Scale, Theme};
-use footlight_report::{Quantity, Record, StudyKind};
+use footlight_studies::record::{Origin, Quantity, Record, StudyKind};
 use footlight_transport::radiosity::Radiosity;
 use footlight_transport::{Quality, Transport};
 use rooms::room;

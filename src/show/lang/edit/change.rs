@@ -1,8 +1,4 @@
 //! Result of an edit: the new text and the changes.
-//!
-//! Invariants: splices are in order, do not touch, lie on character boundaries of the old text, and
-//! begin and end with a character that differs, as far as both sides have one. Several declarations
-//! or moves in one edit are one splice.
 
 use std::fmt;
 use std::ops::Range;
@@ -17,13 +13,11 @@ pub struct EditedText {
     pub source: String,
     /// The changes, in order.
     pub changes: Vec<Change>,
-    /// The difference to the old text, in order.
-    pub splices: Vec<Splice>,
 }
 
 /// A piece of the old text and its replacement.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Splice {
+pub(super) struct Splice {
     /// Bytes of the old text.
     pub range: Range<usize>,
     /// The replacement.
@@ -78,16 +72,6 @@ impl fmt::Display for Change {
 }
 
 impl EditedText {
-    /// Combines several steps into one splice of the old text.
-    pub(super) fn whole(
-        source: &str,
-        now: String,
-        changes: Vec<Change>,
-    ) -> Result<EditedText, Vec<Diagnostic>> {
-        let range = 0..source.len();
-        EditedText::new(source, vec![Splice { range, text: now }], changes)
-    }
-
     /// Applies splices that are in order and do not overlap.
     ///
     /// # Errors
@@ -97,25 +81,16 @@ impl EditedText {
         splices: Vec<Splice>,
         changes: Vec<Change>,
     ) -> Result<EditedText, Vec<Diagnostic>> {
-        let (mut out, mut at, mut differing) = (String::new(), 0, Vec::new());
+        let (mut out, mut at) = (String::new(), 0);
         for Splice { range, text } in splices {
-            let (inner, text) = difference(slice(source, range.clone())?, &text);
-            let inner = range.start + inner.start..range.start + inner.end;
-            out.push_str(slice(source, at..inner.start)?);
-            out.push_str(text);
-            at = inner.end;
-            if !inner.is_empty() || !text.is_empty() {
-                differing.push(Splice {
-                    range: inner,
-                    text: text.to_owned(),
-                });
-            }
+            out.push_str(slice(source, at..range.start)?);
+            out.push_str(&text);
+            at = range.end;
         }
         out.push_str(slice(source, at..source.len())?);
         Ok(EditedText {
             source: out,
             changes,
-            splices: differing,
         })
     }
 }

@@ -1,7 +1,6 @@
 //! Whole cues: writing them from values, copying them.
 
 use super::change::{Action, EditedText, Splice};
-use super::level;
 use super::place::{self, Key};
 use super::sound;
 use crate::diagnostic::Diagnostic;
@@ -22,22 +21,8 @@ pub struct CueText {
     pub up: Option<Time>,
     /// Fade-down time; `None` for the show's default.
     pub down: Option<Time>,
-    /// The moves, in order.
-    pub moves: Vec<CueMove>,
-}
-
-/// A move of a cue to be written.
-#[derive(Clone, Debug, PartialEq)]
-pub enum CueMove {
-    /// A bank or a group to a level, or a look to a fraction of its levels.
-    Level {
-        /// The bank, group or look; `sky.r` is one emitter of a bank.
-        target: String,
-        /// Fraction of full, 0 to 1.
-        level: f64,
-    },
-    /// Moves as the language writes them: `sky #203060`, `night + { lamps 20 }`.
-    Written(String),
+    /// Moves as the language writes them, in order: `sky #203060`, `night + { lamps 20 }`.
+    pub moves: Vec<String>,
 }
 
 impl CueText {
@@ -56,12 +41,7 @@ impl CueText {
             (None, None) => String::new(),
         };
         let mut items = vec![times];
-        for one in &self.moves {
-            items.push(match one {
-                CueMove::Level { target, level } => level::movement(target, *level)?,
-                CueMove::Written(text) => text.clone(),
-            });
-        }
+        items.extend(self.moves.iter().cloned());
         items.retain(|item| !item.is_empty());
         let label = match self.label.as_str() {
             "" => String::new(),

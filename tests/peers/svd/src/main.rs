@@ -18,8 +18,8 @@ mod results;
 mod methods;
 
 use footlight_show::linalg::Matrix;
-use footlight_report::{StudyKind, Quantity, Record};
-use footlight_engine::measure::{Machine, Origin};
+use footlight_engine::measure::Machine;
+use footlight_studies::record::{Origin, Quantity, Record, StudyKind};
 use methods::decomposition::{Failures, Solver, failures, nalgebra, ours};
 use methods::hard::Found;
 use std::path::Path;

@@ -21,13 +21,15 @@ use std::error::Error;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use footlight_engine::measure::quality::Seconds;
-use footlight_engine::measure::{Machine, Origin};
+use footlight_engine::measure::Machine;
 use footlight_engine::{Engine, Host};
 use footlight_host::files::Folder;
-use footlight_report::{Quantity, Record, StudyKind, words};
+use footlight_report::words;
 use footlight_studies::projection::keys_alike;
+use footlight_studies::record::{Origin, Quantity, Record, StudyKind};
+use footlight_studies::timed::{Seconds, banks_alone};
 use footlight_studies::trial::{Metric, Shown, Trial, trial};
+use footlight_transport::Quality;
 
 /// Goals, relative to the initial error.
 const GOALS: [f64; 4] = [0.10, 0.05, 0.02, 0.01];
@@ -130,13 +132,8 @@ fn open(name: &str, full: bool) -> Result<Engine, Box<dyn Error>> {
 
 /// Our operator as measured, and the two external ones.
 fn operators(show: &Engine, sources: f64) -> Result<Vec<Operator>, Box<dyn Error>> {
-    let forecast = footlight_engine::measure::quality::measure(show, true)?;
     let banks = show.show().banks.len() as f64;
-    let measured = |quality: u8| {
-        let step = forecast.steps.iter().find(|s| s.quality == quality);
-        step.and_then(|s| s.measured)
-            .ok_or("a step was not measured")
-    };
+    let measured = |quality: u8| banks_alone(show, Quality(quality), 3).map(|(_, seconds)| seconds);
     // The record measures banks, each one image; an rgb bank is three sources.
     let source = |s: &Seconds| ((s.banks - banks * s.picture) / sources).max(0.0);
     let all = |s: &Seconds| s.prepare + sources * (source(s) + s.picture);

@@ -1,8 +1,8 @@
 //! Verdicts on metrics, previews and predictions as one table.
 
-use footlight_engine::measure::{Machine, Origin};
-use footlight_report::{Quantity, Record, StudyKind};
+use footlight_engine::measure::Machine;
 use footlight_studies::evaluation::Verdict;
+use footlight_studies::record::{Origin, Quantity, Record, StudyKind};
 
 /// The table: a series for each order, preview and prediction, a point for each row of each show.
 pub fn record(verdicts: &[Verdict], machine: Machine, method: &str) -> Record {

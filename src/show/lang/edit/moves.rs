@@ -1,6 +1,5 @@
-//! The level of one move in one cue.
+//! Moves of one cue.
 
-use std::collections::BTreeSet;
 use std::ops::Range;
 
 use super::change::{Action, Change, EditedText, Splice, step};
@@ -9,58 +8,11 @@ use super::sound;
 use crate::diagnostic::Diagnostic;
 use crate::lang::ast::{Aim, Body, Cue, Declaration, Motion, Move, Span, Statement, Target, Word};
 use crate::lang::codes;
-use crate::lang::quantity::{self, Unit};
 use crate::lang::read::{self, Read};
 use crate::lang::report::Report;
-use crate::lang::scan::{Cut, Scan, first_word};
-use crate::lang::syntax::{self, Rule};
+use crate::lang::scan::{Cut, Scan};
 use crate::lang::token::{Token, tokens};
 use crate::units::CueNumber;
-
-/// Writes the move of a bank or a group to a fraction of full.
-pub fn movement(target: &str, level: f64) -> Result<String, Vec<Diagnostic>> {
-    if syntax::prefix(Rule::target, target) != Some(target.len()) {
-        let message = format!("`{target}` is not a name");
-        let help = "name a bank or a group, such as `lamps` or `sky.r`";
-        return Err(vec![Diagnostic::error(codes::SYNTAX, message).help(help)]);
-    }
-    Ok(format!("{target} {}", percent(level)?))
-}
-
-/// Writes a fraction of full in percent, rounded to a millionth of a percent: finer than any
-/// dimmer's steps, and 0.29 becomes `29`.
-fn percent(level: f64) -> Result<String, Vec<Diagnostic>> {
-    if !(0.0..=1.0).contains(&level) {
-        let message = format!("the level {level} is outside 0 to 1");
-        return Err(vec![Diagnostic::error(codes::LEVEL_RANGE, message)]);
-    }
-    Ok(format!("{}", (level.abs() * 100.0 * 1e6).round() / 1e6))
-}
-
-/// Returns the text in which the cue moves `target` to `level`.
-pub fn update(
-    source: &str,
-    number: CueNumber,
-    target: &str,
-    level: f64,
-) -> Result<EditedText, Vec<Diagnostic>> {
-    let (written, percent) = (movement(target, level)?, percent(level)?);
-    let scan = sound(source)?;
-    let (found, key) = place::resolve(&scan.cuts, &format!("cue {number}"))?;
-    let mut report = Report::default();
-    let read = only(source, scan.clone(), &mut report, |cut| cut == found);
-    let cue = cue_of(&read, &report).ok_or_else(|| vec![unread(number)])?;
-    let splice = match moved(cue.0, target).map(|m| &m.motion) {
-        Some(Motion::To(word, None)) if is_level(*word, source, &scan) => Splice {
-            range: word.span.range(),
-            text: percent,
-        },
-        Some(motion) => return Err(vec![no_level(target, number, motion)]),
-        None => added(source, cue, &written),
-    };
-    let changes = vec![key.change(Action::Updated)];
-    EditedText::new(source, vec![splice], changes)
-}
 
 /// Returns the text in which these moves replace the cue's moves of the same targets.
 pub fn update_moves(
@@ -107,7 +59,10 @@ pub fn update_moves(
         let whole = format!("{target} {}", text.get(aim.span.range()).unwrap_or(""));
         change = Some(step_in(&mut now, number, edited, &whole)?);
     }
-    EditedText::whole(source, now, change.into_iter().collect())
+    Ok(EditedText {
+        source: now,
+        changes: change.into_iter().collect(),
+    })
 }
 
 /// Makes one move of a cue: replaces the text at the place that `edited` gives, or adds `written`.
@@ -189,18 +144,6 @@ fn unread(number: CueNumber) -> Diagnostic {
     Diagnostic::error(codes::SYNTAX, message).help("mend it first; `check` shows where")
 }
 
-fn no_level(target: &str, number: CueNumber, motion: &Motion<'_>) -> Diagnostic {
-    let why = match motion {
-        Motion::Bare => format!("`{target}` has no level in cue {number}"),
-        Motion::To(word, _) => format!("`{target}` goes to `{}` in cue {number}", word.text),
-        Motion::Path(_) => format!("`{target}` follows a path in cue {number}"),
-        Motion::Plus(_) => format!("`{target}` is a look with changes in cue {number}"),
-    };
-    let message = format!("{why}: there is no number to change");
-    let help = format!("rewrite the move in the text of cue {number}");
-    Diagnostic::error(codes::DOES_NOT_FIT, message).help(help)
-}
-
 /// The move that sets the level or the colour of the target written so.
 fn moved<'m, 'a>(cue: &'m Cue<'a>, target: &str) -> Option<&'m Move<'a>> {
     let has_level = |m: &&Move<'_>| m.aim.is_none() || !matches!(m.motion, Motion::Bare);
@@ -216,35 +159,6 @@ fn all_moves<'m, 'a>(cue: &'m Cue<'a>, target: &str) -> impl Iterator<Item = &'m
     };
     let found = cue.body.moves.iter().chain(parts);
     found.filter(move |m| m.target.as_ref().is_some_and(same))
-}
-
-/// True when a word is a level: not a colour or a colour temperature, nor calculated from one. A
-/// value of another file may be either, so it does not count as a level.
-fn is_level(word: Word<'_>, source: &str, scan: &Scan<'_>) -> bool {
-    let is_value = |cut: &Cut<'_>| first_word(cut.text) == "let";
-    let read = only(source, scan.clone(), &mut Report::default(), is_value);
-    let value = |wanted: &str| {
-        read.statements.iter().find_map(|s| match s.item {
-            Declaration::Let { name, value } if name.text == wanted => Some(value.text),
-            _ => None,
-        })
-    };
-    let (mut seen, mut open) = (BTreeSet::new(), vec![word.text]);
-    while let Some(text) = open.pop() {
-        for (range, token) in tokens(text) {
-            let piece = text.get(range).unwrap_or("");
-            match token {
-                Token::Colour => return false,
-                Token::Quantity if quantity::unit(piece) == Ok(Unit::Kelvin) => return false,
-                Token::Name if seen.insert(piece) => match value(piece) {
-                    Some(value) => open.push(value),
-                    None => return false,
-                },
-                _ => {}
-            }
-        }
-    }
-    true
 }
 
 /// Adds a move: on a new line after the last move that has its own line, otherwise on the line of

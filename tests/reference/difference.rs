@@ -4,8 +4,54 @@
 //! independent noise, mean (x-A)(x-B) estimates mean (x-b)² free of their noise. The estimate may
 //! be negative.
 
-use super::Reference;
-use footlight_picture::Image;
+#![allow(dead_code, clippy::unwrap_used, reason = "used by several programs")]
+
+use std::error::Error;
+use std::path::Path;
+
+use footlight_picture::{Image, exr};
+
+/// An image used as ground truth.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reference {
+    /// The best estimate.
+    pub mean: Image,
+    /// Two estimates with independent noise; `mean` is their mean.
+    pub halves: Option<[Image; 2]>,
+}
+
+impl Reference {
+    /// A single image of unknown noise.
+    pub fn of(mean: Image) -> Reference {
+        Reference { mean, halves: None }
+    }
+
+    /// A reference from two halves; `None` when their sizes differ.
+    pub fn of_halves(a: Image, b: Image) -> Option<Reference> {
+        let numbers = a.data().iter().zip(b.data());
+        let mean = numbers.map(|(p, q)| 0.5 * (p + q)).collect();
+        let same = (a.width(), a.height()) == (b.width(), b.height());
+        let mean = Image::from_data(a.width(), a.height(), mean).filter(|_| same)?;
+        Some(Reference {
+            mean,
+            halves: Some([a, b]),
+        })
+    }
+
+    /// The references of `banks` in a folder: `BANK.exr`, or the halves `BANK_A.exr` and
+    /// `BANK_B.exr`.
+    pub fn load(folder: &Path, banks: &[String]) -> Result<Vec<Reference>, Box<dyn Error>> {
+        let read = |bank: &str, end: &str| -> Result<Image, Box<dyn Error>> {
+            let bytes = std::fs::read(folder.join(format!("{bank}{end}.exr")))?;
+            Ok(exr::decode(&bytes, 1 << 30)?)
+        };
+        let load = |bank: &String| match (read(bank, "_A"), read(bank, "_B")) {
+            (Ok(a), Ok(b)) => Reference::of_halves(a, b).ok_or_else(|| "two sizes".into()),
+            _ => Ok(Reference::of(read(bank, "")?)),
+        };
+        banks.iter().map(load).collect()
+    }
+}
 
 /// Comparison of an image with its reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,28 +113,8 @@ pub fn difference(
     })
 }
 
-/// Pixels without a pixel for which `is` is true within `reach` pixels horizontally, vertically or
-/// diagonally.
-pub fn away_from(is: &[bool], width: usize, reach: usize) -> Vec<bool> {
-    let width = width.max(1);
-    let mut away = vec![true; is.len()];
-    let found = is.iter().enumerate().filter(|(_, is)| **is);
-    for (x, y) in found.map(|(at, _)| (at % width, at / width)) {
-        let columns = x.saturating_sub(reach)..(x + reach + 1).min(width);
-        for y in y.saturating_sub(reach)..=y + reach {
-            let row = y * width + columns.start..y * width + columns.end;
-            if let Some(row) = away.get_mut(row) {
-                row.fill(false);
-            }
-        }
-    }
-    away
-}
-
 #[cfg(test)]
 mod tests {
-    #![allow(clippy::unwrap_used, reason = "tests")]
-
     use super::*;
 
     /// Noise in -0.5..0.5 from Knuth's 64-bit linear congruential generator.
@@ -139,18 +165,5 @@ mod tests {
         let fair = between.noise_free().unwrap();
         assert!(fair == 0.0 && fair.is_sign_negative());
         assert!(between.noise_free_square.unwrap() < 0.0);
-    }
-
-    #[test]
-    fn a_neighbourhood_is_nine_pixels_and_ends_at_the_border() {
-        let mut seen = vec![false; 5 * 4];
-        seen[0] = true;
-        let left: Vec<usize> = (0..20).filter(|&i| !away_from(&seen, 5, 1)[i]).collect();
-        assert_eq!(left, [0, 1, 5, 6]);
-        seen[0] = false;
-        seen[5 + 2] = true;
-        let counted = away_from(&seen, 5, 1);
-        assert_eq!(counted.iter().filter(|c| !**c).count(), 9);
-        assert!(counted[0] && counted[4] && counted[15] && !counted[1]);
     }
 }
