@@ -116,7 +116,7 @@ impl<V: Fn(usize) -> f32> Block<'_, V> {
     }
 
     /// Fills the pixels from one corner to the opposite one: by the plane through the corners where
-    /// one glossy facet is seen and two pixels within agree with it, by parts elsewhere.
+    /// one glossy facet is seen and four pixels within agree with it, by parts elsewhere.
     fn fill(&mut self, [left, top]: [usize; 2], [right, bottom]: [usize; 2]) {
         let [wide, tall] = [right - left, bottom - top];
         if wide < 2 || tall < 2 {
@@ -137,7 +137,8 @@ impl<V: Fn(usize) -> f32> Block<'_, V> {
                 upper + v * (lower - upper)
             };
             let most = corners.iter().copied().fold(0.0, f32::max);
-            let inner = [[1, 2], [2, 1]].map(|[i, j]| [left + i * wide / 3, top + j * tall / 3]);
+            let inner = [[1, 1], [2, 2], [1, 2], [2, 1]];
+            let inner = inner.map(|[i, j]| [left + i * wide / 3, top + j * tall / 3]);
             let is_even =
                 |at| facet_at(at) == NONE || (self.at(at) - between(at)).abs() <= EVEN * most;
             if inner.into_iter().all(is_even) {
@@ -163,7 +164,7 @@ fn merged(ends: impl Iterator<Item = (f32, SurfacePoint)>) -> Vec<(f32, SurfaceP
             Some((sum, last)) if last.facet == end.facet => {
                 *sum += share;
                 let part = f64::from(share / *sum);
-                last.point = last.point + (end.point - last.point) * part;
+                last.point += (end.point - last.point) * part;
             }
             _ => out.push((share, end)),
         }
@@ -413,7 +414,7 @@ impl Lines {
             let clear = air.scene.clearness(s + h / u.cos());
             let value = seen * scattered * clear * line.seen(s);
             group.0 += value;
-            group.1 = group.1 + (self.lamp + line.way * s) * value;
+            group.1 += (self.lamp + line.way * s) * value;
         }
     }
 }
