@@ -16,8 +16,8 @@ use arrayvec::ArrayVec;
 use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::{Vec3, frame};
 use rayon::prelude::*;
-use std::cell::OnceCell;
 use std::f64::consts::{FRAC_PI_4, PI};
+use std::sync::OnceLock;
 
 /// Directions that sample a beam.
 const SAMPLES: usize = 1024;
@@ -44,6 +44,8 @@ const SIDE: usize = 16;
 const NONE: u32 = DARK - 1;
 /// Allowed difference of interpolated values, relative to the highest corner.
 const EVEN: f32 = 0.1;
+/// Allowed difference relative to the brightest place.
+const EVEN_FAINT: f32 = 0.005;
 /// Share of the brightest node up to which a node counts as visible without a test.
 const FAINT: f64 = 0.01;
 
@@ -59,7 +61,7 @@ struct GlossyPlace<'a> {
     share: f64,
     end: SurfacePoint,
     /// Rays of the lobe with their weights; made when needed.
-    rays: OnceCell<ArrayVec<(f64, Sight), RAYS>>,
+    rays: OnceLock<ArrayVec<(f64, Sight), RAYS>>,
 }
 
 struct Line {
@@ -102,6 +104,8 @@ struct Block<'a, V> {
     /// The glossy facet of each pixel; [`DARK`] for several, [`NONE`] without one.
     facets: &'a [u32],
     width: usize,
+    /// Difference that is allowed wherever it occurs.
+    faint: f32,
     /// NaN where not known.
     found: Vec<f32>,
 }
@@ -139,8 +143,8 @@ impl<V: Fn(usize) -> f32> Block<'_, V> {
             let most = corners.iter().copied().fold(0.0, f32::max);
             let inner = [[1, 1], [2, 2], [1, 2], [2, 1]];
             let inner = inner.map(|[i, j]| [left + i * wide / 3, top + j * tall / 3]);
-            let is_even =
-                |at| facet_at(at) == NONE || (self.at(at) - between(at)).abs() <= EVEN * most;
+            let allowed = self.faint.max(EVEN * most);
+            let is_even = |at| facet_at(at) == NONE || (self.at(at) - between(at)).abs() <= allowed;
             if inner.into_iter().all(is_even) {
                 for [x, y] in pixels() {
                     self.found[y * self.width + x] = between([x, y]);
@@ -188,6 +192,21 @@ impl Airlight<'_> {
         };
         let lines = emitters.par_iter().map(|e| Lines::of(self, e, spread));
         let lines: Vec<Option<Lines>> = lines.collect();
+        // The brightest of few pixels shows what is faint.
+        let lattice = (SIDE / 2..height).step_by(SIDE).flat_map(|y| {
+            let row = (SIDE / 2..width).step_by(SIDE);
+            row.map(move |x| y * width + x)
+        });
+        let places = lattice.flat_map(|pixel| ends(pixel).filter_map(|e| self.glossy(camera, e)));
+        let places: Vec<GlossyPlace<'_>> = places.collect();
+        let faint = |lines: &Option<Lines>| {
+            let of = |lines: &Lines| {
+                let all = places.iter().map(|place| lines.reflected(self, place));
+                EVEN_FAINT * all.fold(0.0, f64::max) as f32
+            };
+            lines.as_ref().map_or(0.0, of)
+        };
+        let faint: Vec<f32> = lines.par_iter().map(faint).collect();
         let lights = emitters.len();
         let bands = out.par_chunks_mut((SIDE * width * lights).max(1));
         bands.enumerate().try_for_each(|(row, out)| {
@@ -226,6 +245,7 @@ impl Airlight<'_> {
                         value,
                         facets: &facets,
                         width: wide,
+                        faint: faint[light],
                         found: vec![f32::NAN; wide * tall],
                     };
                     if lines.is_some() {
@@ -261,7 +281,7 @@ impl Airlight<'_> {
             eye: to.normalized(),
             share: f64::from(share) * self.scene.clearness(to.length()),
             end,
-            rays: OnceCell::new(),
+            rays: OnceLock::new(),
         })
     }
 
@@ -535,7 +555,7 @@ mod tests {
                             eye: (vec3(0.0, -11.5, 1.9) - point).normalized(),
                             share: 1.0,
                             end: SurfacePoint { facet: 0, point },
-                            rays: OnceCell::new(),
+                            rays: OnceLock::new(),
                         };
                         assert_eq!(lines.far(&place), 1.0);
                         (lines.reflected(&air, &place), by_rays(&air, &beam, &place))
