@@ -32,7 +32,7 @@ use footlight_show::model::Haze;
 use footlight_stage::Light;
 use rayon::prelude::*;
 use std::f64::consts::PI;
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Samples of a pixel for which it and its neighbours show one facet that all heads light alike,
 /// and of any other pixel. The few samples lie near the corners, so they miss no edge, and the mean
@@ -162,7 +162,7 @@ type Lit = (usize, Beam, Option<Projector>, [f64; 3]);
 /// Light of one candela in haze from each of these heads, for each pixel.
 struct Scattered {
     lights: Vec<(usize, Light)>,
-    light: Arc<Vec<f32>>,
+    light: Vec<f32>,
 }
 
 /// Places of a view, with the light of each head on them.
@@ -235,7 +235,9 @@ impl MovingLights {
             size_of::<Tile>()
                 + tile.places.len() * (size_of::<Place>() + size_of::<f32>() * tile.lit.len())
         };
-        self.bvh.bytes() + self.tiles.iter().map(of).sum::<usize>()
+        let scattered = |last: &Scattered| size_of_val(last.light.as_slice());
+        let last = self.last().as_ref().map_or(0, scattered);
+        self.bvh.bytes() + self.tiles.iter().map(of).sum::<usize>() + last
     }
 
     fn scene(&self) -> RayScene<'_> {
@@ -493,30 +495,23 @@ impl MovingLights {
         };
         let posed = |light: &HeadLight| (light.head, light.light.clone());
         let posed: Vec<(usize, Light)> = lights.iter().filter(is_lit).map(posed).collect();
-        let known = self
-            .last()
-            .as_ref()
-            .filter(|last| last.lights == posed)
-            .map(|last| Arc::clone(&last.light));
-        let scattered = match known {
-            Some(light) => light,
-            None => {
-                let light = Arc::new(self.scattered(&beams, haze, work)?);
-                *self.last() = Some(Scattered {
-                    lights: posed,
-                    light: Arc::clone(&light),
-                });
-                light
-            }
+        let known = self.last().take().filter(|last| last.lights == posed);
+        let light = match known {
+            Some(last) => last.light,
+            None => self.scattered(&beams, haze, work)?,
         };
         let pixels = image.data_mut().chunks_exact_mut(3);
-        for (pixel, scattered) in pixels.zip(scattered.chunks_exact(beams.len())) {
+        for (pixel, scattered) in pixels.zip(light.chunks_exact(beams.len())) {
             for ((.., strength), scattered) in beams.iter().zip(scattered) {
                 for (value, strength) in pixel.iter_mut().zip(strength) {
                     *value += (strength * f64::from(*scattered)) as f32;
                 }
             }
         }
+        *self.last() = Some(Scattered {
+            lights: posed,
+            light,
+        });
         Ok(())
     }
     fn last(&self) -> MutexGuard<'_, Option<Scattered>> {

@@ -204,11 +204,7 @@ impl Airlight<'_> {
         let at = |i: usize, j: usize| all(&tile[j * TILE + i]);
         let last = TILE - 1;
         let corners = [at(0, 0), at(last, 0), at(0, last), at(last, last)];
-        let between = |[i, j]: [usize; 2]| {
-            let [u, v] = [i, j].map(|k| k as f32 / last as f32);
-            let [upper, lower] = [0, 2].map(|k| corners[k] + u * (corners[k + 1] - corners[k]));
-            upper + v * (lower - upper)
-        };
+        let between = |place: [usize; 2]| bilinear(corners, place.map(|k| k as f32 / last as f32));
         let most = corners.iter().copied().fold(0.0, f32::max);
         let inner = [[1, 2], [2, 1]];
         let is_smooth = inner
@@ -453,6 +449,12 @@ fn split(
             ..*sight
         }
     })
+}
+
+/// Value at these shares of the way across and down, given those at the corners, row by row.
+fn bilinear(corners: [f32; 4], [u, v]: [f32; 2]) -> f32 {
+    let [upper, lower] = [0, 2].map(|k| corners[k] + u * (corners[k + 1] - corners[k]));
+    upper + v * (lower - upper)
 }
 
 /// True when all pixels of a tile show only the void, or one surface that is approximately planar.
