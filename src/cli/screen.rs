@@ -2,6 +2,7 @@
 
 use std::io::{self, IsTerminal};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -13,6 +14,9 @@ use footlight_prompt::{Error, Reply};
 use footlight_report::film::Canvas;
 use footlight_show::diagnostic::Style;
 use footlight_show::printable::visible;
+
+/// Time between lines of progress in a log.
+const BETWEEN_LINES: Duration = Duration::from_secs(10);
 
 /// The terminal.
 #[derive(Clone, Debug)]
@@ -34,7 +38,8 @@ impl Screen {
         let bars = Arc::new(Bars {
             bar: Mutex::new(None),
             stop: Stop::default(),
-            visible: !quiet && io::stderr().is_terminal(),
+            last_line: Mutex::new(Instant::now()),
+            quiet,
         });
         let colours = colours();
         Screen {
@@ -130,7 +135,9 @@ fn colours() -> bool {
 struct Bars {
     bar: Mutex<Option<(String, ProgressBar)>>,
     stop: Stop,
-    visible: bool,
+    /// The time of the last line of progress, where standard error is not a terminal.
+    last_line: Mutex<Instant>,
+    quiet: bool,
 }
 
 impl Bars {
@@ -140,14 +147,29 @@ impl Bars {
             bar.finish_and_clear();
         }
     }
+
+    /// Says in a line what is done, at times.
+    fn line(&self, task: &str, done: usize, total: usize) {
+        let mut last = self
+            .last_line
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
+        if last.elapsed() >= BETWEEN_LINES {
+            *last = Instant::now();
+            complain(format!("{}: {done} of {total}\n", visible(task)));
+        }
+    }
 }
 
 struct Watch(Arc<Bars>);
 
 impl Progress for Watch {
     fn report(&self, task: &str, done: usize, total: usize) {
-        if !self.0.visible {
+        if self.0.quiet {
             return;
+        }
+        if !io::stderr().is_terminal() {
+            return self.0.line(task, done, total);
         }
         let mut held = self.0.bar.lock().unwrap_or_else(PoisonError::into_inner);
         let same = held.as_ref().is_some_and(|(name, _)| name == task);

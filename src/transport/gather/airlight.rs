@@ -11,8 +11,11 @@
 
 mod bundle;
 mod gloss;
+mod panel;
+mod tile;
 
 use self::bundle::Bundle;
+use self::tile::{TILE, Tile, bilinear, places};
 use crate::direct::beam::Beam;
 use crate::direct::projector::Projector;
 use crate::gather::emitter::{AreaLight, Emitter};
@@ -25,16 +28,10 @@ use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::Vec3;
 use footlight_show::model::Haze;
 use rayon::prelude::*;
-use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
+use std::f64::consts::{FRAC_PI_4, PI};
 
 /// Most nodes along a ray.
 const MOST_NODES: usize = 64;
-/// Side of the tiles within which airlight may be interpolated, pixels.
-const TILE: usize = 4;
-/// Allowed difference from the plane through the corners, relative to the highest corner.
-const EVEN: f32 = 0.005;
-/// Allowed deviation of three adjacent ends of sight from a line, relative to their distance.
-const EVEN_ENDS: f64 = 0.02;
 /// Metres within which a ray that hits nothing may cross a light's cone.
 const FAR: f64 = 1e6;
 /// Points that represent a panel, each with its share of the nodes.
@@ -51,6 +48,10 @@ const HALVINGS: u32 = 3;
 const DEEPEST: f64 = 12.0;
 /// Least radius of a lamp, metres, so that rays through one meet no pole.
 const LAMP_RADIUS: f64 = 0.01;
+/// Pixels between those that show how bright a light is, along a side.
+const SPARSE: usize = 16;
+/// Differences that are not refined, relative to the root mean square of those pixels.
+const FAINT: f32 = 0.015;
 /// Least number of rays of sight across the width of a beam.
 const RAYS_ACROSS: f64 = 12.0;
 /// Most rays of sight along the side of a pixel.
@@ -70,13 +71,13 @@ pub struct Sight {
     pub spread: f64,
 }
 
-struct TilePixel {
-    /// Column and row in the tile.
-    place: [usize; 2],
+struct Pixel {
     /// Column and row in the image.
-    pixel: [usize; 2],
-    /// Its rays of sight with their shares.
-    sights: Vec<(f32, Sight)>,
+    place: [usize; 2],
+    /// Rays of sight from the eye with their shares.
+    direct: Vec<(f32, Sight)>,
+    /// Their reflections with their shares.
+    mirrored: Vec<(f32, Sight)>,
 }
 
 /// Haze in a scene.
@@ -115,6 +116,9 @@ impl Airlight<'_> {
         work: Work<'_>,
     ) -> Result<Vec<f32>, Cancelled> {
         let lights = emitters.len();
+        let view = (camera, [width, height]);
+        let fields = self.fields(emitters, view, &ends, work)?;
+        let faint = self.faint(emitters, view, &ends);
         let mut out = vec![0.0_f32; width * height * lights];
         let rows = out
             .par_chunks_mut((TILE * width * lights).max(1))
@@ -124,97 +128,65 @@ impl Airlight<'_> {
             let top = row * TILE;
             let tall = TILE.min(height - top);
             for left in (0..width).step_by(TILE) {
-                let wide = TILE.min(width - left);
+                let size = [TILE.min(width - left), tall];
                 let pixel = |place: [usize; 2]| {
                     let pixel = [left + place[0], top + place[1]];
-                    let sights = self.sights(camera, pixel, ends(pixel[1] * width + pixel[0]));
-                    TilePixel {
-                        place,
-                        pixel,
-                        sights,
-                    }
+                    self.pixel(camera, pixel, ends(pixel[1] * width + pixel[0]))
                 };
-                let places = (0..tall).flat_map(|j| (0..wide).map(move |i| [i, j]));
-                let tile: Vec<TilePixel> = places.map(pixel).collect();
-                let bundles = [true, false]
-                    .map(|is_direct| Bundle::of(camera, &tile, is_direct, self.deepest()));
+                let pixels: Vec<Pixel> = places(size).map(pixel).collect();
+                let bundles =
+                    [true, false].map(|is_direct| Bundle::of(&pixels, is_direct, self.deepest()));
+                let tile = Tile::of(pixels.iter().collect(), size);
                 for (light, emitter) in emitters.iter().enumerate() {
                     let mut seen = bundles.iter().flatten();
                     if seen.all(|bundle| bundle.misses(emitter)) {
                         continue;
                     }
-                    let values = self.tile(emitter, camera, [wide, tall], &tile);
-                    for (pixel, value) in tile.iter().zip(values) {
-                        let [i, j] = pixel.place;
+                    let values = match &fields[light] {
+                        Some(field) => {
+                            let of = |pixel| self.in_pixel(emitter, field, pixel);
+                            pixels.iter().map(of).collect()
+                        }
+                        None => self.tile((emitter, faint[light]), camera, &tile),
+                    };
+                    for ([i, j], value) in places(size).zip(values) {
                         out[(j * width + left + i) * lights + light] = value;
                     }
                 }
             }
             Ok(())
         })?;
-        self.add_gloss(emitters, (camera, [width, height]), ends, &mut out, work)?;
+        self.add_gloss(emitters, view, ends, &mut out, work)?;
         Ok(out)
     }
 
-    /// A light in the pixels of a tile; interpolated from the corners where sight ends on one
-    /// surface and the light changes evenly.
-    fn tile(
+    /// Radiance of each light below which differences are not refined.
+    fn faint<I: Iterator<Item = (f32, SurfacePoint)>>(
         &self,
-        emitter: &Emitter<'_>,
-        camera: &Camera,
-        [wide, tall]: [usize; 2],
-        tile: &[TilePixel],
+        emitters: &[Emitter<'_>],
+        (camera, [width, height]): (&Camera, [usize; 2]),
+        ends: impl Fn(usize) -> I + Sync,
     ) -> Vec<f32> {
-        let sides: Vec<usize> = tile
-            .iter()
-            .map(|pixel| {
-                let sights = pixel.sights.iter();
-                let seen = sights.filter(|(_, sight)| sight.eye == camera.origin);
-                let sides = seen.map(|(_, sight)| self.rays_along_side(emitter, sight));
-                sides.max().unwrap_or(1)
-            })
-            .collect();
-        if sides.iter().any(|side| *side > 1) {
-            let fine = |(pixel, side): (&TilePixel, &usize)| {
-                let of = |(share, sight): &(f32, Sight)| {
-                    if sight.eye != camera.origin {
-                        return share * self.radiance(emitter, sight, 0.5) as f32;
-                    }
-                    let rays = split(sight, camera, pixel.pixel, *side);
-                    let count = rays.len() as f64;
-                    let sum: f64 = rays.map(|ray| self.radiance(emitter, &ray, 0.5)).sum();
-                    share * (sum / count) as f32
-                };
-                pixel.sights.iter().map(of).sum()
-            };
-            return tile.iter().zip(&sides).map(fine).collect();
-        }
-        let all = |pixel: &TilePixel| {
-            let of =
-                |(share, sight): &(f32, Sight)| share * self.radiance(emitter, sight, 0.5) as f32;
-            pixel.sights.iter().map(of).sum::<f32>()
+        let middles = |side: usize| (SPARSE / 2..side).step_by(SPARSE);
+        let pixels = middles(height).flat_map(|y| middles(width).map(move |x| [x, y]));
+        let pixels = pixels.map(|[x, y]| self.pixel(camera, [x, y], ends(y * width + x)));
+        let pixels: Vec<Pixel> = pixels.collect();
+        let of = |emitter: &Emitter<'_>| {
+            if !matches!(emitter, Emitter::Point(..)) {
+                return 0.0;
+            }
+            let squares = pixels
+                .iter()
+                .map(|pixel| self.sum(emitter, &pixel.direct).powi(2));
+            FAINT * (squares.sum::<f32>() / pixels.len() as f32).sqrt()
         };
-        let mut sights = tile.iter().flat_map(|pixel| &pixel.sights);
-        if sights.all(|(_, sight)| emitter.is_unseen(sight)) {
-            return vec![0.0; tile.len()];
-        }
-        if [wide, tall] != [TILE; 2] || !is_even(tile) {
-            return tile.iter().map(all).collect();
-        }
-        let at = |i: usize, j: usize| all(&tile[j * TILE + i]);
-        let last = TILE - 1;
-        let corners = [at(0, 0), at(last, 0), at(0, last), at(last, last)];
-        let between = |place: [usize; 2]| bilinear(corners, place.map(|k| k as f32 / last as f32));
-        let most = corners.iter().copied().fold(0.0, f32::max);
-        let inner = [[1, 2], [2, 1]];
-        let is_smooth = inner
-            .iter()
-            .all(|[i, j]| (at(*i, *j) - between([*i, *j])).abs() <= EVEN * most);
-        if is_smooth {
-            tile.iter().map(|pixel| between(pixel.place)).collect()
-        } else {
-            tile.iter().map(all).collect()
-        }
+        emitters.par_iter().map(of).collect()
+    }
+
+    /// Radiance of a light along rays of sight, by their shares.
+    fn sum(&self, emitter: &Emitter<'_>, sights: &[(f32, Sight)]) -> f32 {
+        let of = |(share, sight): &(f32, Sight)| share * self.radiance(emitter, sight, 0.5) as f32;
+        sights.iter().map(of).sum()
     }
 
     /// Rays along the side of a pixel: more than one where the pixel is not small relative to the
@@ -226,18 +198,25 @@ impl Airlight<'_> {
         let to = beam.position - sight.eye;
         let nearest = sight.way.dot(to).clamp(0.0, sight.length);
         let distance = (to - sight.way * nearest).length();
-        let width = 2.0 * distance * beam.reach().min(FRAC_PI_4).tan();
-        let side = (RAYS_ACROSS * sight.spread * nearest / width).ceil();
+        let (angle, needed) = (
+            beam.reach().min(FRAC_PI_4),
+            RAYS_ACROSS * sight.spread * nearest,
+        );
+        // Most rays end here: no angle is greater than its tangent.
+        if needed <= 2.0 * distance * angle {
+            return 1;
+        }
+        let side = (needed / (2.0 * distance * angle.tan())).ceil();
         (side as usize).clamp(1, MOST_RAYS)
     }
 
-    /// The rays of sight of a pixel, with their shares.
-    fn sights(
+    /// A pixel with its rays of sight.
+    fn pixel(
         &self,
         camera: &Camera,
-        [x, y]: [usize; 2],
+        place: [usize; 2],
         ends: impl Iterator<Item = (f32, SurfacePoint)>,
-    ) -> Vec<(f32, Sight)> {
+    ) -> Pixel {
         let eye = camera.origin;
         let sight = |way: Vec3, length: f64| Sight {
             eye,
@@ -245,10 +224,10 @@ impl Airlight<'_> {
             length,
             spread: camera.step_x,
         };
-        let (mut out, mut rest, mut mirrored) = (Vec::new(), 1.0, Vec::new());
+        let (mut direct, mut rest, mut mirrored) = (Vec::new(), 1.0, Vec::new());
         for (share, end) in ends {
             let way = end.point - eye;
-            out.push((share, sight(way, way.length())));
+            direct.push((share, sight(way, way.length())));
             rest -= share;
             let lobe = self.scene.surfaces.lobe(end.facet);
             if let Some(lobe) = lobe.filter(|lobe| !lobe.is_wide()) {
@@ -258,17 +237,20 @@ impl Airlight<'_> {
         // Backs and the void are not parts.
         let dark = |k: u32| {
             let [u, v] = point(k, SEED);
-            let way = camera.ray(x as f64 + u, y as f64 + v);
-            let (place, distance) = self.scene.look(eye, way);
-            (place.facet == DARK).then(|| sight(way, distance * way.length()))
+            let way = camera.ray(place[0] as f64 + u, place[1] as f64 + v);
+            let (end, distance) = self.scene.look(eye, way);
+            (end.facet == DARK).then(|| sight(way, distance * way.length()))
         };
         if rest > LEAST_SHARE
             && let Some(sight) = (0..DARK_RAYS).find_map(dark)
         {
-            out.push((rest, sight));
+            direct.push((rest, sight));
         }
-        out.append(&mut mirrored);
-        out
+        Pixel {
+            place,
+            direct,
+            mirrored,
+        }
     }
 
     /// The ray that a mirror in place of the lobe would reflect to the eye, and its share: one
@@ -310,7 +292,7 @@ impl Airlight<'_> {
                     ..*self
                 };
                 let of_point = |k: u32| {
-                    let lamp = Lamp::of_panel(area, point(k, SEED))?;
+                    let lamp = self.of_panel(area, point(k, SEED))?;
                     // The nodes of the points interleave.
                     let shift = (f64::from(k) + random) / f64::from(PANEL_POINTS);
                     Some(few.of_lamp(&lamp, sight, shift))
@@ -330,11 +312,27 @@ impl Airlight<'_> {
     ) -> f64 {
         let one = Airlight { nodes: 1, ..*self };
         match emitter {
-            Emitter::Area(area) => {
-                Lamp::of_panel(area, place).map_or(0.0, |lamp| one.of_lamp(&lamp, sight, random[0]))
-            }
+            Emitter::Area(area) => self
+                .of_panel(area, place)
+                .map_or(0.0, |lamp| one.of_lamp(&lamp, sight, random[0])),
             Emitter::Point(..) | Emitter::Patches(_) => one.radiance(emitter, sight, random[0]),
         }
+    }
+
+    /// The point of a panel selected by random numbers.
+    fn of_panel<'b>(&self, panel: &'b AreaLight, random: [f64; 2]) -> Option<Lamp<'b>> {
+        let (position, normal, area) = self.lifted(panel, random)?;
+        Some(Lamp {
+            position,
+            kind: LampKind::Panel(normal, area),
+        })
+    }
+
+    /// A point of a panel, so far in front of it that the panel does not shade it, with unit normal
+    /// and the panel's area, m².
+    fn lifted(&self, panel: &AreaLight, random: [f64; 2]) -> Option<(Vec3, Vec3, f64)> {
+        let (position, normal, area) = panel.point(random)?;
+        Some((position + normal * (2.0 * self.scene.offset), normal, area))
     }
 
     /// Distance beyond which nothing is visible, metres.
@@ -451,34 +449,6 @@ fn split(
     })
 }
 
-/// Value at these shares of the way across and down, given those at the corners, row by row.
-fn bilinear(corners: [f32; 4], [u, v]: [f32; 2]) -> f32 {
-    let [upper, lower] = [0, 2].map(|k| corners[k] + u * (corners[k + 1] - corners[k]));
-    upper + v * (lower - upper)
-}
-
-/// True when all pixels of a tile show only the void, or one surface that is approximately planar.
-fn is_even(tile: &[TilePixel]) -> bool {
-    let lengths = tile.iter().map(|pixel| match pixel.sights.as_slice() {
-        [(_, sight)] => Some(sight.length),
-        _ => None,
-    });
-    let lengths: Option<Vec<f64>> = lengths.collect();
-    let Some(lengths) = lengths.filter(|lengths| lengths.len() == TILE * TILE) else {
-        return false;
-    };
-    if lengths.iter().all(|length| length.is_infinite()) {
-        return true;
-    }
-    let at = |i: usize, j: usize| lengths[j * TILE + i];
-    let is_straight = |[a, b, c]: [f64; 3]| (a - 2.0 * b + c).abs() <= EVEN_ENDS * b;
-    let mut inner = (1..TILE - 1).flat_map(|i| (0..TILE).map(move |j| [i, j]));
-    inner.all(|[i, j]| {
-        is_straight([at(i - 1, j), at(i, j), at(i + 1, j)])
-            && is_straight([at(j, i - 1), at(j, i), at(j, i + 1)])
-    })
-}
-
 impl Emitter<'_> {
     /// True when a ray of sight does not cross the light's cone.
     fn is_unseen(&self, sight: &Sight) -> bool {
@@ -499,15 +469,6 @@ impl<'a> Lamp<'a> {
             position: beam.position,
             kind: LampKind::Beam(beam, projector),
         }
-    }
-
-    /// The point of a panel selected by random numbers.
-    fn of_panel(area: &'a AreaLight, random: [f64; 2]) -> Option<Lamp<'a>> {
-        let (position, normal, area) = area.point(random)?;
-        Some(Lamp {
-            position,
-            kind: LampKind::Panel(normal, area),
-        })
     }
 
     /// True for a projection.
@@ -531,11 +492,17 @@ impl<'a> Lamp<'a> {
 
     /// Spans of a ray within the light's cone, metres from the eye.
     fn spans(&self, sight: &Sight, length: f64) -> ArrayVec<[f64; 2], 3> {
-        let (axis, reach) = match &self.kind {
-            LampKind::Beam(beam, _) => (beam.axis, beam.reach()),
-            LampKind::Panel(normal, _) => (*normal, FRAC_PI_2),
-        };
-        spans(sight, length, (self.position, axis, reach))
+        match &self.kind {
+            LampKind::Beam(beam, _) => {
+                spans(sight, length, (self.position, beam.axis, beam.reach()))
+            }
+            LampKind::Panel(normal, _) => {
+                let to = self.position - sight.eye;
+                in_front(*normal, (to, sight.way), length)
+                    .into_iter()
+                    .collect()
+            }
+        }
     }
 }
 
@@ -572,6 +539,21 @@ fn spans(
     spans
         .filter(|[from, to]| from < to && is_inside(0.5 * (from + to)))
         .collect()
+}
+
+/// The part of a ray in front of a panel's point, metres from the eye; `to` leads from the eye to
+/// the point.
+fn in_front(normal: Vec3, (to, way): (Vec3, Vec3), length: f64) -> Option<[f64; 2]> {
+    let (height, slope) = (-normal.dot(to), normal.dot(way));
+    let crossing = -height / slope;
+    let [start, end] = if slope > 0.0 {
+        [crossing.max(0.0), length]
+    } else if slope < 0.0 {
+        [0.0, crossing.min(length)]
+    } else {
+        [0.0, if height > 0.0 { length } else { 0.0 }]
+    };
+    (start < end).then_some([start, end])
 }
 
 /// Phase function of Henyey and Greenstein, 1/sr; `cosine` is that of the scattering angle.

@@ -300,7 +300,7 @@ impl<'a> Emitter<'a> {
 }
 
 impl AreaLight {
-    fn new(surfaces: &Surfaces, pieces: &[usize]) -> AreaLight {
+    pub(super) fn new(surfaces: &Surfaces, pieces: &[usize]) -> AreaLight {
         let material = |&p: &usize| surfaces.facets[surfaces.pieces[p].facet].material;
         let mut facets: Vec<usize> = pieces.iter().map(|&p| surfaces.pieces[p].facet).collect();
         facets.sort_unstable();

@@ -1,8 +1,7 @@
 //! Tiles of pixels that a beam misses: one test for all their rays of sight.
 
-use super::{Sight, TilePixel, spans};
+use super::{Pixel, Sight, spans};
 use crate::gather::emitter::Emitter;
-use crate::surfaces::camera::Camera;
 use std::f64::consts::FRAC_PI_4;
 
 /// Rays of sight of a tile: one of them, and the others' distance from it.
@@ -17,16 +16,16 @@ pub(super) struct Bundle {
 impl Bundle {
     /// The rays from the eye, or those of its reflections, up to `most` metres; `None` if there are
     /// none.
-    pub(super) fn of(
-        camera: &Camera,
-        tile: &[TilePixel],
-        is_direct: bool,
-        most: f64,
-    ) -> Option<Bundle> {
+    pub(super) fn of(tile: &[Pixel], is_direct: bool, most: f64) -> Option<Bundle> {
         let sights = || {
-            let all = tile.iter().flat_map(|pixel| &pixel.sights);
-            let all = all.map(|(_, sight)| sight);
-            all.filter(move |sight| (sight.eye == camera.origin) == is_direct)
+            let all = tile.iter().flat_map(|pixel| {
+                if is_direct {
+                    &pixel.direct
+                } else {
+                    &pixel.mirrored
+                }
+            });
+            all.map(|(_, sight)| sight)
         };
         let first = *sights().next()?;
         let length = sights().map(|sight| sight.length.min(most));

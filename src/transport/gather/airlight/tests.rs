@@ -5,6 +5,7 @@ use footlight_show::geometry::vec3;
 use footlight_show::model::Spot;
 use footlight_show::units::Rgb;
 use footlight_stage::Scene;
+use std::f64::consts::FRAC_PI_2;
 
 /// A scene of these polygons in haze.
 pub fn with_air<T>(haze: Haze, polygons: &[Vec<Vec3>], of: impl FnOnce(Airlight<'_>) -> T) -> T {
@@ -276,15 +277,15 @@ fn skipped_tiles_are_dark() {
             };
             let end = camera.origin + direct.way * length;
             let reflected = glossy.map(|way| (0.1, sight(end, way, 3.0 + j as f64)));
-            TilePixel {
-                place: [i, j],
-                pixel,
-                sights: std::iter::once((1.0, direct)).chain(reflected).collect(),
+            Pixel {
+                place: pixel,
+                direct: vec![(1.0, direct)],
+                mirrored: reflected.into_iter().collect(),
             }
         };
-        let tile: Vec<TilePixel> = (0..16).map(|k| pixel([k % TILE, k / TILE])).collect();
+        let tile: Vec<Pixel> = places([4; 2]).map(pixel).collect();
         let emitter = Emitter::Point(&lamp, None);
-        let bundles = [true, false].map(|direct| Bundle::of(&camera, &tile, direct, 100.0));
+        let bundles = [true, false].map(|direct| Bundle::of(&tile, direct, 100.0));
         if !bundles
             .iter()
             .flatten()
@@ -293,15 +294,50 @@ fn skipped_tiles_are_dark() {
             continue;
         }
         skipped += 1;
-        for TilePixel { pixel, sights, .. } in &tile {
-            for (_, sight) in sights {
-                let rays: Vec<Sight> = match sight.eye == camera.origin {
-                    true => split(sight, &camera, *pixel, 4).collect(),
-                    false => vec![*sight],
-                };
-                assert!(rays.iter().all(|ray| emitter.is_unseen(ray)), "case {k}");
-            }
+        for pixel in &tile {
+            let divided = pixel.direct.iter();
+            let divided = divided.flat_map(|(_, sight)| split(sight, &camera, pixel.place, 4));
+            let mut rays = divided.chain(pixel.mirrored.iter().map(|(_, sight)| *sight));
+            assert!(rays.all(|ray| emitter.is_unseen(&ray)), "case {k}");
         }
     }
     assert!((1000..3900).contains(&skipped), "{skipped} of 4000");
+}
+
+/// Pixels that show a slanted plane, with a pole before it, are interpolated on both.
+#[test]
+fn surfaces_one_behind_another_are_interpolated() {
+    let camera = Camera::of_square(90.0);
+    let lamp = beam(80.0, 120.0, vec3(0.0, -1.0, -6.0));
+    let length = |[i, _]: [usize; 2], way: Vec3| match i {
+        3 => -4.0 / way.z,
+        // The plane `z = -7 + x / 2`.
+        _ => -7.0 / (way.z - 0.5 * way.x),
+    };
+    let pixel = |[i, j]: [usize; 2]| {
+        let place = [40 + i, 30 + j];
+        let way = camera.ray(place[0] as f64 + 0.5, place[1] as f64 + 0.5);
+        let direct = Sight {
+            spread: camera.step_x,
+            ..sight(camera.origin, way, length([i, j], way.normalized()))
+        };
+        Pixel {
+            place,
+            direct: vec![(1.0, direct)],
+            mirrored: Vec::new(),
+        }
+    };
+    let pixels: Vec<Pixel> = places([TILE; 2]).map(pixel).collect();
+    let tile = Tile::of(pixels.iter().collect(), [TILE; 2]);
+    let emitter = Emitter::Point(&lamp, None);
+    with_air(haze(0.05, 0.3), &[], |air| {
+        let between = air.interpolated((&emitter, 0.0), &camera, &tile).unwrap();
+        for ((pixel, found), place) in pixels.iter().zip(between).zip(places([TILE; 2])) {
+            let exact = air.whole(&emitter, &camera, pixel);
+            assert!(
+                (found / exact - 1.0).abs() < 0.01,
+                "{place:?}: {found} for {exact}"
+            );
+        }
+    });
 }
