@@ -28,7 +28,7 @@ use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::Vec3;
 use footlight_show::model::Haze;
 use rayon::prelude::*;
-use std::f64::consts::{FRAC_PI_4, PI};
+use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// Most nodes along a ray.
 const MOST_NODES: usize = 64;
@@ -40,6 +40,8 @@ const PANEL_POINTS: u32 = 4;
 const LEAST_SHARE: f32 = 1e-3;
 /// Rays that sample backs and the void in a pixel.
 const DARK_RAYS: u32 = 16;
+/// Cosine of half angles up to which a cone is a half-space.
+const FLAT: f64 = 1e-7;
 /// Spans that subtend a smaller angle from the lamp, radians, have half of the nodes.
 const NARROW: f64 = 0.7;
 /// Bisection steps for a shadow edge between two nodes.
@@ -492,17 +494,11 @@ impl<'a> Lamp<'a> {
 
     /// Spans of a ray within the light's cone, metres from the eye.
     fn spans(&self, sight: &Sight, length: f64) -> ArrayVec<[f64; 2], 3> {
-        match &self.kind {
-            LampKind::Beam(beam, _) => {
-                spans(sight, length, (self.position, beam.axis, beam.reach()))
-            }
-            LampKind::Panel(normal, _) => {
-                let to = self.position - sight.eye;
-                in_front(*normal, (to, sight.way), length)
-                    .into_iter()
-                    .collect()
-            }
-        }
+        let (axis, reach) = match &self.kind {
+            LampKind::Beam(beam, _) => (beam.axis, beam.reach()),
+            LampKind::Panel(normal, _) => (*normal, FRAC_PI_2),
+        };
+        spans(sight, length, (self.position, axis, reach))
     }
 }
 
@@ -515,6 +511,11 @@ fn spans(
     let from = sight.eye - apex;
     let (a, b) = (sight.way.dot(axis), from.dot(axis));
     let cosine = reach.cos();
+    // The equation below cancels for a half-space.
+    if cosine.abs() < FLAT {
+        let part = in_front(axis, (apex - sight.eye, sight.way), length);
+        return part.into_iter().collect();
+    }
     let is_inside = |t: f64| {
         let d = from + sight.way * t;
         d.dot(axis) >= cosine * d.length()

@@ -5,7 +5,6 @@ use footlight_show::geometry::vec3;
 use footlight_show::model::Spot;
 use footlight_show::units::Rgb;
 use footlight_stage::Scene;
-use std::f64::consts::FRAC_PI_2;
 
 /// A scene of these polygons in haze.
 pub fn with_air<T>(haze: Haze, polygons: &[Vec<Vec3>], of: impl FnOnce(Airlight<'_>) -> T) -> T {
@@ -340,4 +339,28 @@ fn surfaces_one_behind_another_are_interpolated() {
             );
         }
     });
+}
+
+/// A cone of 180 degrees is a half-space: a ray that leaves it is lit up to there, exactly.
+#[test]
+fn a_half_space_ends_at_its_plane() {
+    for k in 0..2000 {
+        let [[a, b], [c, d]] = [point(2 * k, 9), point(2 * k + 1, 9)];
+        let axis = vec3(a - 0.5, b - 0.5, c - 0.5).normalized();
+        let ray = sight(
+            vec3(4.0 * c - 2.0, 1.0, d),
+            vec3(d - 0.5, c - 0.4, b - 0.5),
+            6.0,
+        );
+        let found = spans(&ray, ray.length, (Vec3::ZERO, axis, FRAC_PI_2));
+        let height = |t: f64| axis.dot(ray.eye + ray.way * t);
+        for t in (0..60).map(|k| 0.1 * f64::from(k) + 0.05) {
+            let is_lit = found.iter().any(|[from, to]| (*from..*to).contains(&t));
+            let is_near = height(t).abs() < 1e-6;
+            assert!(
+                is_near || is_lit == (height(t) > 0.0),
+                "{ray:?} {axis:?} {t}"
+            );
+        }
+    }
 }
