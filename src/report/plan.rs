@@ -72,9 +72,12 @@ fn why(left_out: &LeftOut, unit: ErrorUnit) -> String {
             return format!("stays at {share} % of its light throughout");
         }
         LeftOut::MultipleOf { other, factor, .. } => {
+            let share = match number(*factor).as_str() {
+                "1" => "the same share".to_owned(),
+                factor => format!("{factor} times the share"),
+            };
             return format!(
-                "always gives {} times the light of `{other}`: they share their refined images",
-                number(*factor)
+                "always gives {share} of its light that `{other}` gives: they share their refined images"
             );
         }
         LeftOut::SparedDirections {

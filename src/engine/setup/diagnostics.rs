@@ -93,7 +93,7 @@ pub(super) fn of_small_stage(
     spans: &SpanMap,
 ) -> Diagnostic {
     let message = format!(
-        "the set is {size:.2} m large and {distance:.1} m away: the view shows it as a spot"
+        "the set is {size:.2} m large and {distance:.1} m away: the view shows it as a dot"
     );
     let help = format!(
         "`scale` says what a unit of the file is: with `scale {unit:.0$}m` it would fill the picture",

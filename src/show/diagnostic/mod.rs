@@ -72,6 +72,19 @@ impl Sources {
     pub fn get(&self, file: usize) -> Option<(&str, &str)> {
         self.files.get(file).map(|(n, t)| (n.as_str(), t.as_str()))
     }
+
+    /// Line and column of a byte of a file, such as a [`Label`]'s start, both from 1; the column
+    /// counts characters.
+    ///
+    /// ```
+    /// # use footlight_show::diagnostic::Sources;
+    /// let mut sources = Sources::default();
+    /// let file = sources.add("show.lxq", "show \"X\"\ncue 1 {}\n");
+    /// assert_eq!(sources.position(file, 13), (2, 5));
+    /// ```
+    pub fn position(&self, file: usize, byte: usize) -> (usize, usize) {
+        render::Index::of(self).position(file, byte)
+    }
 }
 
 impl Diagnostic {

@@ -63,10 +63,7 @@ pub(super) fn render_some(
     };
     let rest = (left_out > 0).then(rest);
     let all = diagnostics.iter().chain(&rest);
-    let mut index = Index {
-        sources,
-        lines: BTreeMap::new(),
-    };
+    let mut index = Index::of(sources);
     match style {
         Style::Json => index.json(all).into(),
         Style::Short => {
@@ -89,7 +86,7 @@ fn severity(diagnostic: &Diagnostic) -> &'static str {
 }
 
 /// Line starts of the sources, found once for each file.
-struct Index<'a> {
+pub(super) struct Index<'a> {
     sources: &'a Sources,
     lines: BTreeMap<usize, Vec<usize>>,
 }
@@ -101,6 +98,13 @@ type Excerpt = Snippet<'static, Annotation<'static>>;
 type Near<'l> = (usize, usize, usize, Vec<(&'l Label, bool)>);
 
 impl<'a> Index<'a> {
+    pub(super) fn of(sources: &'a Sources) -> Index<'a> {
+        Index {
+            sources,
+            lines: BTreeMap::new(),
+        }
+    }
+
     fn text(&self, file: usize) -> (&'a str, &'a str) {
         self.sources.get(file).unwrap_or(("", ""))
     }
@@ -133,7 +137,7 @@ impl<'a> Index<'a> {
     }
 
     /// Line and column of a byte, both from 1.
-    fn position(&mut self, file: usize, byte: usize) -> (usize, usize) {
+    pub(super) fn position(&mut self, file: usize, byte: usize) -> (usize, usize) {
         let byte = boundary(self.text(file).1, byte);
         let line = self.line(file, byte);
         let start = self.line_range(file, line).start;
