@@ -205,7 +205,7 @@ mod tests {
         assert_eq!((what, name.as_str()), ("bank", "b1"));
         assert_eq!(
             why,
-            "always gives 0.5 times the light of `b0`: they share their refined images"
+            "always gives 0.5 times the share of its light that `b0` gives: they share their refined images"
         );
         let left_out = LeftOut::Constant {
             name: "b2".to_owned(),
