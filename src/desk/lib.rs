@@ -56,20 +56,15 @@ pub struct Loss {
     pub cue: Option<String>,
     /// A description.
     pub what: String,
-    /// Largest error of a bank's light, as a fraction of full; `None` when no light of the show
-    /// changes.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub light: Option<f64>,
 }
 
 impl Loss {
-    /// A loss without a place that changes no light.
+    /// A loss without a place.
     pub fn new(what: impl Into<String>) -> Loss {
         Loss {
             line: None,
             cue: None,
             what: what.into(),
-            light: None,
         }
     }
 
@@ -86,13 +81,6 @@ impl Loss {
         self.cue = Some(cue.to_string());
         self
     }
-
-    /// Sets the error of light, as a fraction of full.
-    #[must_use]
-    pub fn light(mut self, light: f64) -> Loss {
-        self.light = Some(light);
-        self
-    }
 }
 
 impl fmt::Display for Loss {
@@ -103,17 +91,8 @@ impl fmt::Display for Loss {
             (None, Some(cue)) => write!(f, "cue {cue}: ")?,
             (None, None) => {}
         }
-        f.write_str(&self.what)?;
-        match self.light {
-            Some(light) => write!(f, " ({} % of the light)", round(100.0 * light)),
-            None => Ok(()),
-        }
+        f.write_str(&self.what)
     }
-}
-
-/// Rounds to two decimals, but never a rounding error to zero.
-fn round(percent: f64) -> f64 {
-    (percent * 100.0 - 1e-6).ceil() / 100.0
 }
 
 /// Reason why a foreign file is not imported.

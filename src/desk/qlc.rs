@@ -50,22 +50,16 @@ pub fn write(show: &Show, timeline: &Timeline, work: Work<'_>) -> Result<Carried
     text.push_str(" </Engine>\n");
     console(&show.title, &mut text);
     text.push_str("</Workspace>\n");
-    for (index, cue) in show.cues.iter().enumerate() {
+    for (index, (cue, step)) in show.cues.iter().zip(&steps).enumerate() {
         work.check()?;
-        let far = bend(
-            show,
-            timeline,
-            index,
-            steps.get(index).map_or(0, |step| step.fade),
-        );
-        if far > 1.0 / 255.0 {
+        if is_bent(show, timeline, index, step.fade) {
             let what = "its times, curves and effects are one crossfade";
-            losses.push(Loss::new(what).cue(cue.number).light(far));
+            losses.push(Loss::new(what).cue(cue.number));
         }
     }
     for fixed in &show.fixed {
         let what = format!("fixed `{}` is on no address", fixed.name);
-        losses.push(Loss::new(what).light(fixed.level));
+        losses.push(Loss::new(what));
     }
     Ok(Carried { text, losses })
 }
@@ -191,35 +185,25 @@ fn console(title: &str, text: &mut String) {
     );
 }
 
-/// Largest deviation of a cue from a straight crossfade of all banks in its whole time.
-fn bend(show: &Show, timeline: &Timeline, index: usize, fade: u32) -> f64 {
-    let Some(times) = timeline.cues().get(index) else {
-        return 0.0;
+/// True when a cue leaves a straight crossfade of all banks by more than a step.
+fn is_bent(show: &Show, timeline: &Timeline, index: usize, fade: u32) -> bool {
+    let Some(cue) = timeline.cues().get(index) else {
+        return false;
     };
-    let end = timeline
-        .cues()
-        .get(index + 1)
-        .map_or(times.completion, |next| next.go);
-    let start = timeline.evaluate(times.go - Time::from_micros(1));
-    let last = timeline.evaluate(times.completion.min(end));
-    let fade = f64::from(fade) / 1000.0;
-    let mut far = 0.0_f64;
-    for sample in 0..=SAMPLES {
-        let moment =
-            times.go + (times.completion - times.go).scaled(f64::from(sample) / f64::from(SAMPLES));
-        if moment >= end {
-            break;
-        }
-        let done = if fade > 0.0 {
-            ((moment - times.go).seconds() / fade).min(1.0)
-        } else {
-            1.0
+    let next = timeline.cues().get(index + 1).map(|next| next.go);
+    let start = timeline.evaluate(cue.go - Time::from_micros(1));
+    let last = timeline.evaluate(next.map_or(cue.completion, |next| next.min(cue.completion)));
+    let banks = show.coordinates().len() - usize::from(!show.fixed.is_empty());
+    let differs = |sample| {
+        let gone = (cue.completion - cue.go).scaled(f64::from(sample) / f64::from(SAMPLES));
+        let done = match fade {
+            0 => 1.0,
+            fade => (1000.0 * gone.seconds() / f64::from(fade)).min(1.0),
         };
-        let now = timeline.evaluate(moment);
-        let banks = show.coordinates().len() - usize::from(!show.fixed.is_empty());
-        for ((was, to), now) in start.iter().zip(&last).zip(&now).take(banks) {
-            far = far.max((now - (was + (to - was) * done)).abs());
-        }
-    }
-    far
+        let now = timeline.evaluate(cue.go + gone);
+        let mut all = start.iter().zip(&last).zip(now).take(banks);
+        next.is_none_or(|next| cue.go + gone < next)
+            && all.any(|((was, to), now)| (now - (was + (to - was) * done)).abs() > 1.0 / 255.0)
+    };
+    (0..=SAMPLES).any(differs)
 }

@@ -20,7 +20,6 @@ mod description;
 mod draco;
 mod lamp;
 mod material;
-mod meshopt;
 mod node;
 mod primitive;
 mod vertices;

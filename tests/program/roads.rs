@@ -102,7 +102,7 @@ fn what_an_export_loses_is_said_by_line_and_cue() {
                 cue 2.5 {\n  time 4  curve square  a full\n}\n";
     fs::write(folder.path().join("s.lxq"), show).unwrap();
     let (_, said) = footlight(folder.path(), "export s.lxq -o s.asc");
-    let loss = "line 5, cue 2.5: `a`: its curve is a straight fade to its last level (22.5 % of the light)";
+    let loss = "line 5, cue 2.5: `a`: its curve is a straight fade to its last level\n";
     assert!(said.contains(loss), "{said}");
     let (_, said) = footlight(folder.path(), "export s.lxq -o s.asc --json");
     assert!(said.contains("\"line\": 5,"), "{said}");

@@ -98,25 +98,20 @@ fn check_link(cue: &Cue, last: Option<CueNumber>, losses: &mut Vec<Loss>) {
     }
 }
 
-/// The last part that names each channel of a cue: a bank moves in one part. Differing values of
-/// earlier parts are lost.
+/// The last part that names each channel of a cue: a bank moves in one part. Values of earlier
+/// parts are lost.
 fn last_parts(cue: &Cue, losses: &mut Vec<Loss>) -> BTreeMap<u32, usize> {
-    let mut named: BTreeMap<u32, (usize, Tenths)> = BTreeMap::new();
+    let mut named: BTreeMap<u32, usize> = BTreeMap::new();
     for (index, part) in cue.parts.iter().enumerate() {
-        for (channel, level) in part.lit.iter().flatten().chain(&part.moves) {
-            let earlier = named.insert(*channel, (index, *level));
-            if let Some((_, other)) = earlier.filter(|(part, _)| *part != index) {
+        for (channel, _) in part.lit.iter().flatten().chain(&part.moves) {
+            let earlier = named.insert(*channel, index);
+            if earlier.is_some_and(|part| part != index) {
                 let what = format!("channel {channel} stands in two parts: the later one counts");
-                let loss = Loss::new(what).line(part.line).cue(cue.number);
-                let light = f64::from(other.abs_diff(*level)) / 1000.0;
-                losses.push(loss.light(light));
+                losses.push(Loss::new(what).line(part.line).cue(cue.number));
             }
         }
     }
     named
-        .into_iter()
-        .map(|(channel, (part, _))| (channel, part))
-        .collect()
 }
 
 impl Tracked {
@@ -208,13 +203,11 @@ impl Tracked {
             .collect();
         if desk.tracks && !out.is_empty() {
             let names: Vec<String> = out.keys().map(u32::to_string).collect();
-            let brightest = out.keys().filter_map(|c| self.levels.get(c)).max();
             let what = format!(
                 "channels {} go out: the cue's `Chan` has them not, and no `$$ChanMove` says so",
                 names.join(" ")
             );
-            let light = f64::from(*brightest.unwrap_or(&0)) / 1000.0;
-            losses.push(Loss::new(what).line(cue.line).cue(cue.number).light(light));
+            losses.push(Loss::new(what).line(cue.line).cue(cue.number));
         }
         out
     }
@@ -226,7 +219,7 @@ impl Tracked {
         (steps, from): (&mut Vec<Step<'a>>, usize),
         (cue, losses): (&Cue, &mut Vec<Loss>),
     ) {
-        let mut off = 0.0_f64;
+        let mut is_off = false;
         for (channel, values) in &part.colours {
             let was = self.colours.get(channel).copied().unwrap_or([1.0; 3]);
             let mut now = was;
@@ -236,7 +229,7 @@ impl Tracked {
             self.colours.insert(*channel, now);
             let coded = Rgb(now).to_srgb8();
             for (exact, read) in now.iter().zip(Rgb::from_srgb8(coded).0) {
-                off = off.max((exact - read).abs());
+                is_off |= (exact - read).abs() > 5e-4;
             }
             if coded == Rgb(was).to_srgb8() {
                 continue;
@@ -262,10 +255,9 @@ impl Tracked {
                     .level = Some(0);
             }
         }
-        if off > 5e-4 {
+        if is_off {
             let what = "colours are written as sRGB codes";
-            let loss = Loss::new(what).line(part.line).cue(cue.number);
-            losses.push(loss.light(off));
+            losses.push(Loss::new(what).line(part.line).cue(cue.number));
         }
     }
 }

@@ -231,7 +231,7 @@ impl Sheet<'_> {
                         let what =
                             format!("curve {number} is no fade from 0 to 100: straight here");
                         let loss = Loss::new(what).line(settled.cue.line);
-                        losses.push(loss.cue(settled.cue.number).light(1.0));
+                        losses.push(loss.cue(settled.cue.number));
                     }
                 }
             }

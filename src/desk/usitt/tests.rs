@@ -211,7 +211,7 @@ fn what_a_file_says_twice_or_too_late_is_told() {
         told,
         [
             "line 5, cue 1: `up` stands twice: the last counts",
-            "line 6, cue 1: channel 1 has two levels: the last counts (10 % of the light)",
+            "line 6, cue 1: channel 1 has two levels: the last counts",
             "line 11: cues behind `EndData`, where the file ends, are not read",
         ]
     );
@@ -317,11 +317,11 @@ fn what_a_file_cannot_hold_is_listed() {
         .collect();
     insta::assert_snapshot!(losses.join("\n"), @r#"
         bank `a` has no channel: it is 1 in the file
-        cue 2: `a`: its curve is a straight fade to its last level (10 % of the light)
-        cue 3: `a`: its curve is a straight fade to its last level (53.3 % of the light)
-        fixed `e` is no channel of the desk (10 % of the light)
-        bank `a`: its dimmer is to be set at the desk (25 % of the light)
-        cue 1: effect `f` (80 % of the light)
+        cue 2: `a`: its curve is a straight fade to its last level
+        cue 3: `a`: its curve is a straight fade to its last level
+        fixed `e` is no channel of the desk
+        bank `a`: its dimmer is to be set at the desk
+        cue 1: effect `f`
         clock times (`at`) of cues 1: they wait for GO
         "#);
 }
@@ -567,7 +567,7 @@ fn a_channel_in_a_cue_and_in_its_part_moves_in_the_part() {
     assert!(!carried.text.contains("ch1 30"), "{}", carried.text);
     assert_eq!(
         carried.losses[0].to_string(),
-        "line 5, cue 2: channel 1 stands in two parts: the later one counts (45 % of the light)"
+        "line 5, cue 2: channel 1 stands in two parts: the later one counts"
     );
     assert_eq!(parsed(&carried.text).cues.len(), 1);
 }

@@ -392,7 +392,7 @@ impl<'a> Writer<'a> {
                 (timing, part.label.as_str())
             })
             .collect();
-        let mut curved: Vec<(usize, Time, Time)> = Vec::new();
+        let mut curved = BTreeSet::new();
         let mut bent = false;
         for one in moves {
             let (bank, which) = self.bank_of(one.parameter);
@@ -427,12 +427,12 @@ impl<'a> Writer<'a> {
             if let Some(held) = self.held.get_mut(one.parameter) {
                 *held = target;
             }
-            let straight = matches!(*one.motion, Motion::To(_)) && one.repeat == 1;
-            let linear = one.timing.fade == Fade::LINEAR || was == target;
+            let linear = one.timing.fade == Fade::LINEAR && one.repeat == 1;
+            let straight = matches!(*one.motion, Motion::To(_)) && (linear || was == target);
             if pose.is_some() {
-                bent |= !(straight && linear);
-            } else if !(straight && linear) || (which > 0 && up != down && was != target) {
-                curved.push((one.parameter, one.timing.delay, up.max(down)));
+                bent |= !straight;
+            } else if !straight || (which > 0 && up != down && was != target) {
+                curved.insert(one.parameter);
             }
         }
         if parts.is_empty() {
@@ -452,7 +452,12 @@ impl<'a> Writer<'a> {
             let what = "heads turn straight, not along their curve";
             self.losses.push(Loss::new(what).cue(cue.number));
         }
-        self.bends(index, cue, &curved);
+        for parameter in curved {
+            let named = self.show.parameters().into_iter().nth(parameter);
+            let name = named.map_or(String::new(), |named| named.name);
+            let what = format!("`{name}`: its curve is a straight fade to its last level");
+            self.losses.push(Loss::new(what).cue(cue.number));
+        }
         parts
     }
 

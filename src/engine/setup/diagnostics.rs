@@ -51,6 +51,10 @@ pub(super) fn of_stage(cause: &SceneError, stage: &Stage, spans: &SpanMap) -> Di
     };
     let help = own.unwrap_or_else(|| {
         let export = match cause {
+            SceneError::Extension { name, .. } if name == "EXT_meshopt_compression" => {
+                "export the geometry again without compression, or unpack the file with \
+                 `gltf-transform copy`, or with `gltfpack` without `-c`"
+            }
             SceneError::Extension { .. } => {
                 "export the geometry again without it; where that makes no difference to the geometry, \
                  take its name out of `extensionsRequired` in the file"

@@ -4,8 +4,7 @@ use std::borrow::Cow;
 
 use super::{Fault, entry, short};
 
-/// The buffers of a file, in order. A buffer is empty when it is a placeholder for compressed data,
-/// or unused.
+/// The buffers of a file, in order. An unused buffer is empty.
 pub struct Buffers<'b>(pub Vec<Cow<'b, [u8]>>);
 
 impl Buffers<'_> {

@@ -11,7 +11,7 @@ use serde::Deserialize;
 
 use super::buffers::Buffers;
 use super::description::Root;
-use super::{Fault, entry, lacks, meshopt, not_gltf, place, short};
+use super::{Fault, entry, lacks, not_gltf, place, short};
 use crate::stage_file::SceneError;
 use crate::stage_file::limit;
 use footlight_host::files::Files;
@@ -33,9 +33,8 @@ const LENIENT: GeneralPurposeConfig = GeneralPurposeConfig::new()
 
 /// Extensions that a file may require: those that are read, and those that do not affect what is
 /// read.
-const KNOWN: [&str; 23] = [
+const KNOWN: [&str; 22] = [
     "EXT_mesh_gpu_instancing",
-    "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
@@ -64,8 +63,6 @@ pub struct Document<'b> {
     /// The description.
     pub root: Root,
     buffers: Buffers<'b>,
-    /// Decompressed data by buffer view, with the stride.
-    unpacked: BTreeMap<usize, (Vec<u8>, usize)>,
     /// The file's folder, for other files and embedded data.
     folder: PathBuf,
 }
@@ -96,11 +93,9 @@ impl<'b> Document<'b> {
             left: BUFFER_LIMIT,
         };
         let buffers = Buffers(fetch.all(&root, binary)?);
-        let unpacked = meshopt::unpack(&root, &buffers, fetch.left).map_err(fault)?;
         Ok(Document {
             root,
             buffers,
-            unpacked,
             folder: folder.to_owned(),
         })
     }
@@ -112,9 +107,6 @@ impl<'b> Document<'b> {
         from: impl FnOnce() -> String,
     ) -> Result<(&[u8], Option<usize>), Fault> {
         let view = entry(&self.root.buffer_views, index, "bufferView", from)?;
-        if let Some((bytes, stride)) = self.unpacked.get(&index) {
-            return Ok((bytes, Some(*stride)));
-        }
         let at = || place("bufferView", index, view.name.as_ref());
         let start = view.byte_offset.unwrap_or_default().0;
         let bytes = self
@@ -276,7 +268,7 @@ impl Fetch<'_> {
                 Fault::new(at, reason).of_file(path)
             };
             let mut views = root.buffer_views.iter();
-            if !views.any(|view| view.buffer.value() == i || view.extensions.is_some()) {
+            if !views.any(|view| view.buffer.value() == i) {
                 // The buffer is unused.
                 buffers.push(Cow::Borrowed([].as_slice()));
                 continue;
@@ -285,11 +277,6 @@ impl Fetch<'_> {
                 (Some(uri), _) if uri.starts_with("data:") => Cow::Owned(data(uri).map_err(fault)?),
                 (Some(uri), _) => Cow::Owned(self.file(uri, fault)?),
                 (None, Some(binary)) if i == 0 => Cow::Borrowed(binary),
-                // The length is that of the data once decompressed.
-                (None, _) if meshopt::is_placeholder(root, buffer) => {
-                    buffers.push(Cow::Borrowed([].as_slice()));
-                    continue;
-                }
                 (None, _) => return Err(fault(lacks("content"))),
             };
             self.left = self

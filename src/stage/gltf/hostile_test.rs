@@ -132,8 +132,8 @@ fn claims_are_held_against_the_bytes() {
         (r#""version":"2.0""#, r#""copyright":"me""#, "not glTF"),
         (
             r#""asset""#,
-            r#""extensionsRequired":["KHR_meshopt_compression"],"asset""#,
-            "the extension `KHR_meshopt_compression`",
+            r#""extensionsRequired":["EXT_meshopt_compression"],"asset""#,
+            "the extension `EXT_meshopt_compression`",
         ),
         (
             r#"[{"mesh":0}]"#,

@@ -586,6 +586,24 @@ fn instances_of_a_node_are_placed() {
     assert!(far(0, 6.0) && far(2, 8.0));
 }
 
+/// Views whose compressed bytes are in another buffer, which is not read.
+#[test]
+fn fallbacks_of_compressed_views_are_read() {
+    let compressed = r#","extensions":{"EXT_meshopt_compression":{"buffer":1,"byteLength":9,
+        "byteStride":12,"count":4,"mode":"ATTRIBUTES"}}}"#;
+    let json = described(&format!(r#"{WALL},"nodes":[{{"mesh":0}}]"#))
+        .replace(
+            r#"[{"byteLength":60}]"#,
+            r#"[{"byteLength":60},{"byteLength":9}]"#,
+        )
+        .replace(
+            r#""byteLength":48}"#,
+            &format!(r#""byteLength":48{compressed}"#),
+        );
+    assert!(json.contains("meshopt") && json.contains("60},"));
+    assert_eq!(import(&json, &square()).unwrap().scene.polygons.len(), 1);
+}
+
 #[test]
 fn what_is_not_read_is_no_reason_to_refuse() {
     let nodes = r#""nodes":[{"mesh":0}],"scenes":[{"nodes":[0]},{"name":"empty"}],"scene":0"#;

@@ -184,11 +184,10 @@ impl Reader {
             } else {
                 part.lit.get_or_insert_default().insert(channel, level)
             };
-            if let Some(before) = before.filter(|before| *before != level) {
+            if before.is_some_and(|before| before != level) {
                 let what = format!("channel {channel} has two levels: the last counts");
                 let cue = self.show.cues.last().map(|cue| cue.number.to_string());
-                let light = f64::from(before.abs_diff(level)) / 1000.0;
-                let loss = Loss::new(what).line(record.line).light(light);
+                let loss = Loss::new(what).line(record.line);
                 self.losses.push(loss.cue(cue.unwrap_or_default()));
             }
         }
@@ -214,7 +213,7 @@ impl Reader {
         if found.is_none() {
             let what = format!("channel {channel} at `{word}`, which has no level for it");
             let cue = self.show.cues.last().map(|cue| cue.number.to_string());
-            let loss = Loss::new(what).line(record.line).light(1.0);
+            let loss = Loss::new(what).line(record.line);
             self.losses.push(loss.cue(cue.unwrap_or_default()));
         }
         Ok(found)

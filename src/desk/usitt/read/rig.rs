@@ -29,8 +29,7 @@ impl Reader {
                 let percent = f64::from(level) / 10.0;
                 let what =
                     format!("dimmer {dimmer} of channel {channel} is patched at {percent} %");
-                let loss = Loss::new(what).line(record.line);
-                self.losses.push(loss.light(1.0 - percent / 100.0));
+                self.losses.push(Loss::new(what).line(record.line));
             }
         }
         Ok(Section::Other("patch".to_owned()))

@@ -161,8 +161,8 @@ fn positions_come_back() {
     };
     insta::assert_snapshot!(losses(&carried.losses), @r#"
         zoom of moving heads
-        cue 2: `sky.g`: its curve is a straight fade to its last level (78.42 % of the light)
-        cue 2: `sky.b`: its curve is a straight fade to its last level (100 % of the light)
+        cue 2: `sky.g`: its curve is a straight fade to its last level
+        cue 2: `sky.b`: its curve is a straight fade to its last level
         "#);
     let back = imported(&carried.text);
     insta::assert_snapshot!(losses(&back.losses), @r#"
@@ -261,7 +261,7 @@ fn degrees_are_those_of_the_type() {
     let told: Vec<String> = carried.losses.iter().map(ToString::to_string).collect();
     insta::assert_snapshot!(told.join("\n"), @r#"
         where heads hang: spot_head at 0, 0, 5 here; their angles are the desk's
-        line 18, cue 2: channels 1 go out: the cue's `Chan` has them not, and no `$$ChanMove` says so (100 % of the light)
+        line 18, cue 2: channels 1 go out: the cue's `Chan` has them not, and no `$$ChanMove` says so
         line 20, cue 2: channel 1: parameters 2@FP3 (more emitters, positions, shapes)
         "#);
     for slot in [
