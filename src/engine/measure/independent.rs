@@ -417,9 +417,11 @@ impl Sums {
         let off = |part: &Sums| (all.with(-1.0, part).square() - square).powi(2);
         let spread = ((count - 1.0) / count * parts.iter().map(off).sum::<f64>()).sqrt();
         let root = |square: f64| square.max(0.0).sqrt();
+        // An estimate below zero is chance: its interval begins at zero and is as wide as another.
+        let most = square.max(0.0) + WIDE * spread;
         Some(MeasuredError {
             error: root(square),
-            interval: [square - WIDE * spread, square + WIDE * spread].map(root),
+            interval: [square - WIDE * spread, most].map(root),
             mean_ratio: all.shown / all.estimated,
             pixels: 0,
             paths: 0,
@@ -515,6 +517,21 @@ mod tests {
             }
         }
         assert!(held.into_iter().all(|held| held >= 36), "{held:?}");
+    }
+
+    #[test]
+    fn an_estimate_below_zero_does_not_say_that_there_is_no_error() {
+        let part = |at: usize| Sums {
+            error: -1e-4 + 1e-5 * (at % 2) as f64,
+            light: 1.0,
+            shown: 1.0,
+            estimated: 1.0,
+        };
+        let parts: [Sums; PARTS] = std::array::from_fn(part);
+        let found = Sums::result(&parts).unwrap();
+        assert_eq!(found.error, 0.0);
+        assert_eq!(found.interval[0], 0.0);
+        assert!(found.interval[1] > 1e-4, "{:?}", found.interval);
     }
 
     /// A narrow interval determines the result; a wide one leaves the usual error.
