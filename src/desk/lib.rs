@@ -43,6 +43,7 @@ use serde::Serialize;
 
 use footlight_host::work::Cancelled;
 use footlight_show::diagnostic::Diagnostic;
+use footlight_show::model::{Show, Trigger};
 use footlight_show::timeline::TimelineError;
 
 /// Something that the other format cannot hold, or only approximately.
@@ -66,6 +67,18 @@ impl Loss {
             cue: None,
             what: what.into(),
         }
+    }
+
+    /// Clock times of cues, which wait for GO at a desk.
+    fn of_clock_times(show: &Show) -> Option<Loss> {
+        let clocked = show.cues.iter();
+        let clocked = clocked.filter(|cue| matches!(cue.trigger, Trigger::At(_)));
+        let numbers: Vec<String> = clocked.map(|cue| cue.number.to_string()).collect();
+        let what = || {
+            let numbers = numbers.join(" ");
+            format!("clock times (`at`) of cues {numbers}: they wait for GO")
+        };
+        (!numbers.is_empty()).then(|| Loss::new(what()))
     }
 
     /// Sets the line.

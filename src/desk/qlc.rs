@@ -27,6 +27,7 @@ pub fn write(show: &Show, timeline: &Timeline, work: Work<'_>) -> Result<Carried
     if !show.heads().is_empty() {
         losses.push(Loss::new("pan, tilt and zoom of moving heads"));
     }
+    losses.extend(Loss::of_clock_times(show));
     let mut text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!DOCTYPE Workspace>\n\
         <Workspace xmlns=\"http://www.qlcplus.org/Workspace\" CurrentWindow=\"VirtualConsole\">\n \
         <Creator>\n  <Name>Q Light Controller Plus</Name>\n  <Version>4.12.6</Version>\n  \

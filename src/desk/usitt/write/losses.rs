@@ -2,7 +2,7 @@
 
 use super::{Writer, of};
 use crate::Loss;
-use footlight_show::model::{Cue, Dimmer, Trigger};
+use footlight_show::model::{Cue, Dimmer};
 use footlight_show::timeline::Moved;
 use footlight_show::units::Rgb;
 
@@ -53,17 +53,6 @@ impl Writer<'_> {
                 self.losses.push(Loss::new(what).cue(cue.number));
             }
         }
-        let clocked = show
-            .cues
-            .iter()
-            .filter(|cue| matches!(cue.trigger, Trigger::At(_)));
-        let clocked: Vec<String> = clocked.map(|cue| cue.number.to_string()).collect();
-        if !clocked.is_empty() {
-            let what = format!(
-                "clock times (`at`) of cues {}: they wait for GO",
-                clocked.join(" ")
-            );
-            self.losses.push(Loss::new(what));
-        }
+        self.losses.extend(Loss::of_clock_times(show));
     }
 }
