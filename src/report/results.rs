@@ -16,8 +16,9 @@ use footlight_engine::{self as engine, Engine, SpeedPoint};
 use footlight_host::work::{Work, in_order};
 use footlight_picture::exr::{self, Precision};
 use footlight_picture::shrink::shrink;
-use footlight_picture::tone::Tone;
+use footlight_picture::tone::{self, Tone};
 use footlight_picture::{Image, png, signed};
+use footlight_show::model::Coordinate;
 use footlight_show::timeline::CueTime;
 use footlight_show::units::{ErrorUnit, Time, Tolerance};
 use footlight_transport::TransportError;
@@ -312,18 +313,31 @@ fn shown(error: f64) -> f64 {
 
 /// The refined mixtures, signed: light amber, negative light blue.
 pub fn basis_sheet(engine: &Engine, pool: &Pool, theme: Theme) -> Result<Drawing, Error> {
-    let images = pool.refined().iter().map(|r| r.image.as_ref()).collect();
+    let images: Vec<&Image> = pool.refined().iter().map(|r| r.image.as_ref()).collect();
+    let shown = in_order(&images, engine.work().threads, |image| {
+        (signed::encode(image, signed::scale(image)), image.size())
+    });
     let caption = |i: usize| {
         let step = engine.estimate().steps().get(i);
         let error = step.map(|s| format!(", then {} %", percent(s.error)));
         format!("{i}{}", error.unwrap_or_default())
     };
-    let captions = (1..=pool.refined().len()).map(caption).collect();
-    let title = "basis pictures, and the error that each leaves";
-    signed_sheet(engine, (title, images, captions), theme)
+    let captions = (1..=images.len()).map(caption);
+    let tile = |((rgb, size), caption)| chart::Tile { size, rgb, caption };
+    let sheet = chart::Sheet {
+        title: format!(
+            "{}: basis pictures, and the error that each leaves",
+            engine.show().title
+        ),
+        tiles: shown.into_iter().zip(captions).map(tile).collect(),
+        columns: None,
+        legend: "amber: light added; blue: negative light; each picture scaled by itself"
+            .to_owned(),
+    };
+    Ok(chart::sheet(&sheet, theme)?)
 }
 
-/// Each bank alone, at full; `held` bytes of the caller count against the memory.
+/// Each bank alone, at full, with its channel; `held` bytes of the caller count against the memory.
 pub fn channel_sheet(engine: &Engine, held: usize, theme: Theme) -> Result<Drawing, Error> {
     let pool = engine.estimate().pool().ok_or(engine::Error::NotRendered)?;
     // Images of the pool lack the direct light of heads.
@@ -331,31 +345,32 @@ pub fn channel_sheet(engine: &Engine, held: usize, theme: Theme) -> Result<Drawi
         Some(_) => engine.bank_images(held)?,
         None => Vec::new(),
     };
-    let images = match made.as_slice() {
+    let images: Vec<&Image> = match made.as_slice() {
         [] => pool.coarse().iter().map(AsRef::as_ref).collect(),
         made => made.iter().collect(),
     };
-    let coordinates = engine.show().coordinates().into_iter();
-    let captions = coordinates.map(|c| c.name).collect();
-    signed_sheet(engine, ("each bank alone", images, captions), theme)
-}
-
-fn signed_sheet(
-    engine: &Engine,
-    (title, images, captions): (&str, Vec<&Image>, Vec<String>),
-    theme: Theme,
-) -> Result<Drawing, Error> {
+    let document = engine.document();
     let shown = in_order(&images, engine.work().threads, |image| {
-        (signed::encode(image, signed::scale(image)), image.size())
+        let exposure = tone::auto_exposure(std::iter::once(*image));
+        (document.tone_at(exposure).encode(image), image.size())
     });
-    let tile = |((rgb, size), caption)| chart::Tile { size, rgb, caption };
-    let tiles = shown.into_iter().zip(captions).map(tile).collect();
+    let show = engine.show();
+    let tile = |((rgb, size), coordinate): (_, Coordinate)| {
+        let bank = coordinate.bank.and_then(|bank| show.banks.get(bank));
+        let channel = bank.and_then(|bank| bank.channel);
+        let channel = channel.map_or(String::new(), |channel| format!("{channel}  "));
+        let caption = format!("{channel}{}", coordinate.name);
+        chart::Tile { size, rgb, caption }
+    };
     let sheet = chart::Sheet {
-        title: format!("{}: {title}", engine.show().title),
-        tiles,
+        title: format!("{}: each bank alone", show.title),
+        tiles: shown
+            .into_iter()
+            .zip(show.coordinates())
+            .map(tile)
+            .collect(),
         columns: None,
-        legend: "amber: light added; blue: negative light; each picture scaled by itself"
-            .to_owned(),
+        legend: "each picture at an exposure that suits it".to_owned(),
     };
     Ok(chart::sheet(&sheet, theme)?)
 }
