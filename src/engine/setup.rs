@@ -274,7 +274,7 @@ pub(super) fn load(
 /// Share of the image below which a set probably uses other units than assumed.
 const SMALL: f64 = 5e-3;
 
-/// A warning when the whole set is a spot in the view.
+/// A warning when the whole set is a dot in the view.
 fn small_stage(show: &Show, scene: &Scene, view: &View, spans: &SpanMap) -> Option<Diagnostic> {
     let stage = show.stages.first()?;
     let [low, high] = bounds(scene.polygons.iter().flat_map(|p| p.vertices.iter()));

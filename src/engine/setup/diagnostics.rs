@@ -87,7 +87,7 @@ pub(super) fn of_file_notes(
     }
 }
 
-/// A set that is a spot in the view: `size` metres from corner to corner, at this distance. With
+/// A set that is a dot in the view: `size` metres from corner to corner, at this distance. With
 /// `unit` metres per unit of the file, it would fill the image.
 pub(super) fn of_small_stage(
     stage: &Stage,

@@ -93,7 +93,7 @@ codes! {
     LAMP_INSIDE = "W016" "a lamp inside a solid";
     STAGE_NOTES = "W017" "a stage that is not taken as it stands";
     UNLIT = "W018" "a bank without light at the view";
-    SMALL_STAGE = "W020" "a set that is a spot in the view";
+    SMALL_STAGE = "W020" "a set that is a dot in the view";
     IMAGE_IN_HAZE = "W021" "an image as a bank in haze";
     HEAD_LATE = "W022" "a head that is not in place in time";
     HEAD_SEEN = "W023" "a head that is seen to turn in a fade to black";
