@@ -40,6 +40,7 @@ impl Screen {
             stop: Stop::default(),
             last_line: Mutex::new(Instant::now()),
             quiet,
+            is_terminal: io::stderr().is_terminal(),
         });
         let colours = colours();
         Screen {
@@ -138,6 +139,8 @@ struct Bars {
     /// The time of the last line of progress, where standard error is not a terminal.
     last_line: Mutex<Instant>,
     quiet: bool,
+    /// True when standard error is a terminal.
+    is_terminal: bool,
 }
 
 impl Bars {
@@ -168,7 +171,7 @@ impl Progress for Watch {
         if self.0.quiet {
             return;
         }
-        if !io::stderr().is_terminal() {
+        if !self.0.is_terminal {
             return self.0.line(task, done, total);
         }
         let mut held = self.0.bar.lock().unwrap_or_else(PoisonError::into_inner);

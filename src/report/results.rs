@@ -314,27 +314,18 @@ fn shown(error: f64) -> f64 {
 /// The refined mixtures, signed: light amber, negative light blue.
 pub fn basis_sheet(engine: &Engine, pool: &Pool, theme: Theme) -> Result<Drawing, Error> {
     let images: Vec<&Image> = pool.refined().iter().map(|r| r.image.as_ref()).collect();
-    let shown = in_order(&images, engine.work().threads, |image| {
-        (signed::encode(image, signed::scale(image)), image.size())
-    });
     let caption = |i: usize| {
         let step = engine.estimate().steps().get(i);
         let error = step.map(|s| format!(", then {} %", percent(s.error)));
         format!("{i}{}", error.unwrap_or_default())
     };
-    let captions = (1..=images.len()).map(caption);
-    let tile = |((rgb, size), caption)| chart::Tile { size, rgb, caption };
-    let sheet = chart::Sheet {
-        title: format!(
-            "{}: basis pictures, and the error that each leaves",
-            engine.show().title
-        ),
-        tiles: shown.into_iter().zip(captions).map(tile).collect(),
-        columns: None,
-        legend: "amber: light added; blue: negative light; each picture scaled by itself"
-            .to_owned(),
-    };
-    Ok(chart::sheet(&sheet, theme)?)
+    let captions = (1..=images.len()).map(caption).collect();
+    let words = (
+        "basis pictures, and the error that each leaves",
+        "amber: light added; blue: negative light; each picture scaled by itself",
+    );
+    let encode = |image: &Image| signed::encode(image, signed::scale(image));
+    image_sheet(engine, words, (&images, captions), encode, theme)
 }
 
 /// Each bank alone, at full, with its channel; `held` bytes of the caller count against the memory.
@@ -349,28 +340,42 @@ pub fn channel_sheet(engine: &Engine, held: usize, theme: Theme) -> Result<Drawi
         [] => pool.coarse().iter().map(AsRef::as_ref).collect(),
         made => made.iter().collect(),
     };
-    let document = engine.document();
-    let shown = in_order(&images, engine.work().threads, |image| {
-        let exposure = tone::auto_exposure(std::iter::once(*image));
-        (document.tone_at(exposure).encode(image), image.size())
-    });
     let show = engine.show();
-    let tile = |((rgb, size), coordinate): (_, Coordinate)| {
+    let caption = |coordinate: Coordinate| {
         let bank = coordinate.bank.and_then(|bank| show.banks.get(bank));
         let channel = bank.and_then(|bank| bank.channel);
         let channel = channel.map_or(String::new(), |channel| format!("{channel}  "));
-        let caption = format!("{channel}{}", coordinate.name);
-        chart::Tile { size, rgb, caption }
+        format!("{channel}{}", coordinate.name)
     };
+    let captions = show.coordinates().into_iter().map(caption).collect();
+    let words = (
+        "each bank alone",
+        "each picture at an exposure that suits it",
+    );
+    let document = engine.document();
+    let encode = |image: &Image| {
+        let exposure = tone::auto_exposure(std::iter::once(image));
+        document.tone_at(exposure).encode(image)
+    };
+    image_sheet(engine, words, (&images, captions), encode, theme)
+}
+
+fn image_sheet(
+    engine: &Engine,
+    (title, legend): (&str, &str),
+    (images, captions): (&[&Image], Vec<String>),
+    encode: impl Fn(&Image) -> Vec<u8> + Sync,
+    theme: Theme,
+) -> Result<Drawing, Error> {
+    let shown = in_order(images, engine.work().threads, |image| {
+        (encode(image), image.size())
+    });
+    let tile = |((rgb, size), caption)| chart::Tile { size, rgb, caption };
     let sheet = chart::Sheet {
-        title: format!("{}: each bank alone", show.title),
-        tiles: shown
-            .into_iter()
-            .zip(show.coordinates())
-            .map(tile)
-            .collect(),
+        title: format!("{}: {title}", engine.show().title),
+        tiles: shown.into_iter().zip(captions).map(tile).collect(),
         columns: None,
-        legend: "each picture at an exposure that suits it".to_owned(),
+        legend: legend.to_owned(),
     };
     Ok(chart::sheet(&sheet, theme)?)
 }

@@ -28,6 +28,7 @@ use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::Vec3;
 use footlight_show::model::Haze;
 use rayon::prelude::*;
+use std::cell::LazyCell;
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 
 /// Most nodes along a ray.
@@ -91,6 +92,18 @@ pub struct Airlight<'a> {
     pub nodes: usize,
 }
 
+impl Sight {
+    /// A ray from the eye, as wide as a pixel.
+    fn from_eye(camera: &Camera, way: Vec3, length: f64) -> Sight {
+        Sight {
+            eye: camera.origin,
+            way: way.normalized(),
+            length,
+            spread: camera.step_x,
+        }
+    }
+}
+
 /// A point of a light.
 struct Lamp<'a> {
     position: Vec3,
@@ -120,7 +133,7 @@ impl Airlight<'_> {
         let lights = emitters.len();
         let view = (camera, [width, height]);
         let fields = self.fields(emitters, view, &ends, work)?;
-        let faint = self.faint(emitters, view, &ends);
+        let faint = self.faint(emitters, view, &ends, work)?;
         let mut out = vec![0.0_f32; width * height * lights];
         let rows = out
             .par_chunks_mut((TILE * width * lights).max(1))
@@ -138,7 +151,7 @@ impl Airlight<'_> {
                 let pixels: Vec<Pixel> = places(size).map(pixel).collect();
                 let bundles =
                     [true, false].map(|is_direct| Bundle::of(&pixels, is_direct, self.deepest()));
-                let tile = Tile::of(pixels.iter().collect(), size);
+                let tile = LazyCell::new(|| Tile::of(pixels.iter().collect(), size));
                 for (light, emitter) in emitters.iter().enumerate() {
                     let mut seen = bundles.iter().flatten();
                     if seen.all(|bundle| bundle.misses(emitter)) {
@@ -163,24 +176,30 @@ impl Airlight<'_> {
     }
 
     /// Radiance of each light below which differences are not refined.
+    ///
+    /// # Errors
+    /// On cancel.
     fn faint<I: Iterator<Item = (f32, SurfacePoint)>>(
         &self,
         emitters: &[Emitter<'_>],
         (camera, [width, height]): (&Camera, [usize; 2]),
         ends: impl Fn(usize) -> I + Sync,
-    ) -> Vec<f32> {
+        work: Work<'_>,
+    ) -> Result<Vec<f32>, Cancelled> {
         let middles = |side: usize| (SPARSE / 2..side).step_by(SPARSE);
         let pixels = middles(height).flat_map(|y| middles(width).map(move |x| [x, y]));
         let pixels = pixels.map(|[x, y]| self.pixel(camera, [x, y], ends(y * width + x)));
         let pixels: Vec<Pixel> = pixels.collect();
         let of = |emitter: &Emitter<'_>| {
             if !matches!(emitter, Emitter::Point(..)) {
-                return 0.0;
+                return Ok(0.0);
             }
-            let squares = pixels
-                .iter()
-                .map(|pixel| self.sum(emitter, &pixel.direct).powi(2));
-            FAINT * (squares.sum::<f32>() / pixels.len() as f32).sqrt()
+            let mut squares = 0.0;
+            for pixel in &pixels {
+                work.check()?;
+                squares += self.sum(emitter, &pixel.direct).powi(2);
+            }
+            Ok(FAINT * (squares / pixels.len() as f32).sqrt())
         };
         emitters.par_iter().map(of).collect()
     }
@@ -220,16 +239,10 @@ impl Airlight<'_> {
         ends: impl Iterator<Item = (f32, SurfacePoint)>,
     ) -> Pixel {
         let eye = camera.origin;
-        let sight = |way: Vec3, length: f64| Sight {
-            eye,
-            way: way.normalized(),
-            length,
-            spread: camera.step_x,
-        };
         let (mut direct, mut rest, mut mirrored) = (Vec::new(), 1.0, Vec::new());
         for (share, end) in ends {
             let way = end.point - eye;
-            direct.push((share, sight(way, way.length())));
+            direct.push((share, Sight::from_eye(camera, way, way.length())));
             rest -= share;
             let lobe = self.scene.surfaces.lobe(end.facet);
             if let Some(lobe) = lobe.filter(|lobe| !lobe.is_wide()) {
@@ -241,7 +254,7 @@ impl Airlight<'_> {
             let [u, v] = point(k, SEED);
             let way = camera.ray(place[0] as f64 + u, place[1] as f64 + v);
             let (end, distance) = self.scene.look(eye, way);
-            (end.facet == DARK).then(|| sight(way, distance * way.length()))
+            (end.facet == DARK).then(|| Sight::from_eye(camera, way, distance * way.length()))
         };
         if rest > LEAST_SHARE
             && let Some(sight) = (0..DARK_RAYS).find_map(dark)

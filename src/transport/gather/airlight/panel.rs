@@ -56,10 +56,9 @@ impl Airlight<'_> {
         work: Work<'_>,
     ) -> Result<Vec<Option<Field>>, Cancelled> {
         let is_panel = |emitter: &Emitter<'_>| matches!(emitter, Emitter::Area(_));
-        let grid = emitters
-            .iter()
-            .any(is_panel)
-            .then(|| self.grid(camera, size, ends));
+        let has_panels = emitters.iter().any(is_panel);
+        let grid = has_panels.then(|| self.grid((camera, size), ends, work));
+        let grid = grid.transpose()?;
         let field = |emitter: &Emitter<'_>| match (emitter, &grid) {
             (Emitter::Area(panel), Some((grid, longest))) => {
                 let knots = self.knots(panel, camera, (*grid, longest), work)?;
@@ -80,25 +79,27 @@ impl Airlight<'_> {
     /// The grid for an image, and the greatest distance that the pixels around each ray see, metres.
     fn grid<I: Iterator<Item = (f32, SurfacePoint)>>(
         &self,
-        camera: &Camera,
-        [width, height]: [usize; 2],
+        (camera, [width, height]): (&Camera, [usize; 2]),
         ends: impl Fn(usize) -> I + Sync,
-    ) -> (Grid, Vec<f64>) {
+        work: Work<'_>,
+    ) -> Result<(Grid, Vec<f64>), Cancelled> {
         let deepest = self.deepest();
         let length = |pixel: usize| {
+            work.check()?;
             let (mut rest, mut longest) = (1.0, 0.0_f64);
             for (share, end) in ends(pixel) {
                 rest -= share;
                 longest = longest.max((end.point - camera.origin).length());
             }
             // Backs and the void are not parts.
-            if rest > LEAST_SHARE {
+            Ok(if rest > LEAST_SHARE {
                 deepest
             } else {
                 longest.min(deepest)
-            }
+            })
         };
-        let lengths: Vec<f64> = (0..width * height).into_par_iter().map(length).collect();
+        let pixels = (0..width * height).into_par_iter();
+        let lengths: Vec<f64> = pixels.map(length).collect::<Result<_, Cancelled>>()?;
         let across = (ACROSS * (self.nodes as f64).sqrt()).ceil();
         let pitch = width as f64 / across;
         let columns = across as usize + 1;
@@ -111,7 +112,7 @@ impl Airlight<'_> {
                 longest[ray] = length.max(longest[ray]);
             }
         }
-        (grid, longest)
+        Ok((grid, longest))
     }
 
     fn knots(
@@ -127,12 +128,7 @@ impl Airlight<'_> {
             work.check()?;
             let place = [ray % grid.columns, ray / grid.columns];
             let [x, y] = place.map(|k| k as f64 * grid.pitch);
-            let sight = Sight {
-                eye: camera.origin,
-                way: camera.ray(x, y).normalized(),
-                length: *length,
-                spread: camera.step_x,
-            };
+            let sight = Sight::from_eye(camera, camera.ray(x, y), *length);
             self.sum_along(panel, &sight, point(ray as u32, SEED), knots);
             Ok(())
         })?;

@@ -9,6 +9,7 @@ use crate::gather::emitter::Emitter;
 use crate::surfaces::camera::Camera;
 use footlight_show::geometry::Vec3;
 use std::array;
+use std::cell::OnceCell;
 
 /// Side of the tiles, pixels.
 pub(super) const TILE: usize = 8;
@@ -32,8 +33,8 @@ pub(super) struct Tile<'a> {
     /// The surface of each direct ray of sight, pixel by pixel; empty where the tile cannot be
     /// interpolated.
     surface: Vec<u32>,
-    /// Its quarters, if it can be divided.
-    parts: Vec<Tile<'a>>,
+    /// Its quarters, once they are needed.
+    parts: OnceCell<Vec<Tile<'a>>>,
 }
 
 /// A ray of sight as a sample of a surface.
@@ -56,21 +57,28 @@ impl<'a> Tile<'a> {
             size,
             surfaces: Vec::new(),
             surface: Vec::new(),
-            parts: Vec::new(),
+            parts: OnceCell::new(),
         };
         if wide.min(tall) >= LEAST_TILE {
             tile.find_surfaces();
         }
-        if size == [TILE; 2] {
+        tile
+    }
+
+    /// The quarters; none of a tile that is not divided.
+    fn parts(&self) -> &[Tile<'a>] {
+        self.parts.get_or_init(|| {
+            if self.size != [TILE; 2] {
+                return Vec::new();
+            }
             let half = TILE / 2;
             let quarter = |[x, y]: [usize; 2]| {
-                let own = places([half; 2])
-                    .map(|[i, j]| tile.pixels[(y * half + j) * wide + x * half + i]);
+                let own = places([half; 2]);
+                let own = own.map(|[i, j]| self.pixels[(y * half + j) * TILE + x * half + i]);
                 Tile::of(own.collect(), [half; 2])
             };
-            tile.parts = places([2; 2]).map(quarter).collect();
-        }
-        tile
+            places([2; 2]).map(quarter).collect()
+        })
     }
 
     fn find_surfaces(&mut self) {
@@ -125,7 +133,7 @@ impl Airlight<'_> {
                 return whole.collect();
             }
         }
-        if tile.parts.is_empty() {
+        if tile.parts().is_empty() {
             let pixels = tile.pixels.iter();
             return pixels
                 .map(|pixel| self.whole(emitter, camera, pixel))
@@ -133,7 +141,7 @@ impl Airlight<'_> {
         }
         let mut out = vec![0.0; tile.pixels.len()];
         let half = TILE / 2;
-        for ([x, y], part) in places([2; 2]).zip(&tile.parts) {
+        for ([x, y], part) in places([2; 2]).zip(tile.parts()) {
             let values = self.tile((emitter, faint), camera, part);
             for ([i, j], value) in places(part.size).zip(values) {
                 out[(y * half + j) * TILE + x * half + i] = value;
@@ -155,15 +163,10 @@ impl Airlight<'_> {
         let corners = [[0, 0], [wide, 0], [0, tall], [wide, tall]];
         let ways = corners.map(|corner| {
             let [x, y] = [0, 1].map(|axis| (first.place[axis] + corner[axis]) as f64 + 0.5);
-            camera.ray(x, y).normalized()
+            camera.ray(x, y)
         });
         let at_corner = |way: Vec3, length: f64| {
-            let sight = Sight {
-                eye: camera.origin,
-                way,
-                length,
-                spread: camera.step_x,
-            };
+            let sight = Sight::from_eye(camera, way, length);
             self.radiance(emitter, &sight, 0.5) as f32
         };
         let lengths = tile.surfaces.iter();
