@@ -37,7 +37,6 @@ fn main() -> Result<(), Box<dyn error::Error>> {
             background: Some(Box::new(|task| drop(thread::spawn(task)))),
             threads: 2,
             memory: 1 << 30,
-            time: Some(Duration::from_secs(60)),
             ..Host::default()
         },
     )?;

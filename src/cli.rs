@@ -50,7 +50,7 @@ use self::slurm::Slurm;
 
 /// Runs the program with the process's own arguments and returns its exit code: 0 well, 1 the show
 /// has errors, 2 usage, 3 files or devices, 65 tasks of another version, 70 our own fault, 75 try
-/// again, 130 stopped by the user or the time limit, 143 and 129 by SIGTERM and SIGHUP.
+/// again, 130 stopped by the user, 143 and 129 by SIGTERM and SIGHUP.
 pub fn main() -> ExitCode {
     let (settings, task) = match argument::parse(std::env::args_os().map(spared)) {
         Ok(parsed) => parsed,
@@ -121,9 +121,6 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
     let own = match task {
         Task::Own(own) => own,
         Task::Verb { show, verb } => {
-            if let Some(time) = settings.time_limit {
-                signals::limit(time, screen);
-            }
             let reply = open(Some(show), settings, screen)?.call(verb)?;
             screen.reply(&reply);
             return Ok(if reply.stopped {
@@ -133,19 +130,6 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
             });
         }
     };
-    let goes_on = match own {
-        #[cfg(feature = "serve")]
-        OwnCommand::Serve { .. } => Some("serve"),
-        #[cfg(feature = "lsp")]
-        OwnCommand::Lsp => Some("lsp"),
-        _ => None,
-    };
-    if let Some(name) = goes_on.filter(|_| settings.time_limit.is_some()) {
-        return Err(Error::Usage(format!(
-            "`--time-limit` is for what ends by itself; `{name}` goes on until it is stopped: \
-             `timeout 5m footlight {name} …` stops it after five minutes"
-        )));
-    }
     match own {
         OwnCommand::Fmt { files, check } => reports::format(files, *check),
         OwnCommand::Diff { files, output } => {
@@ -173,9 +157,6 @@ fn serve(task: &Task, settings: &Settings, screen: &Screen) -> Result<u8, Error>
             Ok(0)
         }
         OwnCommand::Send(sent) => {
-            if let Some(time) = settings.time_limit {
-                signals::limit(time, screen);
-            }
             send::send(&open(Some(&sent.show), settings, screen)?, sent, screen)
         }
         OwnCommand::Explain { code } => {
@@ -260,7 +241,6 @@ fn host(path: Option<&Path>, settings: &Settings, screen: &Screen) -> Host {
         progress: screen.progress(),
         threads: settings.threads(),
         memory: settings.memory(),
-        time: settings.time_limit,
         processor: files::processor(),
         pool: pool_place(file.map(folder_of), settings),
         impatient: false,

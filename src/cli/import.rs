@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::screen::Screen;
 use super::settings::Settings;
-use super::{complain, file_limit, print, signals};
+use super::{complain, file_limit, print};
 use footlight_desk::{ImportError, Loss, mvr, usitt};
 use footlight_engine::{self as engine, Host};
 use footlight_host::files::{Disk, Folder, Store as _, is_same};
@@ -36,9 +36,6 @@ pub struct Imported {
 
 /// Writes the show and reports the losses.
 pub fn import(arguments: &Imported, settings: &Settings, screen: &Screen) -> Result<u8, Error> {
-    if let Some(time) = settings.time_limit {
-        signals::limit(time, screen);
-    }
     let progress = screen.progress();
     let work = Work {
         progress: &*progress,

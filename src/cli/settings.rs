@@ -2,7 +2,6 @@
 
 use std::num::NonZero;
 use std::path::PathBuf;
-use std::time::Duration;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, value_parser};
@@ -10,7 +9,6 @@ use clap::{Args, value_parser};
 use footlight_engine::POOL_LIMIT;
 use footlight_host::files;
 use footlight_show::diagnostic::Style;
-use footlight_show::lang;
 use footlight_transport::outside;
 
 /// Bytes of the program itself.
@@ -43,10 +41,6 @@ pub struct Settings {
     #[arg(long, global = true, value_name = "MB")]
     #[arg(value_parser = value_parser!(u32).range(64..=1_000_000).map(|mb| (mb as usize) << 20))]
     memory: Option<usize>,
-    /// Longest that a command, or a line of the prompt, may take: `30s`, `5:00` (default: none);
-    /// pictures finished by then are kept
-    #[arg(long, global = true, value_name = "TIME", value_parser = time_limit)]
-    pub time_limit: Option<Duration>,
     /// Program that renders in place of this one's own radiosity: `mitsuba`, `blender`, or
     /// 'python3 render.py {settings} {output}'
     #[arg(long, global = true, value_name = "COMMAND")]
@@ -161,14 +155,5 @@ fn style(name: String) -> Style {
         "short" => Style::Short,
         "json" => Style::Json,
         _ => Style::Plain,
-    }
-}
-
-/// Parses a positive time in the notation of shows.
-pub fn time_limit(text: &str) -> Result<Duration, String> {
-    let micros = lang::time(text).and_then(|time| u64::try_from(time.micros()).ok());
-    match micros.filter(|micros| *micros > 0) {
-        Some(micros) => Ok(Duration::from_micros(micros)),
-        None => Err("write a time, such as `30s`, `5:00` or `500ms`".to_owned()),
     }
 }

@@ -1,4 +1,4 @@
-//! External stops: Ctrl-C, SIGTERM, SIGHUP, the time limit.
+//! External stops: Ctrl-C, SIGTERM, SIGHUP.
 //!
 //! A signal cancels: the running loop sees it and the command ends as after an error. If no loop
 //! has seen it within [`GRACE`], or nothing is running, the process is ended here. That loses only
@@ -39,21 +39,13 @@ pub fn install(screen: &Screen) {
             } else {
                 GRACE
             };
-            let cancelled = engine::Error::Cancelled(Cancelled);
-            end_after(grace, &screen, cancelled);
+            end_after(grace, &screen);
         }
     });
 }
 
-/// Ends the process if it still runs after its time limit and the grace time.
-pub fn limit(time: Duration, screen: &Screen) {
-    let seconds = time.as_secs_f64();
-    let late = engine::Error::OutOfTime { seconds };
-    end_after(time.saturating_add(GRACE), screen, late);
-}
-
-/// Ends the process after a time, for this reason.
-fn end_after(time: Duration, screen: &Screen, reason: engine::Error) {
+/// Ends the process after a time.
+fn end_after(time: Duration, screen: &Screen) {
     let screen = screen.clone();
     // A system without free threads has no running work either.
     let _ = thread::Builder::new().spawn(move || {
@@ -61,7 +53,7 @@ fn end_after(time: Duration, screen: &Screen, reason: engine::Error) {
         slurm::cancel_all();
         process::end_all();
         restore_terminal();
-        screen.fail(&reason.into());
+        screen.fail(&engine::Error::Cancelled(Cancelled).into());
         exit(i32::from(screen.stop().code()));
     });
 }

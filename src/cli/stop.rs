@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, AtomicU8, AtomicUsize, Ordering};
 /// Number of Ctrl-C presses that leave the prompt itself.
 const INSISTED: usize = 3;
 
-/// Exit code after Ctrl-C or the time limit.
+/// Exit code after Ctrl-C.
 pub const INTERRUPTED: u8 = 130;
 
 const ORDER: Ordering = Ordering::SeqCst;

@@ -7,13 +7,13 @@ use std::time::Duration;
 use clap::Args;
 
 use super::screen::Screen;
-use super::settings::{Settings, time_limit};
-use super::{host, print, signals};
+use super::settings::Settings;
+use super::{host, print};
 use footlight_engine::{self as engine, Engine, LEASE, Task, TaskList, TaskState, Worked};
 use footlight_host::files::{Disk, normal};
 use footlight_prompt::Error;
 use footlight_report::tasks;
-use footlight_show::printable;
+use footlight_show::{lang, printable};
 use footlight_transport::outside::{self, Outside};
 
 /// Exit code for trying again later.
@@ -29,15 +29,21 @@ pub struct Worker {
     #[arg(id = "N")]
     task: Option<usize>,
     /// How long a claim holds that is not renewed, as where a worker was killed (default: 1:00)
-    #[arg(long, value_name = "TIME", value_parser = time_limit)]
+    #[arg(long, value_name = "TIME", value_parser = duration)]
     lease: Option<Duration>,
+}
+
+/// Parses a positive time in the notation of shows.
+fn duration(text: &str) -> Result<Duration, String> {
+    let micros = lang::time(text).and_then(|time| u64::try_from(time.micros()).ok());
+    match micros.filter(|micros| *micros > 0) {
+        Some(micros) => Ok(Duration::from_micros(micros)),
+        None => Err("write a time, such as `30s`, `5:00` or `500ms`".to_owned()),
+    }
 }
 
 /// Renders a task, or all free ones.
 pub fn work(told: &Worker, settings: &Settings, screen: &Screen) -> Result<u8, Error> {
-    if let Some(time) = settings.time_limit {
-        signals::limit(time, screen);
-    }
     let list = read(&told.tasks, settings)?;
     let chosen = match told.task {
         None => None,

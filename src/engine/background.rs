@@ -449,10 +449,9 @@ impl Engine {
     /// checks.
     ///
     /// # Errors
-    /// [`Error::Cancelled`] when the host's progress cancels, [`Error::OutOfTime`]; the refinement
-    /// then continues.
+    /// [`Error::Cancelled`] when the host's progress cancels; the refinement then continues.
     pub fn wait(&mut self) -> Result<(), Error> {
-        self.timed(|engine| engine.wait_until(|_| false))
+        self.wait_until(|_| false)
     }
 
     /// Ends the refinement in the background after the current image, or at once.

@@ -210,17 +210,13 @@ pub enum Error {
     /// The embedding program cancelled.
     #[error("stopped; every picture that was finished for the pool is kept")]
     Cancelled(#[from] Cancelled),
-    /// The call reached the limit [`Host::time`](super::Host::time).
-    #[error(
-        "stopped after {seconds} s, the limit of time; finished pictures are kept, and the same again \
-         goes on from there. The pictures of one quality are finished together: if none was, give it \
-         more time by `--time-limit`, or `run --budget`, which begins only what is likely to be \
-         finished in time and then writes its results"
-    )]
-    OutOfTime {
-        /// The limit.
-        seconds: f64,
-    },
+}
+
+impl Error {
+    /// True when the embedding program cancelled the call.
+    pub fn is_cancel(&self) -> bool {
+        matches!(self, Error::Cancelled(_))
+    }
 }
 
 /// The missing parts of a show that cannot be rendered.

@@ -1,9 +1,8 @@
 //! Services of the embedding program for the engine: files, clock, renderer, threads, progress,
-//! limits of memory and time, and image storage.
+//! memory limit, and image storage.
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::Duration;
 
 use crate::pool::disk_cache::DiskCache;
 use crate::pool::image_cache::ImageCache;
@@ -43,12 +42,6 @@ pub struct Host {
     pub threads: usize,
     /// Approximate memory limit of a show with its images, bytes; larger ones are refused.
     pub memory: usize,
-    /// Time limit of a call: [`Engine::coarse`](super::Engine::coarse) and calls that need coarse
-    /// images, [`refine`](super::Engine::refine), [`wait`](super::Engine::wait), and any line of a
-    /// prompt; opening the show counts towards the first. Then the call ends as if cancelled, with
-    /// [`Error::OutOfTime`](super::Error::OutOfTime); finished images are kept. `None` means no
-    /// limit. Background refinement is not limited.
-    pub time: Option<Duration>,
     /// The processor's name, for records of measurements; `None` omits it.
     pub processor: Option<String>,
     /// Storage of images between sessions, if any.
@@ -75,7 +68,7 @@ pub const POOL_LIMIT: u64 = 2_000_000_000;
 
 impl Default for Host {
     /// No files, the disk as store, the machine's clock, no progress, radiosity, one thread, four
-    /// gigabytes, no time limit, images only in memory, nothing in the background.
+    /// gigabytes, images only in memory, nothing in the background.
     fn default() -> Host {
         Host {
             files: Box::new(Memory::default()),
@@ -85,7 +78,6 @@ impl Default for Host {
             renderer: Arc::new(Radiosity),
             threads: 1,
             memory: 4 << 30,
-            time: None,
             processor: None,
             pool: None,
             impatient: false,
@@ -100,7 +92,6 @@ impl std::fmt::Debug for Host {
             .field("renderer", &self.renderer.name())
             .field("threads", &self.threads)
             .field("memory", &self.memory)
-            .field("time", &self.time)
             .finish_non_exhaustive()
     }
 }

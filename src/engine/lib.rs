@@ -36,7 +36,6 @@ mod goal;
 mod heads;
 mod host;
 mod images;
-mod limit;
 mod live;
 mod means;
 pub mod measure;
@@ -64,7 +63,6 @@ mod ways;
 mod planted;
 
 use std::path::Path;
-use std::sync::Arc;
 
 use crate::pool::Pool;
 use crate::pool::disk_cache::Note;
@@ -88,7 +86,6 @@ pub use self::goal::{
 pub use self::heads::{Heads, frame};
 pub use self::host::{Background, Host, POOL_LIMIT, PoolPlace};
 pub use self::images::Images;
-pub use self::limit::TimedCall;
 pub use self::live::{LiveControl, Moves};
 pub use self::pooled::{Freed, PoolSummary, StoreSummary, UnlitBank};
 pub use self::speed_accuracy::{SpeedAccuracy, SpeedPoint};
@@ -123,7 +120,6 @@ pub struct Engine {
     host: Host,
     /// The host's memory limit, bytes.
     memory: usize,
-    deadline: Option<Arc<limit::Deadline>>,
     document: Document,
     images: Images,
     background: Option<background::BackgroundRefinement>,
@@ -145,11 +141,10 @@ impl Engine {
     /// Creates an engine for a show's text; `name` appears in diagnostics.
     ///
     /// # Errors
-    /// As [`Document::new`]; [`Error::OutOfTime`]; on cancel.
+    /// As [`Document::new`]; on cancel.
     pub fn from_text(name: &str, text: &[u8], host: Host) -> Result<Engine, Error> {
-        let begin = host.clock.seconds();
         let document = Document::within(name, text, host.files.as_ref(), host.memory)?;
-        Engine::opened(document, host, begin)
+        Engine::opened(document, host)
     }
 
     /// Opens the show in a file, read through the host's store; the stage and other files that it
@@ -158,31 +153,25 @@ impl Engine {
     /// # Errors
     /// [`Error::File`] when it cannot be read, else as [`Engine::from_text`].
     pub fn open(path: &Path, host: Host) -> Result<Engine, Error> {
-        let begin = host.clock.seconds();
         let (store, files) = (host.store.as_ref(), host.files.as_ref());
         let document = Document::open(path, store, files, host.memory)?;
-        Engine::opened(document, host, begin)
+        Engine::opened(document, host)
     }
 
-    /// Creates an engine for a document whose opening began at `begin`.
-    fn opened(document: Document, host: Host, begin: f64) -> Result<Engine, Error> {
+    /// Creates an engine unless the host cancels.
+    fn opened(document: Document, host: Host) -> Result<Engine, Error> {
         let engine = Engine::new(document, host);
         engine.host.work().check()?;
-        if let Some(deadline) = &engine.deadline {
-            limit::opened(deadline, begin, engine.now())?;
-        }
         Ok(engine)
     }
 
     /// Creates an engine for a document read from the host's files.
     pub fn new(mut document: Document, host: Host) -> Engine {
         document.allow(host.memory);
-        let (host, deadline) = limit::limited(host);
         let mut engine = Engine {
             memory: host.memory,
             images: Images::new(&host),
             host,
-            deadline,
             document,
             background: None,
             exposure: exposure::Exposure::default(),
@@ -516,21 +505,6 @@ impl Engine {
     /// Seconds of the host's clock.
     fn now(&self) -> f64 {
         self.host.clock.seconds()
-    }
-
-    /// Begins a call with the host's time limit; dropping it ends the call.
-    pub fn begin_call(&self) -> TimedCall {
-        TimedCall::begin(self.deadline.as_ref(), self.now())
-    }
-
-    /// Runs a call within the time limit, if any.
-    fn timed<T>(
-        &mut self,
-        something: impl FnOnce(&mut Engine) -> Result<T, Error>,
-    ) -> Result<T, Error> {
-        let call = self.begin_call();
-        let done = something(self);
-        call.outcome(done)
     }
 }
 

@@ -25,24 +25,21 @@ impl Engine {
     /// # Errors
     /// As [`Engine::coarse`].
     pub fn coarse_for(&mut self, wanted: impl Into<Refinement>) -> Result<Vec<WayForecast>, Error> {
-        let wanted = wanted.into();
-        self.timed(|engine| {
-            let wanted = engine.seen(wanted)?;
-            // Wait for images of this view that the background is rendering.
-            if engine.is_refining(&wanted.view) {
-                let is_there = |engine: &Engine| engine.estimate_of(&wanted).pool().is_some();
-                if !is_there(engine) && engine.host.impatient {
-                    return Err(Error::NotYet);
-                }
-                engine.wait_until(is_there)?;
-                if is_there(engine) {
-                    return Ok(Vec::new());
-                }
+        let wanted = self.seen(wanted.into())?;
+        // Wait for images of this view that the background is rendering.
+        if self.is_refining(&wanted.view) {
+            let is_there = |engine: &Engine| engine.estimate_of(&wanted).pool().is_some();
+            if !is_there(self) && self.host.impatient {
+                return Err(Error::NotYet);
             }
-            let mut refiner = engine.refiner(wanted, Extent::Coarse)?;
-            engine.drive(&mut refiner)?;
-            Ok(refiner.ways.unwrap_or_default())
-        })
+            self.wait_until(is_there)?;
+            if is_there(self) {
+                return Ok(Vec::new());
+            }
+        }
+        let mut refiner = self.refiner(wanted, Extent::Coarse)?;
+        self.drive(&mut refiner)?;
+        Ok(refiner.ways.unwrap_or_default())
     }
 
     /// Creates a refiner that knows this machine's speed for its choice of method; a measured goal
@@ -94,16 +91,13 @@ impl Engine {
     /// [`Error::Busy`] while a refinement runs in the background, [`Error::NoSetup`], or an error
     /// of rendering; images finished before it are kept.
     pub fn refine(&mut self, wanted: impl Into<Refinement>) -> Result<RefinementSummary, Error> {
-        let wanted = wanted.into();
-        self.timed(|engine| {
-            engine.idle()?;
-            let wanted = engine.seen(wanted)?;
-            let mut refiner = engine.refiner(wanted, Extent::Goal)?;
-            let ended = engine.drive(&mut refiner)?;
-            let mut done = refiner.done;
-            done.ended = Some(ended);
-            Ok(done)
-        })
+        self.idle()?;
+        let wanted = self.seen(wanted.into())?;
+        let mut refiner = self.refiner(wanted, Extent::Goal)?;
+        let ended = self.drive(&mut refiner)?;
+        let mut done = refiner.done;
+        done.ended = Some(ended);
+        Ok(done)
     }
 
     /// Runs a refiner's jobs one after the other.

@@ -229,19 +229,16 @@ impl TaskList {
     /// [`Error::NoVersion`] and [`Error::NoPool`] when images cannot be shared;
     /// [`Error::PoolLimit`]; [`Error::Busy`]; or an error of planning.
     pub fn of(engine: &mut Engine, wanted: impl Into<Refinement>) -> Result<TaskList, Error> {
-        let wanted = wanted.into();
-        engine.timed(|engine| {
-            engine.idle()?;
-            let wanted = engine.seen(wanted)?;
-            let mut list = empty_list(engine, &wanted)?;
-            engine.means().calibrate(&wanted)?;
-            list.tasks = missing_images(engine, &wanted)?;
-            for (task, number) in list.tasks.iter_mut().zip(1..) {
-                task.task = number;
-            }
-            list.make_room(engine, &wanted)?;
-            Ok(list)
-        })
+        engine.idle()?;
+        let wanted = engine.seen(wanted.into())?;
+        let mut list = empty_list(engine, &wanted)?;
+        engine.means().calibrate(&wanted)?;
+        list.tasks = missing_images(engine, &wanted)?;
+        for (task, number) in list.tasks.iter_mut().zip(1..) {
+            task.task = number;
+        }
+        list.make_room(engine, &wanted)?;
+        Ok(list)
     }
 
     /// Removes old images of the pool's folder, so that those of the list fit.

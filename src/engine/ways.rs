@@ -53,7 +53,7 @@ pub(super) struct Choice {
     /// Steps of the images of single sources, if they differ from those shown.
     pub base: Option<[Quality; 2]>,
     /// The methods compared; `None` when only the first images can tell errors, or the speed for a
-    /// time limit.
+    /// budget.
     pub ways: Option<Vec<WayForecast>>,
 }
 

@@ -55,15 +55,6 @@ impl Error {
         }
     }
 
-    /// The error for a cancel by the time limit.
-    pub(super) fn late(self, seconds: f64) -> Error {
-        if self.engine().is_some_and(engine::Error::is_cancel) {
-            engine::Error::OutOfTime { seconds }.into()
-        } else {
-            self
-        }
-    }
-
     /// Adds that a refinement runs in the background, requested by these words.
     pub(super) fn busy(self, words: &str) -> Error {
         match self.engine() {
@@ -118,7 +109,6 @@ fn engine_code(error: &engine::Error) -> u8 {
     use engine::Error as E;
     match error {
         error if error.is_cancel() => 130,
-        E::OutOfTime { .. } => 130,
         E::NotTasks { .. } | E::OtherTasks { .. } => 65,
         E::NotStored(_) => 75,
         E::Show(_) => 1,

@@ -184,25 +184,11 @@ impl Repl {
         let notes = self.poll();
         self.unheard.extend(notes);
         self.live.follow(self.engine.document());
-        let call = self.engine.begin_call();
         let done = something(self);
-        let exceeded = call.exceeded();
-        let late = call.exceeded_by(self.engine.host().clock.seconds());
-        drop(call);
         self.live.follow(self.engine.document());
         let events = self.poll();
         self.unheard.extend(events);
-        let mut reply = done.map_err(|error| match exceeded {
-            Some(seconds) => error.late(seconds),
-            None => error.busy(self.background()),
-        })?;
-        if let Some(seconds) = late {
-            // The deadline passed outside any cancellable loop: the work is complete, but report
-            // the timeout.
-            reply.stopped = true;
-            let limit = format!("the limit of time ({seconds} s) is reached");
-            reply.notes.push(limit.into());
-        }
+        let mut reply = done.map_err(|error| error.busy(self.background()))?;
         let mut notes = std::mem::take(&mut self.unheard);
         notes.append(&mut reply.notes);
         Ok(Reply { notes, ..reply })

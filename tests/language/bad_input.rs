@@ -145,17 +145,7 @@ fn unknown_commands_and_options_are_a_matter_of_usage() {
 }
 
 #[test]
-fn what_goes_on_takes_no_limit_of_time_and_other_files_are_told_apart() {
-    for arguments in [
-        &["serve", "show.lxq", "--time-limit", "5s"][..],
-        &["lsp", "--time-limit", "5s"],
-    ] {
-        let (code, _, said) = told("show \"x\"\n", arguments);
-        assert!(
-            code == 2 && said.contains("goes on until it is stopped"),
-            "{said}"
-        );
-    }
+fn other_files_are_told_apart() {
     let folder = tempfile::tempdir().unwrap();
     for (name, words) in [
         ("a.obj", "footlight stage a.obj"),

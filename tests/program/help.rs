@@ -154,10 +154,10 @@ fn every_example_of_the_help_runs() {
         // whole show, and is stopped.
         let (limit, fine) = match example.split(' ').next() {
             Some("diff") => ("", Some(1)),
-            Some("send") => (" --time-limit 1s", Some(130)),
+            Some("send") => ("timeout --preserve-status 1s ", Some(143)),
             _ => ("", Some(0)),
         };
-        let output = place.shell(&format!("footlight --quiet{limit} {example}"));
+        let output = place.shell(&format!("{limit}footlight --quiet {example}"));
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), fine, "footlight {example}\n{said}");
         // The announced output file must exist.

@@ -3,19 +3,17 @@
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::time::Duration;
 
 use crate::operator::Altered;
 use crate::prompt;
 use footlight_engine::playback::Player;
-use footlight_engine::{self as engine, Ended, Goal, Host, Version};
-use footlight_host::files::{Clock, Memory, MemoryStore, Store};
+use footlight_engine::{Ended, Goal, Host, Version};
+use footlight_host::files::{Memory, MemoryStore, Store};
 use footlight_host::work::{Progress, Work};
 use footlight_picture::tone::Tone;
 use footlight_prompt::{self as repl, Repl};
 use footlight_report as report;
 use footlight_report::versions::VersionComparison;
-use footlight_show::diagnostic::Style;
 use footlight_show::units::Time;
 
 const SHOW: &str = r#"// a comment that must survive
@@ -450,73 +448,6 @@ fn a_reload_tells_what_two_readings_would_tell() {
             (reloaded, _) => panic!("{from} -> {to}: {:?}", reloaded.map(|r| r.reply.text)),
         }
     }
-}
-
-/// A clock that advances by a second at each reading.
-#[derive(Default)]
-struct Hasty(AtomicUsize);
-
-impl Clock for Hasty {
-    fn seconds(&self) -> f64 {
-        self.0.fetch_add(1, Ordering::Relaxed) as f64
-    }
-}
-
-#[test]
-fn the_limit_of_time_ends_a_call_and_the_next_goes_on_from_there() {
-    let open = |limit: Option<u64>| {
-        let host = Host {
-            clock: Box::new(Hasty::default()),
-            time: limit.map(Duration::from_secs),
-            ..host(&MemoryStore::default())
-        };
-        prompt("s.lxq", SHOW.as_bytes(), host).unwrap()
-    };
-    let everything = Goal::until(0.0);
-    let mut unlimited = open(None);
-    unlimited.engine_mut().refine(everything).unwrap();
-    let (mut late, mut told) = (0, 0);
-    for limit in [4, 10, 40, 160, 640, 2560] {
-        let mut show = open(Some(limit));
-        let error = match show.execute("refine until 0%") {
-            // Stopped between two images, it reports what was done.
-            Ok(reply) if reply.stopped => {
-                let note = format!("the limit of time ({limit} s) is reached");
-                assert!(reply.notes.contains(&note.into()), "{:?}", reply.notes);
-                told += 1;
-                continue;
-            }
-            Ok(_) => continue,
-            Err(error) => error,
-        };
-        late += 1;
-        let kind = error.engine();
-        assert!(
-            matches!(kind, Some(engine::Error::OutOfTime { seconds }) if *seconds == limit as f64)
-        );
-        assert_eq!(error.exit_code(), 130);
-        assert!(error.report(Style::Plain).contains("--time-limit"));
-        assert_eq!(show.engine().document().text(), SHOW);
-        let kept = show.engine().estimate().refined();
-        let _ = show.execute("refine");
-        assert!(
-            show.engine().estimate().refined() >= kept,
-            "what was finished is lost"
-        );
-        // Between calls there is no limit: `at` does not count towards the previous call.
-        show.execute("at 0:03").unwrap();
-    }
-    assert!(late > 0, "no limit was too short");
-    let mut show = open(Some(1_000_000));
-    assert_eq!(
-        show.engine_mut().refine(everything).unwrap().ended,
-        Some(Ended::Complete)
-    );
-    assert_eq!(
-        show.engine().estimate().refined(),
-        unlimited.engine().estimate().refined()
-    );
-    println!("{late} ended by an error, {told} between pictures");
 }
 
 #[test]

@@ -1,7 +1,6 @@
 //! The machine: processor, clock, memory of the process.
 
 use std::fs;
-use std::sync::Arc;
 use std::time::Instant;
 
 /// The processor's name from the system; `None` except on Linux.
@@ -16,12 +15,6 @@ pub fn processor() -> Option<String> {
 pub trait Clock: Send + Sync {
     /// Seconds since a fixed moment of the clock's choice; never decreases.
     fn seconds(&self) -> f64;
-}
-
-impl<C: Clock + ?Sized> Clock for Arc<C> {
-    fn seconds(&self) -> f64 {
-        self.as_ref().seconds()
-    }
 }
 
 /// The machine's monotonic clock. On a platform without one (WebAssembly) it stands still: an
