@@ -158,7 +158,7 @@ pub fn parse(arguments: impl Iterator<Item = OsString>) -> Result<(Settings, Tas
     Ok((settings, task))
 }
 
-/// Rejects `plot keys show.lxq` with a correction.
+/// Rejects `plot rig show.lxq` with a correction.
 fn show_comes_first(verb: &str, show: &Path, matches: &ArgMatches) -> Result<(), clap::Error> {
     let is_file = |name: &Path| name == Path::new("-") || name.exists();
     let is_show = |name: &&Path| name.extension() == Some(OsStr::new("lxq")) && is_file(name);

@@ -150,7 +150,7 @@ mod tests {
         follows(at, &["cue", "5", "+"], &["TIME"]);
         follows(at, &["0:05"], &[]);
         follows("[drop [unused | all]]", &["drop"], &["all", "unused"]);
-        follows("[BANK… | keys]", &["lamps", "sky"], &["BANK"]);
+        follows("[BANK… | rig]", &["lamps", "sky"], &["BANK"]);
         follows("[N | until X | for TIME] [&]", &["3"], &["&"]);
         follows(
             "[N | until X | for TIME] [&]",

@@ -66,7 +66,7 @@ pub enum Verb {
     /// Write the sequence as numbered pictures, or as layers of an .exr
     #[command(after_help = "frames -o frames/####.png")]
     Frames(play::FramesArgs),
-    /// Draw curves of banks and groups, or rig, keys, spectrum, basis
+    /// Draw curves of banks and groups, or rig, spectrum, basis
     #[command(after_help = "plot -o curves.svg")]
     Plot(plot::PlotArgs),
     /// The whole loop: pictures, plan, refined ones, page, cues, sheets

@@ -1,6 +1,6 @@
 //! Charts: data drawn as PNG and SVG from one list of marks.
 //!
-//! A chart function ([`curves`], [`grid()`], [`light_plot`], [`panels`], [`sheet`]) lays data out
+//! A chart function ([`curves`], [`light_plot`], [`panels`], [`sheet`]) lays data out
 //! as a [`Drawing`], a flat list of marks with absolute positions, which is then painted or written
 //! as SVG. A layout never fails on numbers: NaN, infinities and values that an axis cannot show are
 //! left out, empty data draw an empty chart that says so, long names are shortened, overlapping
@@ -14,14 +14,12 @@ mod drawing;
 mod false_colour;
 mod font;
 mod frame;
-mod grid;
 mod light_plot;
 mod marker;
 mod moves;
 mod output;
 mod paint;
 mod panels;
-mod rows;
 mod sheet;
 mod svg;
 #[cfg(test)]
@@ -34,7 +32,6 @@ pub use curve_chart::{CurveChart, CurveRow};
 pub use curves::curves;
 pub use drawing::Drawing;
 pub use false_colour::{FalseColour, false_colour};
-pub use grid::{Grid, Stand, Tie, grid};
 pub use light_plot::{LightPlot, PlottedLight, PlottedSurface, Symbol, light_plot};
 pub use marker::Marker;
 pub use panels::{Panel, Series, panels};

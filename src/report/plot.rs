@@ -1,72 +1,10 @@
-//! Drawings of the show and its plan: keys, spectrum.
+//! Drawing of the plan's spectrum.
 
-use std::collections::BTreeMap;
-
-use super::curves::cues_in_time;
 use super::results::ROUNDING;
 use super::words::{self, count};
-use crate::chart::{self, Axis, Drawing, Grid, Marker, Panel, Scale, Series, Stand, Theme, Tie};
-use footlight_engine::Document;
+use crate::chart::{self, Axis, Drawing, Marker, Panel, Scale, Series, Theme};
 use footlight_engine::plan::{PlanReport, Predicted};
-use footlight_show::timeline::KeySequence;
 use footlight_show::units::ErrorUnit;
-
-/// The key settings in a grid, tied to their moments.
-pub fn keys(document: &Document, theme: Theme) -> (Drawing, String) {
-    let (keys, show) = (document.keys(), document.show());
-    let inserted = match keys.inserted() {
-        0 => "none put in between".to_owned(),
-        n => format!("{} put in so that no key is negative", count(n, "knot")),
-    };
-    let counted = format!(
-        "{} for {}",
-        count(keys.keys().len(), "key setting"),
-        count(keys.segments().len(), "segment")
-    );
-    let data = Grid {
-        title: format!("{}: {counted}, {inserted}", show.title),
-        column: "key".to_owned(),
-        rows: show.coordinates().into_iter().map(|c| c.name).collect(),
-        columns: keys.keys().to_vec(),
-        ties: ties(keys),
-        start: document.timeline().start().seconds(),
-        end: document.timeline().end().seconds(),
-        cues: cues_in_time(show, document.timeline()),
-    };
-    (chart::grid(&data, theme), format!("{counted}, {inserted}"))
-}
-
-/// Moments of each key: the ends of its segments, and for inner control points equal steps between
-/// (Greville abscissae). A key with two relations to one moment gets the stronger one.
-fn ties(keys: &KeySequence) -> Vec<Tie> {
-    let mut found: BTreeMap<(usize, i64), Tie> = BTreeMap::new();
-    let rank = |stand: Stand| match stand {
-        Stand::Near => 0,
-        Stand::Met => 1,
-        Stand::Inserted => 2,
-    };
-    for segment in keys.segments() {
-        for (place, column) in segment.keys.iter().enumerate() {
-            let along = place as f64 / segment.degree.max(1) as f64;
-            let stand = match place {
-                0 if segment.is_inserted() => Stand::Inserted,
-                p if p == 0 || p == segment.degree => Stand::Met,
-                _ => Stand::Near,
-            };
-            let tie = Tie {
-                column: *column,
-                time: segment.start() + along * segment.duration(),
-                stand,
-            };
-            let at = (*column, (tie.time * 1e6).round() as i64);
-            let known = found.entry(at).or_insert(tie);
-            if rank(stand) > rank(known.stand) {
-                *known = tie;
-            }
-        }
-    }
-    found.into_values().collect()
-}
 
 /// The singular values and the error that remains, with the tolerance.
 pub fn spectrum(plan: &PlanReport, theme: Theme) -> (Drawing, String) {

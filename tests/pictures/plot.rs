@@ -1,4 +1,4 @@
-//! Drawings of `plot`: curves with cues and moves, key settings, spectrum, basis, error.
+//! Drawings of `plot`: curves with cues and moves, spectrum, basis, error.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use footlight_engine::{Engine, Host};
 use footlight_host::files::{Memory, MemoryStore, Store};
 use footlight_prompt::{self as repl, Console, Repl};
 
-/// A bank called `keys` among others; its curve touches zero at 0:00.8, where a knot must be
+/// A bank called `rig` among others; its curve touches zero at 0:00.8, where a knot must be
 /// inserted.
 const SHOW: &str = "show \"Knots\"
 preview { tolerance 2% }
@@ -15,13 +15,13 @@ view house  from 0, -3, 1  to 0, 1, 1  fov 40  size 32x18
 light a  spot at -1, 0, 2  aim -1, 1, 0  beam 30  field 50  900 cd
 light b  spot at 0, 0, 2   aim 0, 1, 0   beam 30  field 50  900 cd
 light c  spot at 1, 0, 2   aim 1, 1, 0   beam 30  field 50  900 cd
-bank keys = a
+bank rig = a
 bank warm = b  rgb
 bank cold = c
-group sides = keys cold
-cue 1 at 0:00 { keys hermite 0 4 slope -10, 4 64 slope 40, 8 20 slope 0  cold 50 time 6 }
+group sides = rig cold
+cue 1 at 0:00 { rig hermite 0 4 slope -10, 4 64 slope 40, 8 20 slope 0  cold 50 time 6 }
 cue 2 at 0:05 { warm to #ff8040 time 5  cold 20 time 1 }
-cue 3 at 0:09 { keys hermite 0 20 slope -15, 4 16 slope 10 }
+cue 3 at 0:09 { rig hermite 0 20 slope -15, 4 16 slope 10 }
 cue 4 at 0:15 { snap blackout }
 ";
 
@@ -68,21 +68,18 @@ fn moves_begin_and_end_where_they_do() {
 }
 
 #[test]
-fn a_knot_put_in_is_told_from_the_curves_own() {
+fn a_knot_is_put_in_where_a_key_would_be_negative() {
     let (show, _) = open(SHOW);
-    let segments = show.engine().document().keys().segments();
-    let inserted: Vec<f64> = (segments.iter().filter(|s| s.is_inserted()))
-        .map(|s| s.start())
-        .collect();
-    assert_eq!(inserted.len(), show.engine().document().keys().inserted());
-    assert_eq!(inserted.len(), 1);
-    assert!((inserted[0] - 0.8).abs() < 1e-6, "{inserted:?}");
+    let keys = show.engine().document().keys();
+    assert_eq!(keys.inserted(), 1);
+    let starts: Vec<f64> = keys.segments().iter().map(|s| s.start()).collect();
+    assert!(starts.iter().any(|s| (s - 0.8).abs() < 1e-6), "{starts:?}");
 }
 
 #[test]
 fn banks_are_drawn_by_name_and_groups_count() {
     let (mut show, store) = open(SHOW);
-    let all = ["keys", "warm.r", "warm.g", "warm.b", "cold"];
+    let all = ["rig", "warm.r", "warm.g", "warm.b", "cold"];
     let of = |drawn: &str| -> Vec<bool> {
         let named = |name: &&str| drawn.contains(&format!(">{name}<"));
         all.iter().map(named).collect()
@@ -98,11 +95,10 @@ fn banks_are_drawn_by_name_and_groups_count() {
     assert_eq!(of(&svg), [false, true, true, true, false]);
     let (_, svg) = drawn(&mut show, &store, "sides cold");
     assert_eq!(of(&svg), [true, false, false, false, true]);
-    // The word alone means the key settings; a bank of that name is named as in `show`.
-    let (_, svg) = drawn(&mut show, &store, "keys");
-    assert!(svg.contains("24 key settings for 10 segments"), "{svg}");
-    assert!(svg.contains(">24<") && svg.contains("put in so that no key is negative"));
-    let (said, svg) = drawn(&mut show, &store, "bank keys");
+    // The word alone means the light plot; a bank of that name is named as in `show`.
+    let (said, _) = drawn(&mut show, &store, "rig");
+    assert!(said.starts_with("3 lights of Knots"), "{said}");
+    let (said, svg) = drawn(&mut show, &store, "bank rig");
     assert!(said.starts_with("1 bank"), "{said}");
     assert_eq!(of(&svg), [true, false, false, false, false]);
 }
@@ -118,7 +114,7 @@ fn what_cannot_be_drawn_says_what_could() {
         ("plot side", "did you mean `sides`?"),
         ("plot spectrums", "did you mean `spectrum`?"),
         ("plot moonlight", "`show` lists the banks"),
-        ("plot keys -o keys.gif", "use .png or .svg"),
+        ("plot rig -o rig.gif", "use .png or .svg"),
         (
             "plot warm --tolerance 2%",
             "`--tolerance` is for `plot spectrum`",
@@ -157,12 +153,12 @@ fn the_spectrum_the_basis_and_the_error_follow_the_pool() {
 fn files_are_light_unless_dark_is_asked_for_and_the_terminal_is_dark() {
     let (mut show, store) = open(SHOW);
     let scene_key = |svg: &str| svg.contains("#ffffff");
-    assert!(scene_key(&drawn(&mut show, &store, "keys").1));
-    assert!(!scene_key(&drawn(&mut show, &store, "keys --dark").1));
-    let shown = show.execute("plot keys").unwrap().picture.unwrap();
+    assert!(scene_key(&drawn(&mut show, &store, "").1));
+    assert!(!scene_key(&drawn(&mut show, &store, "--dark").1));
+    let shown = show.execute("plot").unwrap().picture.unwrap();
     assert!(shown.rgb[..3].iter().all(|c| *c < 64));
-    show.execute("plot keys -o keys.png").unwrap();
-    let png = store.read(Path::new("keys.png"), 1 << 24).unwrap();
+    show.execute("plot -o curves.png").unwrap();
+    let png = store.read(Path::new("curves.png"), 1 << 24).unwrap();
     assert_eq!(&png[1..4], b"PNG");
 }
 
@@ -192,7 +188,7 @@ fn the_rig_is_drawn_and_listed_by_channel_and_by_place() {
 channel  light  purpose       kind  x (m)  y (m)  z (m)  aim x (m)  aim y (m)  aim z (m)  beam (deg)
 2        c      cold (sides)  spot  1      -4     2      1          1          0          30
 7        b      warm          spot  0      0      2      0          1          0          30
-         a      keys (sides)  spot  -1     0      2      -1         1          0          30
+         a      rig (sides)   spot  -1     0      2      -1         1          0          30
 
 channel  light  field (deg)  colour  moves (deg)
 2        c      50           2700 K  pan -270 to 270, tilt -135 to 135, zoom 4 to 60
@@ -212,7 +208,7 @@ x to stage left, y upstage, z up. Moving heads stand at home.
     for label in [
         ">2<",
         ">7<",
-        ">keys<",
+        ">rig<",
         ">moving head<",
         ">2 m    1:40 on A4<",
     ] {

@@ -15,9 +15,9 @@ fn said(words: &[&str]) -> (Option<i32>, String) {
 
 #[test]
 fn the_verb_comes_first_then_the_show() {
-    let (code, told) = said(&["plot", "keys", SHOW]);
+    let (code, told) = said(&["plot", "rig", SHOW]);
     assert_eq!(code, Some(2), "{told}");
-    assert!(told.contains(&format!("plot {SHOW} keys")), "{told}");
+    assert!(told.contains(&format!("plot {SHOW} rig")), "{told}");
     let (code, told) = said(&[SHOW]);
     assert_eq!(code, Some(2), "{told}");
     assert!(told.contains(&format!("footlight check {SHOW}")), "{told}");

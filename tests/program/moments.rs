@@ -15,7 +15,7 @@ pub const VERBS: [&[&str]; 13] = [
     &["plan", "SHOW"],
     &["picture", "SHOW", "-o", "p.png"],
     &["film", "SHOW", "-o", "film.y4m"],
-    &["plot", "SHOW", "keys", "-o", "keys.svg"],
+    &["plot", "SHOW", "spectrum", "-o", "spectrum.svg"],
     &["run", "SHOW", "-o", "results"],
     &["quality", "SHOW"],
     &["pool", "SHOW"],

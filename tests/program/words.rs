@@ -150,7 +150,7 @@ fn no_verb_of_the_prompt_prints_what_commands_the_terminal() {
         "tracksheet -o tracks.csv",
         "hookup -o lights.csv",
         "plot rig -o rig.svg",
-        "plot keys -o keys.svg",
+        "plot -o curves.svg",
         "play -o show.html",
         "picture -o picture.exr",
         "save \u{1b}[2J.lxq",
@@ -185,7 +185,7 @@ fn no_verb_of_the_prompt_prints_what_commands_the_terminal() {
         "sheet.md",
         "sheet.txt",
         "tracks.csv",
-        "keys.svg",
+        "curves.svg",
     ] {
         let text = fs::read_to_string(folder.path().join(file)).unwrap();
         assert_clean(file, &text.replace("\r\n", "\n"));
@@ -238,7 +238,7 @@ fn no_command_prints_what_commands_the_terminal() {
         &["check", "show.lxq", HOSTILE],
         &["check", "show.lxq", "--format", HOSTILE],
         &["play", "show.lxq", "--renderer", HOSTILE],
-        &["plot", "keys", &named],
+        &["plot", "rig", &named],
     ] {
         let said = run(folder.path(), words, "");
         assert!(!said.is_empty(), "{words:?}");

@@ -19,7 +19,7 @@ use footlight_show::units::Tolerance;
 /// Options of `plot`.
 #[derive(Args, Clone, Debug)]
 pub struct PlotArgs {
-    #[arg(value_name = "BANK… | HEAD… | rig | keys | spectrum | basis | error")]
+    #[arg(value_name = "BANK… | HEAD… | rig | spectrum | basis | error")]
     words: Vec<String>,
     /// Error allowed in `spectrum`, such as 2% or 1.5steps (default: the show's preview)
     #[arg(long, value_name = "X", value_parser = argument::error)]
@@ -33,7 +33,7 @@ pub struct PlotArgs {
 }
 
 /// Words that, alone, name another subject than banks.
-const SUBJECTS: [&str; 5] = ["rig", "keys", "spectrum", "basis", "error"];
+const SUBJECTS: [&str; 4] = ["rig", "spectrum", "basis", "error"];
 
 pub fn plot(repl: &mut Repl, asked: &PlotArgs) -> Result<Reply, Error> {
     let words: Vec<&str> = asked.words.iter().map(String::as_str).collect();
@@ -49,7 +49,6 @@ pub fn plot(repl: &mut Repl, asked: &PlotArgs) -> Result<Reply, Error> {
     };
     let (drawing, text) = match words.as_slice() {
         ["rig"] => report::rig::plot(repl.engine.document(), theme),
-        ["keys"] => report::plot::keys(repl.engine.document(), theme),
         ["spectrum"] => spectrum(repl, asked.tolerance, theme)?,
         ["basis"] => basis(repl, theme)?,
         ["error"] => error(repl, theme)?,

@@ -1,14 +1,19 @@
 //! Levels over time, one strip per row, like automation on a desk.
 
-use super::axis::{Ruler, clock};
+use super::axis::{Ruler, Scale, clock};
 use super::colour::{Colour, Palette, Theme};
 use super::curve_chart::{CurveChart, CurveRow};
 use super::drawing::{Anchor, Drawing, Label, MARGIN, Stroke, crisp};
 use super::frame::{Frame, Point};
-use super::rows::{NAME, SMALL, WIDTH, merged, name_column, row_name, span, time_ruler};
 use super::trace::{cut, thinned};
 use super::{font, moves};
 
+/// Width of a chart.
+const WIDTH: f32 = 840.0;
+/// Font size of names.
+const NAME: f32 = 12.0;
+/// Font size of other text.
+pub(super) const SMALL: f32 = 11.0;
 /// Most rows drawn; the rest are counted.
 const MOST_ROWS: usize = 512;
 /// The height of one line of cue names.
@@ -30,15 +35,20 @@ pub fn curves(data: &CurveChart, theme: Theme) -> Drawing {
     let (layout, height) = layout(data, count);
     let mut drawing = Drawing::titled(&data.title, WIDTH, height, &palette);
     let field = layout.field;
-    let span = span(data.start, data.end);
-    let ruler = time_ruler(span, field);
+    let span = match (data.start, data.end) {
+        (start, end) if start.is_finite() && end.is_finite() => (start, end),
+        _ => (0.0, 1.0),
+    };
+    let ruler = Ruler::exact(Scale::Time, span, (field.x, field.right()), 9);
 
     strips(&mut drawing, &layout, (&data.rows, count), &palette);
     time_grid(&mut drawing, &ruler, field, &palette);
     for (index, row) in data.rows.iter().take(count).enumerate() {
         let strip = layout.strip(index);
-        let at = (strip.x, strip.centre().1);
-        row_name(&mut drawing, &row.name, layout.names, at, &palette);
+        let name = font::fit(&row.name, NAME, layout.names);
+        let at = (strip.x - 10.0, strip.centre().1);
+        let name = Label::new(&name, at, NAME, palette.ink);
+        drawing.text(name.anchored(Anchor::End).centred());
         curve(&mut drawing, row, strip, &ruler, span, &palette);
         moves::bars(&mut drawing, &row.moves, strip, &ruler, &palette);
     }
@@ -64,7 +74,9 @@ impl Layout {
 
 fn layout(data: &CurveChart, count: usize) -> (Layout, f32) {
     let rows = data.rows.iter().take(count);
-    let (names, left) = name_column(rows.map(|row| &row.name));
+    let widths = rows.map(|row| font::width(&row.name, NAME));
+    let names = widths.fold(0.0, f32::max).min(WIDTH / 5.0).ceil();
+    let left = MARGIN + names + if names > 0.0 { 10.0 } else { 0.0 };
     // Few rows are tall enough to read levels; many keep the page short.
     let pitch = (560.0 / count.max(1) as f32).floor().clamp(26.0, 84.0);
     let moves = data.rows.iter().any(|row| !row.moves.is_empty());
@@ -174,6 +186,31 @@ fn curve(
         drawing.polyline(&before, old);
     }
     drawing.polyline(&points, Stroke::solid(colour, 1.5));
+}
+
+/// The cues inside the field from left to right; cues on one pixel share a label.
+fn merged(cues: &[(f64, String)], ruler: &Ruler, field: Frame) -> Vec<(f32, String)> {
+    let mut placed: Vec<(f32, &str)> = cues
+        .iter()
+        .filter_map(|(time, name)| Some((ruler.place(*time)?, name.as_str())))
+        .filter(|(x, _)| field.spans(*x))
+        .collect();
+    placed.sort_by(|a, b| a.0.total_cmp(&b.0));
+    placed
+        .chunk_by(|a, b| a.0.floor() == b.0.floor())
+        .filter_map(|group| match group {
+            [] => None,
+            [(x, name)] => Some((*x, font::fit(name, SMALL, 90.0))),
+            [(x, one), (_, two)] => {
+                let both = [one, two].map(|name| font::fit(name, SMALL, 45.0));
+                Some((*x, both.join(", ")))
+            }
+            [(x, name), rest @ ..] => {
+                let name = font::fit(name, SMALL, 70.0);
+                Some((*x, format!("{name} +{}", rest.len())))
+            }
+        })
+        .collect()
 }
 
 /// Draws the lines of the cues and their names in two tiers above the field. A name that meets its

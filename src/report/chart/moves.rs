@@ -3,10 +3,10 @@
 use super::axis::Ruler;
 use super::colour::Palette;
 use super::curve_chart::CurveChart;
+use super::curves::SMALL;
 use super::drawing::{Drawing, Label, Stroke, crisp};
 use super::font;
 use super::frame::Frame;
-use super::rows::SMALL;
 
 /// Gap under a strip for the bars of moves.
 pub(super) const BAR: f32 = 7.0;

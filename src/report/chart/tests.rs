@@ -160,71 +160,6 @@ fn the_playheads_time_takes_the_place_of_a_tick() {
     }
 }
 
-fn keys(rows: usize, columns: usize) -> Grid {
-    let value = |row: usize, column: usize| ((row * 7 + column * 3) % 16) as f64 / 10.0 - 0.2;
-    let stand = |column: usize| match column % 3 {
-        0 => Stand::Met,
-        1 => Stand::Near,
-        _ => Stand::Inserted,
-    };
-    let tie = |column: usize| Tie {
-        column,
-        time: (column * 37 % 160) as f64,
-        stand: stand(column),
-    };
-    Grid {
-        title: "Keys".repeat(40),
-        column: "key".to_owned(),
-        rows: (0..rows).map(|row| format!("bank {row} <a&b>")).collect(),
-        columns: (0..columns)
-            .map(|column| (0..rows).map(|row| value(row, column)).collect())
-            .collect(),
-        ties: (0..columns).map(tie).collect(),
-        start: 0.0,
-        end: 160.0,
-        cues: show(1, 20).cues,
-    }
-}
-
-#[test]
-fn no_text_of_a_grid_meets_another_or_leaves_the_page() {
-    for theme in [Theme::Light, Theme::Dark] {
-        for rows in [0, 1, 3, 22, 40, 300] {
-            for columns in [0, 1, 2, 6, 30, 75, 128, 999, 3000] {
-                let drawing = grid(&keys(rows, columns), theme);
-                assert_clear(&drawing);
-                assert_well_formed(&drawing.svg());
-            }
-        }
-    }
-}
-
-#[test]
-fn a_cell_is_as_dark_as_its_value_and_columns_that_share_one_show_the_largest() {
-    let data = |columns: Vec<Vec<f64>>| Grid {
-        rows: vec![String::new()],
-        columns,
-        end: 1.0,
-        ..Grid::default()
-    };
-    // Cells begin at x = 16, y = 16 + 42; there are four of 160 units.
-    let shades = |data: &Grid| -> Vec<i32> {
-        let (width, _, rgb) = grid(data, Theme::Light).rgb8().unwrap();
-        let row = &rgb[((16 + 42 + 10) * width + 16) * 3..];
-        row.chunks(3).take(808).map(|c| i32::from(c[0])).collect()
-    };
-    let four = shades(&data([0.0, 0.2, 0.6, 1.0].map(|v| vec![v]).to_vec()));
-    let reds = [80, 240, 400, 560].map(|x| four[x]);
-    assert!(
-        reds.windows(2).all(|pair| pair[0] > pair[1] + 20),
-        "{reds:?}"
-    );
-    let mut many = vec![vec![0.0]; 3000];
-    many[1501] = vec![1.0];
-    let darkest = shades(&data(many)).into_iter().min().unwrap();
-    assert_eq!(darkest, reds[3]);
-}
-
 #[test]
 fn what_lies_on_the_same_pixels_is_drawn_once() {
     let mut data = show(1, 0);
@@ -232,30 +167,6 @@ fn what_lies_on_the_same_pixels_is_drawn_once() {
     data.rows[0].moves = many(100_000).map(|t| (t, t + 1e-3)).collect();
     let marks = curves(&data, Theme::Dark).marks.len();
     assert!(marks < 10_000, "{marks}");
-    let mut data = keys(3, 3000);
-    let ties = data.ties.clone();
-    let all = ties.iter().cycle().zip(many(200_000));
-    data.ties = all.map(|(tie, time)| Tie { time, ..*tie }).collect();
-    let marks = grid(&data, Theme::Dark).marks.len();
-    assert!(marks < 10_000, "{marks}");
-}
-
-#[test]
-fn a_grid_bears_bad_numbers() {
-    let mut data = keys(3, 5);
-    data.columns[0] = vec![f64::NAN, f64::INFINITY, 1e300];
-    data.columns[1].clear();
-    data.ties[0].time = f64::NAN;
-    data.ties[1].column = 99;
-    for (start, end) in [
-        (0.0, 0.0),
-        (5.0, 1.0),
-        (f64::NAN, 1.0),
-        (0.0, f64::INFINITY),
-    ] {
-        (data.start, data.end) = (start, end);
-        assert_well_formed(&grid(&data, Theme::Dark).svg());
-    }
 }
 
 #[test]

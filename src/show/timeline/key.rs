@@ -59,7 +59,6 @@ impl KeySequence {
         let segments = segments.map(|(start, end, keys)| Segment {
             start: 1e6 * start,
             end: 1e6 * end,
-            inserted: false,
             degree: keys.len().saturating_sub(1),
             keys,
         });

@@ -15,8 +15,6 @@ pub struct Segment {
     pub(super) start: f64,
     /// Last instant, microseconds; equal to the first only for a last look of zero length.
     pub(super) end: f64,
-    /// True when it begins at a knot that positivity inserted.
-    pub(super) inserted: bool,
     /// Its degree, 0 to 3.
     pub degree: usize,
     /// Its `degree + 1` control points, as indices of keys.
@@ -32,11 +30,6 @@ impl Segment {
     /// Last instant, seconds.
     pub fn end(&self) -> f64 {
         self.end / 1e6
-    }
-
-    /// True when it begins at a knot inserted so that no key needs negative light.
-    pub fn is_inserted(&self) -> bool {
-        self.inserted
     }
 
     /// Length, seconds.

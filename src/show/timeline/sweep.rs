@@ -126,7 +126,7 @@ impl<'a> Sweep<'a> {
             .collect();
         let (from, to) = (start.micros() as f64, end.micros() as f64);
         if degree < 2 {
-            return self.push_segment((from, to, false), degree, &curves);
+            return self.push_segment((from, to), degree, &curves);
         }
         // Reflected light of heads is a sum of both signs.
         let first_bounced = self.timeline.coordinates() - self.timeline.bounced().len();
@@ -142,16 +142,15 @@ impl<'a> Sweep<'a> {
         for w in parameters.windows(2) {
             let &[s, e] = w else { continue };
             let parts: Vec<Bernstein> = curves.iter().map(|c| c.part(s, e)).collect();
-            self.push_segment((instant(s), instant(e), s > 0.0), degree, &parts)?;
+            self.push_segment((instant(s), instant(e)), degree, &parts)?;
         }
         Ok(())
     }
 
-    /// Adds a segment on which the moving coordinates, in their order, follow `curves`; `inserted`
-    /// is true when positivity inserted the knot at its start.
+    /// Adds a segment on which the moving coordinates, in their order, follow `curves`.
     fn push_segment(
         &mut self,
-        (start, end, inserted): (f64, f64, bool),
+        (start, end): (f64, f64),
         degree: usize,
         curves: &[Bernstein],
     ) -> Result<(), TooManyKeys> {
@@ -170,7 +169,6 @@ impl<'a> Sweep<'a> {
         self.segments.push(Segment {
             start,
             end,
-            inserted,
             degree,
             keys,
         });
@@ -208,7 +206,7 @@ impl<'a> Sweep<'a> {
         self.hash = shares.fold(0, u64::wrapping_add);
         self.current = last;
         let at = self.timeline.end().micros() as f64;
-        self.push_segment((at, at, false), 0, &[])
+        self.push_segment((at, at), 0, &[])
     }
 }
 
