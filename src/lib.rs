@@ -31,7 +31,7 @@
 //! - [`Document`] is a text with everything that follows from it; an [`Edit`] is the smallest
 //!   change of the text.
 //! - [`Engine`] is a document with a renderer and the images made of it ([`Images`]): levels,
-//!   pictures, plan and forecast ([`Estimate`]), refinement ([`Refinement`], here or in the
+//!   pictures, plan and methods ([`Estimate`]), refinement ([`Refinement`], here or in the
 //!   background), playback ([`Player`]).
 //! - [`LiveControl`] is manual control as at a desk: go, back, levels that are tried and recorded.
 //! - [`Repl`] is the prompt without a terminal: lines in, messages and images out.
@@ -155,8 +155,8 @@ pub use footlight_engine::plan::PlanReport;
 pub use footlight_engine::playback::{Playback, Player};
 pub use footlight_engine::pool::Pool;
 pub use footlight_engine::{
-    Background, Document, Edited, Ended, Engine, Error, Estimate, Event, Forecast, Goal, Host,
-    Images, LiveControl, Moves, PoolPlace, Refinement, RefinementSummary, Status, TaskList, Way,
+    Background, Document, Edited, Ended, Engine, Error, Estimate, Event, Goal, Host, Images,
+    LiveControl, Moves, PoolPlace, Refinement, RefinementSummary, Status, TaskList, Way,
     WayForecast,
 };
 pub use footlight_host::files::{

@@ -12,16 +12,15 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
-use super::goal::{Ended, Refinement, RefinementSummary, Way};
+use super::goal::{Ended, Refinement, RefinementSummary};
 use super::images::ViewName;
 use super::refiner::{Next, Refiner, Ticket};
 use super::rendering::Rendered;
-use super::ways::{Extent, Mixtures};
+use super::ways::Extent;
 use super::{Engine, Error};
 use crate::measure::MeasuredMoment;
 use crate::measure::independent::MeasureJob;
 use footlight_host::work::{Progress, Work};
-use footlight_show::units::ErrorUnit;
 use footlight_transport::{Quality, Setup, Transport, TransportError};
 
 /// Time between two checks of progress and cancellation while waiting.
@@ -145,8 +144,6 @@ pub struct Status {
     pub error: Option<f64>,
     /// The current call of the operator.
     pub job: Option<JobStatus>,
-    /// The predicted remainder.
-    pub ahead: Option<Ahead>,
 }
 
 /// A call of the operator in the background.
@@ -164,17 +161,6 @@ pub struct JobStatus {
     pub predicted: f64,
     /// The current loop: its name, steps done and steps in all.
     pub task: (String, usize, usize),
-}
-
-/// Predicted remainder of a refinement in the background.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ahead {
-    /// Number of further images.
-    pub images: usize,
-    /// Seconds until the last one is finished.
-    pub seconds: f64,
-    /// Predicted error after them, relative.
-    pub error: f64,
 }
 
 /// An event that no call returned.
@@ -492,37 +478,13 @@ impl Engine {
 
     /// Status of the refinement in the background, if any.
     pub fn status(&self) -> Option<Status> {
-        let job = self.job();
         let refiner = &self.background.as_ref()?.refiner;
         Some(Status {
             rendered: refiner.done.images,
             seconds: refiner.done.seconds,
             // If the prediction fails, the refinement ends with that error.
             error: self.estimate_of(&refiner.wanted).predicted_error().ok(),
-            ahead: self.ahead(refiner, job.as_ref()),
-            job,
-        })
-    }
-
-    /// The predicted remainder.
-    fn ahead(&self, refiner: &Refiner, job: Option<&JobStatus>) -> Option<Ahead> {
-        let spent = job.map_or(0.0, |job| job.spent);
-        let estimate = self.estimate_of(&refiner.wanted);
-        if estimate.is_pool_due() {
-            let way = refiner.ways.as_ref()?.first()?;
-            return (way.way == Way::Alone && way.alone > 0).then(|| Ahead {
-                images: way.alone,
-                seconds: (way.seconds - spent).max(0.0),
-                error: way.error,
-            });
-        }
-        let forecast = estimate.forecast_by(ErrorUnit::Light).ok()??;
-        let ahead = Mixtures::of(&forecast, &refiner.left(), estimate.refined());
-        // The first image is already being rendered.
-        (ahead.images > 0).then(|| Ahead {
-            images: ahead.images,
-            seconds: (ahead.seconds - spent).max(0.0),
-            error: ahead.error,
+            job: self.job(),
         })
     }
 }

@@ -1,4 +1,4 @@
-//! Estimates about the images of a view, without rendering: the basis for plan, forecast and choice
+//! Estimates about the images of a view, without rendering: the basis for plan and choice
 //! of method.
 
 use super::Error;

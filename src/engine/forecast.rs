@@ -3,8 +3,6 @@
 //! Seconds are the operator's prediction, scaled by the ratio of time to prediction in the last
 //! rendering.
 
-use serde::Serialize;
-
 use super::Error;
 use super::estimate::Estimate;
 use crate::plan::{self, Moment, Weighting};
@@ -13,8 +11,7 @@ use footlight_show::units::ErrorUnit;
 use footlight_transport::{Cost, Transport as _};
 
 /// A candidate for refinement.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct NextImage {
+pub(super) struct NextImage {
     /// Its setting: one number for each coordinate.
     pub setting: Vec<f64>,
     /// Predicted seconds, once those before it are rendered; none if it is `stored`.
@@ -26,8 +23,7 @@ pub struct NextImage {
 }
 
 /// Forecast of a refinement.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Forecast {
+pub(super) struct Forecast {
     /// Quality step of refined images.
     pub quality: u8,
     /// Predicted error of the sequence with the current pool, relative.
@@ -35,7 +31,6 @@ pub struct Forecast {
     /// The next images, the most useful first; empty when nothing is left to improve.
     pub steps: Vec<NextImage>,
     /// True when errors rest on the operator's statement.
-    #[serde(skip)]
     pub is_stated: bool,
 }
 
@@ -44,20 +39,9 @@ pub(super) type Ahead = Vec<(Vec<f64>, f64)>;
 
 impl Estimate<'_> {
     /// Forecast of refinement: setting, predicted seconds and predicted remaining error of each
-    /// next image.
-    ///
-    /// # Errors
-    /// [`Error::NotRendered`] before the coarse images are rendered
-    /// ([`Engine::coarse`](crate::Engine::coarse)).
-    pub fn forecast(&self) -> Result<Forecast, Error> {
-        self.rendered()?;
-        let forecast = self.forecast_by(ErrorUnit::Light)?;
-        forecast.ok_or(Error::NotRendered)
-    }
-
-    /// Like [`Estimate::forecast`] with errors in a given unit. Before there are images it follows
-    /// from the levels and the operator's stated error; `None` without one.
-    pub(super) fn forecast_by(&self, unit: ErrorUnit) -> Result<Option<Forecast>, Error> {
+    /// next image, in a unit. Before there are images it follows from the levels and the operator's
+    /// stated error; `None` without one.
+    pub(super) fn forecast(&self, unit: ErrorUnit) -> Result<Option<Forecast>, Error> {
         let rendering = self.rendering()?;
         let quality = self.refined_step();
         let (error, next) = match self.pool() {

@@ -3,7 +3,7 @@
 //! ```text
 //! text --> Document --> setup of each view --transport--> Images --> Playback, Player --> frames
 //!                                             ^       |
-//!                             Refinement -----+       +--> Estimate: errors, plan, forecast, ways
+//!                             Refinement -----+       +--> Estimate: errors, plan, ways
 //! ```
 //!
 //! The state is a few values, each the only owner of its content:
@@ -74,12 +74,11 @@ use footlight_show::units::Time;
 use footlight_transport::contract::check_memory;
 use footlight_transport::{Quality, TransportWarning};
 
-pub use self::background::{Ahead, Event, JobStatus, Status};
+pub use self::background::{Event, JobStatus, Status};
 pub use self::compile::{Compiled, Version};
 pub use self::document::{Document, Edited, TEXT_LIMIT, decode, format};
 pub use self::error::{Error, TaskFault};
 pub use self::estimate::Estimate;
-pub use self::forecast::{Forecast, NextImage};
 pub use self::goal::{
     Ended, Goal, Refinement, RefinementSummary, SequenceState, TooLarge, Way, WorstMoment,
 };
@@ -315,7 +314,7 @@ impl Engine {
         }
     }
 
-    /// Estimates for the current view: errors, plan, forecast, methods.
+    /// Estimates for the current view: errors, plan, methods.
     pub fn estimate(&self) -> Estimate<'_> {
         self.estimate_of(&self.looked_from())
     }

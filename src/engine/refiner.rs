@@ -162,7 +162,7 @@ impl Refiner {
             return Ok(Next::Ended(ended));
         }
         let begin = means.now();
-        let forecast = estimate.forecast_by(self.wanted.goal.unit())?;
+        let forecast = estimate.forecast(self.wanted.goal.unit())?;
         let forecast = forecast.ok_or(Error::NotRendered)?;
         let left = self.left();
         let Some(seconds) = forecast.steps.first().map(|s| s.seconds) else {
@@ -200,7 +200,7 @@ impl Refiner {
     }
 
     /// The rest of the goal.
-    pub fn left(&self) -> Goal {
+    fn left(&self) -> Goal {
         let Goal {
             until,
             count,

@@ -1,5 +1,5 @@
 //! Chooses the images for a goal: every bank alone at one quality step, or coarse images with the
-//! plan's mixtures. A refinement chooses once. Plan, run and status use one function.
+//! plan's mixtures. A refinement chooses once. Plan and run use one function.
 //!
 //! Seconds are the operator's prediction at this machine's speed, for missing images. Errors are
 //! stated by the operator or follow from noise, and for mixtures from the plan's remainder. If
@@ -207,7 +207,7 @@ impl Estimate<'_> {
     /// Mixtures on top of the existing images, or of the coarse ones; `None` when nothing is known
     /// about these.
     fn mixed_way(&self, goal: &Goal) -> Result<Option<WayForecast>, Error> {
-        let Some(forecast) = self.forecast_by(goal.unit())? else {
+        let Some(forecast) = self.forecast(goal.unit())? else {
             return Ok(None);
         };
         let (alone, begin) = match self.pool() {

@@ -1,15 +1,10 @@
-//! Describes refinement: steps, status, forecast.
+//! Describes refinement: steps, status.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
 
 use super::words::{count, percent, seconds};
-use footlight_engine::{
-    Ended, Engine, Event, Forecast, JobStatus, RefinementSummary, Status, TooLarge,
-};
-
-/// Most coordinates named for a step.
-const NAMED: usize = 4;
+use footlight_engine::{Ended, Engine, Event, JobStatus, RefinementSummary, Status, TooLarge};
 
 /// The reason why refinement ended; empty if obvious.
 pub fn ended(ended: Ended) -> Cow<'static, str> {
@@ -123,15 +118,6 @@ pub fn status(status: &Status, words: &str) -> String {
     if let Some(job) = &status.job {
         describe_job(job, &mut text);
     }
-    if let Some(ahead) = &status.ahead {
-        let _ = writeln!(
-            text,
-            "  to come: {}, predicted to be there in {} with an error of {} % of the light",
-            count(ahead.images, "picture"),
-            seconds(ahead.seconds),
-            percent(ahead.error)
-        );
-    }
     text
 }
 
@@ -181,45 +167,6 @@ pub fn so_far(engine: &Engine) -> Option<String> {
         "so far: {refined}, error {} %\n",
         percent(step.error)
     ))
-}
-
-/// The next steps of a forecast of `all` steps, with their cost.
-pub fn forecast(engine: &Engine, forecast: &Forecast, all: usize) -> String {
-    let mut text = format!(
-        "predicted error {} % of the light with {}; {} left to refine, at quality {}\n",
-        percent(forecast.error),
-        count(engine.estimate().refined(), "refined picture"),
-        count(all, "direction"),
-        forecast.quality
-    );
-    if forecast.steps.is_empty() {
-        return text;
-    }
-    let _ = writeln!(text, "       takes    in all     leaves  mostly");
-    let names = engine.show().coordinates();
-    let mut total = 0.0;
-    for (i, step) in forecast.steps.iter().enumerate() {
-        total += step.seconds;
-        let pairs = step.setting.iter().copied().zip(&names);
-        let mut parts: Vec<(f64, &str)> = pairs.map(|(s, c)| (s, c.name.as_str())).collect();
-        parts.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()));
-        let large = parts.iter().take(NAMED).filter(|(s, _)| s.abs() >= 0.1);
-        let words: Vec<String> = large.map(|(s, name)| format!("{name} {s:+.2}")).collect();
-        let takes = if step.stored {
-            "stored".to_owned()
-        } else {
-            seconds(step.seconds)
-        };
-        let _ = writeln!(
-            text,
-            "  {:>2} {takes:>8}  {:>8}  {:>7} %  {}",
-            i + 1,
-            seconds(total),
-            percent(step.error),
-            words.join("  ")
-        );
-    }
-    text
 }
 
 /// Note when the show asks for quality steps beyond the scale.

@@ -131,7 +131,6 @@ fn no_verb_of_the_prompt_prints_what_commands_the_terminal() {
         "status",
         "plan",
         "plan --json",
-        "plan --next 2",
         "pool",
         "view",
         "diff",

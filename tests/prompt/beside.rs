@@ -119,7 +119,6 @@ fn beside_the_prompt_the_same_pictures_are_rendered_and_pictures_are_served_mean
     assert!(queue.run());
     let status = say(&mut show, "status");
     assert!(status.contains("a picture at quality 3"), "{status}");
-    assert!(status.contains("to come: 2 pictures"), "{status}");
     // The current pool has only coarse images.
     let (mut twin, _) = open();
     twin.engine_mut().coarse().unwrap();

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::operator::Altered;
 use crate::{Stopped, prompt};
-use footlight_engine::Host;
+use footlight_engine::{Goal, Host, Refinement, Way};
 use footlight_host::files::{Folder, MemoryStore};
 use footlight_prompt::Repl;
 use footlight_transport::Cost;
@@ -49,26 +49,28 @@ fn first(cost: Cost, stated: &[f64]) -> (Repl, MemoryStore) {
 #[test]
 fn the_next_steps_have_their_price() {
     let (mut show, _) = first(SHARED, &[]);
-    show.execute("plan --next").unwrap();
-    let outlook = show.engine().estimate().forecast().unwrap();
-    let seconds: Vec<f64> = outlook.steps.iter().map(|s| s.seconds).collect();
+    let engine = show.engine_mut();
+    engine.coarse().unwrap();
+    let now = engine.estimate().predicted_error().unwrap();
+    let mut priced = |count| {
+        let wanted = Refinement::from(Goal::count(count)).by(Way::Paper);
+        let ways = engine.ways(wanted).unwrap();
+        (ways[0].mixed, ways[0].seconds, ways[0].error < now)
+    };
     // Preparation and both lights, then one image.
-    assert_eq!(seconds, [2.625, 0.125]);
-    assert!(outlook.error > outlook.steps[0].error);
-    let words = show.execute("plan --next 1").unwrap().text;
-    assert!(words.contains("2 directions left to refine"), "{words}");
+    assert_eq!(priced(1), (1, 2.625, true));
+    assert_eq!(priced(2), (2, 2.75, true));
+    assert_eq!(priced(3), (2, 2.75, true));
     show.execute("refine").unwrap();
-    assert_eq!(
-        show.engine().estimate().forecast().unwrap().steps[0].seconds,
-        0.125
-    );
+    let ways = show.engine().estimate().ways(&Goal::count(1)).unwrap();
+    assert_eq!((ways[0].mixed, ways[0].seconds), (1, 0.125));
     for (line, words) in [
-        ("plan 3", "`3` is left over: plan [--json] [--next [N]]"),
-        ("plan --next 3 4", "`4` is left over"),
-        ("plan --next some", "not a whole number"),
+        ("plan 3", "`3` is left over: plan [--json] [--tolerance X]"),
+        ("run --count 3 4", "`4` is left over"),
+        ("run --count some", "not a whole number"),
         (
-            "plan --next --tolerance 1%",
-            "`--next [N]` does not go with `--tolerance X`",
+            "plan --json --tasks t.json",
+            "`--json` does not go with `--tasks FILE`",
         ),
     ] {
         let error = show.execute(line).unwrap_err().to_string();

@@ -156,10 +156,10 @@ fn a_stain_that_the_average_hides_is_refined_first() {
         .unwrap()
         .unwrap();
     assert_eq!(engine.show().cues[worst.cue].number.to_string(), "2");
-    let first = &engine.estimate().forecast().unwrap().steps[0].setting;
-    assert!(first[1].abs() > 3.0 * first[0].abs(), "{first:?}");
 
     show.engine_mut().refine(Goal::count(1)).unwrap();
+    let first = &show.engine().estimate().pool().unwrap().settings()[0];
+    assert!(first[1].abs() > 3.0 * first[0].abs(), "{first:?}");
     let [after, left] = side_cue(&mut show);
     assert!(after < 0.1 * before && left < 0.1 * steps, "{after} {left}");
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use crate::operator::Altered;
 use crate::{Ticking, prompt};
-use footlight_engine::{Goal, Host, NextImage, PoolPlace};
+use footlight_engine::{Goal, Host, PoolPlace, Way, WayForecast};
 use footlight_host::files::{Entry, FileError, Memory, MemoryStore, Store};
 use footlight_host::work::Work;
 use footlight_picture::Image;
@@ -88,6 +88,13 @@ impl Session {
             missing => format!("refine {missing}"),
         };
         self.show.execute(&line).unwrap().notes
+    }
+
+    /// The forecast of mixtures for a goal.
+    fn mixtures(&self, goal: &Goal) -> WayForecast {
+        let ways = self.show.engine().estimate().ways(goal).unwrap();
+        let paper = ways.into_iter().find(|way| way.way == Way::Paper);
+        paper.unwrap()
     }
 
     /// Number of images rendered since the last call.
@@ -233,19 +240,17 @@ fn what_is_stored_has_no_price() {
     first.show.engine_mut().coarse().unwrap();
     let mut session = Session::open(SHOW, store, PLENTY);
     session.show.engine_mut().coarse().unwrap();
-    let outlook = session.show.engine().estimate().forecast().unwrap();
-    let free = |s: &NextImage| s.stored && s.seconds == 0.0;
-    assert!(!outlook.steps.is_empty() && outlook.steps.iter().all(free));
-    let told = session.show.execute("plan --next").unwrap().text;
-    assert!(told.contains("   1   stored"), "{told}");
+    let everything = Goal::until(0.0);
+    let free = session.mixtures(&everything);
+    assert_eq!((free.mixed, free.seconds), (0, 0.0));
     session.rendered();
-    session.refine(outlook.steps.len());
+    session.show.engine_mut().refine(everything).unwrap();
     assert_eq!(session.rendered(), 0);
+    let refined = session.show.engine().estimate().refined();
     let mut fresh = Session::open(SHOW, MemoryStore::default(), PLENTY);
     fresh.show.engine_mut().coarse().unwrap();
-    let steps = fresh.show.engine().estimate().forecast().unwrap().steps;
-    assert_eq!(steps.len(), outlook.steps.len());
-    assert!(steps.iter().all(|s| !s.stored && s.seconds > 0.0));
+    let priced = fresh.mixtures(&everything);
+    assert!(refined > 0 && priced.mixed == refined && priced.seconds > 0.0);
 }
 
 #[test]
@@ -399,12 +404,9 @@ fn pictures_that_were_found_say_nothing_of_the_machines_speed() {
         before.show.engine_mut().coarse().unwrap();
         let mut session = Session::timed(SHOW, store, PLENTY, seconds);
         session.show.engine_mut().coarse().unwrap();
-        let first = session.show.engine().estimate().forecast().unwrap().steps[0].seconds;
+        let first = session.mixtures(&Goal::count(1)).seconds;
         session.refine(1);
-        (
-            first,
-            session.show.engine().estimate().forecast().unwrap().steps[0].seconds,
-        )
+        (first, session.mixtures(&Goal::count(1)).seconds)
     };
     let (fast, slow) = (told(1e-3), told(1e3));
     assert_eq!(fast.0, slow.0, "nothing was rendered yet");

@@ -20,20 +20,15 @@ pub struct PlanArgs {
     /// Print data instead of words
     #[arg(long)]
     json: bool,
-    /// The next N pictures to refine (default: 5), their seconds and what they leave
-    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "5")]
-    #[arg(value_parser = whole)]
-    next: Option<usize>,
     /// Error allowed, such as 2% or 1.5steps (default: the show's preview)
-    #[arg(long, value_name = "X", value_parser = argument::error, conflicts_with = "next")]
+    #[arg(long, value_name = "X", value_parser = argument::error)]
     tolerance: Option<Tolerance>,
     #[command(flatten)]
     pub(crate) by: ByWay,
     #[command(flatten)]
     pub(crate) from: FromView,
     /// Write the pictures that are missing for the tolerance as tasks for `work`
-    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath)]
-    #[arg(conflicts_with_all = ["next", "json"])]
+    #[arg(long, value_name = "FILE", value_hint = ValueHint::FilePath, conflicts_with = "json")]
     tasks: Option<Output>,
 }
 
@@ -109,9 +104,6 @@ pub fn plan(repl: &mut Repl, asked: &PlanArgs) -> Result<Reply, Error> {
         report::tasks::write(repl.engine.host().store.as_ref(), path, &list)?;
         return Ok(Reply::text(report::tasks::listed(&list, path)));
     }
-    if let Some(count) = asked.next {
-        return next(repl, count, asked.json);
-    }
     repl.engine.take_up()?;
     let plan = repl.engine.estimate().plan(tolerance)?;
     if asked.json {
@@ -168,19 +160,6 @@ fn on_farm(repl: &mut Repl, on: &OnFarm, wanted: Refinement) -> Result<(Goal, us
         ..goal
     };
     Ok((left, rendered))
-}
-
-fn next(repl: &mut Repl, count: usize, json: bool) -> Result<Reply, Error> {
-    repl.engine.coarse()?;
-    repl.engine.calibrate()?;
-    let mut forecast = repl.engine.estimate().forecast()?;
-    let all = forecast.steps.len();
-    forecast.steps.truncate(count);
-    if json {
-        Reply::json(&forecast)
-    } else {
-        Ok(Reply::text(words::forecast(&repl.engine, &forecast, all)))
-    }
 }
 
 /// The goal given to `refine`.
