@@ -185,32 +185,101 @@ pub enum TransportError {
 
 /// A light-transport operator, before it has a scene. An embedding program may supply its own.
 ///
+/// This one shines the spots directly on matt surfaces, with hard shadows and without bounces. It
+/// traces one ray for each pixel, and uses the ray caster of [`surfaces`] and the checks of
+/// [`contract`].
+///
 /// ```
 /// use footlight_host::work::Work;
 /// use footlight_picture::Image;
+/// use footlight_show::geometry::Vec3;
+/// use footlight_show::geometry::profile::Profile;
+/// use footlight_stage::{Light, Source};
+/// use footlight_transport::contract::{check_quality, check_settings};
+/// use footlight_transport::surfaces::camera::camera;
+/// use footlight_transport::surfaces::facet::Facet;
+/// use footlight_transport::surfaces::hierarchy::Hierarchy;
+/// use footlight_transport::surfaces::surface::Surfaces;
 /// use footlight_transport::{Cost, Prepared, Quality, Setup, Transport, TransportError};
 ///
-/// /// Every source lights every pixel alike.
-/// struct Flat;
-/// struct Ready(usize, usize);
+/// struct Direct;
+/// /// The radiance (cd/m2) of each pixel and channel, one image for each source at unit setting.
+/// struct Ready(Setup, Vec<Vec<f32>>);
 ///
-/// impl Transport for Flat {
+/// /// Reflected radiance at a point, of the lights from whose positions it is lit.
+/// fn radiance(
+///     source: &Source,
+///     lights: &[Light],
+///     facet: &Facet,
+///     point: Vec3,
+///     is_lit: impl Fn(Vec3) -> bool,
+/// ) -> [f64; 3] {
+///     let mut out = [0.0; 3];
+///     for emitter in &source.emitters {
+///         let Light::Spot(spot) = &lights[emitter.light] else {
+///             continue; // a complete renderer handles each kind of `Light`
+///         };
+///         let profile = Profile::new(spot.beam, spot.field);
+///         let (Some(profile), true) = (profile, is_lit(spot.position)) else {
+///             continue;
+///         };
+///         let way = point - spot.position;
+///         let axis = (spot.aim - spot.position).normalized();
+///         let angle = way.normalized().dot(axis).clamp(-1.0, 1.0).acos();
+///         // Illuminance at 1 cd.
+///         let lux = profile.share(angle) * -facet.normal.dot(way.normalized()) / way.dot(way);
+///         for c in 0..3 {
+///             let candela = spot.intensity.0[c] * emitter.filter.0[c];
+///             out[c] += facet.reflectance[c] / std::f64::consts::PI * candela * lux;
+///         }
+///     }
+///     out
+/// }
+///
+/// impl Transport for Direct {
 ///     fn name(&self) -> &str {
-///         "flat"
+///         "direct"
 ///     }
 ///     fn finest(&self) -> Quality {
 ///         Quality(1)
 ///     }
+///     fn cost(&self, setup: &Setup, _: Quality) -> Cost {
+///         let pixels = (setup.view.width * setup.view.height) as f64;
+///         Cost { prepare: pixels * setup.rig.lights.len() as f64, ..Cost::default() }
+///     }
 ///     fn prepare(
 ///         &self,
 ///         setup: &Setup,
-///         _: Quality,
-///         _: Work<'_>,
+///         quality: Quality,
+///         work: Work<'_>,
 ///     ) -> Result<Box<dyn Prepared>, TransportError> {
-///         Ok(Box::new(Ready(setup.view.width, setup.view.height)))
-///     }
-///     fn cost(&self, _: &Setup, _: Quality) -> Cost {
-///         Cost::default()
+///         check_quality(quality, self.finest())?;
+///         let Setup { scene, rig, view } = setup;
+///         let (surfaces, camera) = (Surfaces::new(scene)?, camera(view)?);
+///         let hierarchy = Hierarchy::new(&surfaces);
+///         let mut images = vec![Vec::new(); rig.sources.len()];
+///         for y in 0..view.height {
+///             work.check()?; // the user may have cancelled
+///             for x in 0..view.width {
+///                 let ray = camera.ray(x as f64 + 0.5, y as f64 + 0.5);
+///                 let hit = hierarchy.first_hit(&surfaces, camera.origin, ray);
+///                 for (source, image) in rig.sources.iter().zip(&mut images) {
+///                     let light = hit.map_or([0.0; 3], |(piece, distance)| {
+///                         let facet = &surfaces.facets[surfaces.pieces[piece].facet];
+///                         let point = camera.origin + ray * distance;
+///                         // Backs are black: eye and light must be in front.
+///                         let is_lit = |from: Vec3| {
+///                             facet.height(camera.origin) > 0.0
+///                                 && facet.height(from) > 0.0
+///                                 && !hierarchy.blocked(&surfaces, from, point)
+///                         };
+///                         radiance(source, &rig.lights, facet, point, is_lit)
+///                     });
+///                     image.extend(light.map(|light| light as f32));
+///                 }
+///             }
+///         }
+///         Ok(Box::new(Ready(setup.clone(), images)))
 ///     }
 /// }
 ///
@@ -218,16 +287,48 @@ pub enum TransportError {
 ///     fn render(
 ///         &mut self,
 ///         settings: &[Vec<f64>],
-///         _: Work<'_>,
+///         work: Work<'_>,
 ///     ) -> Result<Vec<Image>, TransportError> {
-///         let Ready(width, height) = *self;
-///         let light = |setting: &Vec<f64>| setting.iter().sum::<f64>() as f32;
-///         let pixels = |setting| vec![light(setting); width * height * 3];
-///         let image = |setting| Image::from_data(width, height, pixels(setting));
-///         Ok(settings.iter().filter_map(image).collect())
+///         let Ready(setup, images) = self;
+///         check_settings(settings, images.len())?;
+///         let mut out = Vec::new();
+///         for setting in settings {
+///             work.check()?;
+///             let mut data = vec![0.0; setup.view.width * setup.view.height * 3];
+///             for (level, image) in setting.iter().zip(&*images) {
+///                 for (value, light) in data.iter_mut().zip(image) {
+///                     *value += *level as f32 * light;
+///                 }
+///             }
+///             out.extend(Image::from_data(setup.view.width, setup.view.height, data));
+///         }
+///         Ok(out)
 ///     }
 /// }
-/// let _renderer: std::sync::Arc<dyn Transport> = std::sync::Arc::new(Flat);
+/// # // A spot 2 m above a floor of reflectance 0.5, seen from the side: 0.5 / pi * 800 / 4 cd/m2.
+/// # use footlight_show::{geometry::{View, vec3}, model::Spot, units::Rgb};
+/// # use footlight_stage::{Emitter, Material, Polygon, Rig, Scene};
+/// # let corners = [vec3(-3., -3., 0.), vec3(3., -3., 0.), vec3(3., 3., 0.), vec3(-3., 3., 0.)];
+/// # let scene = Scene {
+/// #     materials: vec![Material::diffuse("floor", Rgb([0.5; 3]))],
+/// #     polygons: vec![Polygon::new(corners.to_vec(), 0)],
+/// #     haze: None,
+/// # };
+/// # let (position, aim) = (vec3(0., 0., 2.), vec3(0., 0., 0.));
+/// # let spot = Spot { position, aim, beam: 20., field: 30., intensity: Rgb([800.; 3]) };
+/// # let emitters = vec![Emitter { light: 0, filter: Rgb([1.0, 0.5, 0.0]) }];
+/// # let sources = vec![Source { name: "key".into(), emitters }];
+/// # let rig = Rig { lights: vec![Light::Spot(spot)], sources };
+/// # let from = vec3(0., -4., 2.);
+/// # let view = View { from, to: aim, fov: 1., roll: 0., width: 3, height: 3 };
+/// # let mut ready = Direct.prepare(&Setup::new(scene, rig, view), Quality(1), Work::silent())?;
+/// # let image = ready.render(&[vec![0.5]], Work::silent())?.remove(0);
+/// # let centre = &image.data()[3 * 4..][..3];
+/// # let want = 0.5 * 0.5 / std::f32::consts::PI * 200.0;
+/// # for (seen, filter) in centre.iter().zip([1.0, 0.5, 0.0]) {
+/// #     assert!((seen - want * filter).abs() < 1e-3 * want, "{seen} {want}");
+/// # }
+/// # Ok::<(), TransportError>(())
 /// ```
 pub trait Transport: Send + Sync {
     /// A short name for reports.

@@ -324,9 +324,9 @@ pub fn spheres_by_triangles() {
     let (s, c) = 40.0_f64.to_radians().sin_cos();
     let finest = *qualities().end();
     let rectangle = level([0.0, 1.0], [0.0, 2.0], 0.0, true);
-    let over = Meter::new(vec3(0.5, 1.0, 0.0), UP, 1.0 / 8.0, [8, 16], 0.5);
+    let over = Meter::new(vec3(0.5, 1.0, 0.0), UP, 1.0 / 4.0, [4, 8], 0.5);
     let disc = regular(64, 1.0, 0.0, true);
-    let round = Meter::new(Vec3::ZERO, UP, 1.0 / 8.0, [16, 16], 0.5);
+    let round = Meter::new(Vec3::ZERO, UP, 1.0 / 4.0, [8, 8], 0.5);
     let errors = [3, 6].map(|n| {
         let one = sphere(vec3(2.5 * s, 0.0, 2.5 * c), 1.0, n);
         let element = to_emitter(&one, &spot, &point, finest) / exact("13 ");

@@ -117,27 +117,6 @@ fn delivered(scene: &Scene, groups: Vec<Vec<Light>>, pixels: usize) -> Vec<[f64;
     sums
 }
 
-#[test]
-fn a_spots_lumens_arrive() {
-    let cones = [(24.0, 40.0), (60.0, 61.0), (100.0, 170.0)];
-    let spot = |(beam, field)| {
-        vec![Light::Spot(Spot {
-            position: vec3(0.2, -0.1, 0.3),
-            aim: vec3(0.5, 0.4, -0.8),
-            beam,
-            field,
-            intensity: Rgb::WHITE.scaled(800.0 / Profile::new(beam, field).unwrap().flux()),
-        })]
-    };
-    let all = delivered(&black_box(), cones.map(spot).to_vec(), 32);
-    for ((beam, field), flux) in cones.into_iter().zip(all) {
-        assert!(
-            (flux[0] / 800.0 - 1.0).abs() < 2e-3,
-            "{beam}/{field}: {flux:?}"
-        );
-    }
-}
-
 fn mount(aim: Vec3, turn: f64) -> Mount {
     let position = vec3(0.2, -0.1, 0.3);
     Mount {
@@ -190,13 +169,32 @@ fn planes(slide: &Arc<Gobo>, mount: Mount, field: f64, candela: f64) -> Vec<Ligh
     (0..3).map(plane).collect()
 }
 
+/// A spot and a projection, in one set of views.
 #[test]
-fn a_projections_lumens_arrive() {
+fn lumens_of_spots_and_projections_arrive() {
+    let cones = [(24.0, 40.0), (60.0, 61.0), (100.0, 170.0)];
+    let spot = |(beam, field)| {
+        vec![Light::Spot(Spot {
+            position: vec3(0.2, -0.1, 0.3),
+            aim: vec3(0.5, 0.4, -0.8),
+            beam,
+            field,
+            intensity: Rgb::WHITE.scaled(800.0 / Profile::new(beam, field).unwrap().flux()),
+        })]
+    };
     let slide = slide();
     let candela = 800.0 / Projection::flux(&slide, 70.0);
-    let lights = planes(&slide, mount(vec3(0.5, 0.4, -0.8), 25.0), 70.0, candela);
-    let flux = delivered(&black_box(), vec![lights], 64)[0];
+    let projection = planes(&slide, mount(vec3(0.5, 0.4, -0.8), 25.0), 70.0, candela);
+    let groups = cones.map(spot).into_iter().chain([projection]).collect();
+    let all = delivered(&black_box(), groups, 64);
+    for ((beam, field), flux) in cones.into_iter().zip(&all) {
+        assert!(
+            (flux[0] / 800.0 - 1.0).abs() < 2e-3,
+            "{beam}/{field}: {flux:?}"
+        );
+    }
     // The frustum's solid angle weights the stripes and the ramp almost equally.
+    let flux = all[3];
     assert!((flux[0] / 800.0 - 1.0).abs() < 3e-3, "{flux:?}");
     assert!((flux[1] / 400.0 - 1.0).abs() < 0.02, "{flux:?}");
     assert!((flux[2] / 400.0 - 1.0).abs() < 0.02, "{flux:?}");

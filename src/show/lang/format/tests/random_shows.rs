@@ -574,7 +574,7 @@ fn groups(tokens: &[Token]) -> Vec<(String, bool)> {
 
 proptest! {
     #![proptest_config(ProptestConfig {
-        cases: 500,
+        cases: 200,
         failure_persistence: None,
         ..ProptestConfig::default()
     })]

@@ -20,7 +20,7 @@ fn by_rays(air: &Airlight<'_>, beam: &Beam, place: &GlossyPlace<'_>) -> f64 {
     let across = across * (1.0 / h);
     let aside = across.cross(beam.axis);
     let first = (-middle / h).atan();
-    let [along, wide] = [1000, 30];
+    let [along, wide] = [400, 20];
     let step = (FRAC_PI_2 - first) / along as f64;
     let of = |k: usize| {
         let u = first + (k as f64 + 0.5) * step;
