@@ -134,38 +134,46 @@ fn difference(a: &[Image], b: &[Image]) -> f32 {
 /// again if a measured error requires finer ones, even when the images exist and are only measured
 /// again.
 #[test]
-fn the_pictures_of_a_run_are_those_of_its_last_images() {
-    for (until, quality) in [("50%", 1), ("0.1%", 3)] {
-        let store = MemoryStore::default();
-        let run = |out: &str| {
-            let files = Memory::default().with("room.obj", ROOM);
-            let host = Host {
-                files: Box::new(files.with("room.mtl", MATERIALS)),
-                store: Box::new(store.clone()),
-                clock: Box::new(Ticking::by(1e-3)),
-                pool: Some(PoolPlace {
-                    folder: PathBuf::from(POOL),
-                    limit: 1 << 30,
-                }),
-                ..Host::default()
-            };
-            let mut show = prompt("s.lxq", SHOW.as_bytes(), host).unwrap();
-            let line = format!("run --until {until} --way alone -o {out}");
-            let text = show.execute(&line).unwrap().text.to_string();
-            assert!(!text.contains("predicted"), "{text}");
-            let is_finest = text.contains("no quality reaches that");
-            assert!(!(is_finest && text.contains("half the error")), "{text}");
-            let steps = show.engine().estimate().coarse_steps();
-            assert_eq!(steps.map(|q| q.0), [quality; 2], "{text}");
-            text
+fn the_pictures_of_a_run_are_those_of_its_only_images() {
+    the_pictures_are_those_of_the_last_images("50%", 1);
+}
+
+#[test]
+#[ignore = "slow"]
+fn the_pictures_of_a_run_are_those_of_its_finest_images() {
+    the_pictures_are_those_of_the_last_images("0.1%", 3);
+}
+
+fn the_pictures_are_those_of_the_last_images(until: &str, quality: u8) {
+    let store = MemoryStore::default();
+    let run = |out: &str| {
+        let files = Memory::default().with("room.obj", ROOM);
+        let host = Host {
+            files: Box::new(files.with("room.mtl", MATERIALS)),
+            store: Box::new(store.clone()),
+            clock: Box::new(Ticking::by(1e-3)),
+            pool: Some(PoolPlace {
+                folder: PathBuf::from(POOL),
+                limit: 1 << 30,
+            }),
+            ..Host::default()
         };
-        let (first, again) = (run("first"), run("again"));
-        assert!(!first.contains("rendered: 0"), "{first}");
-        assert!(again.contains("rendered: 0"), "{again}");
-        for name in ["cues/0002.png", "contact-sheet.png", "show.html"] {
-            let read = |out: &str| store.read(&Path::new(out).join(name), 1 << 30).unwrap();
-            assert!(read("first") == read("again"), "{name} until {until}");
-        }
+        let mut show = prompt("s.lxq", SHOW.as_bytes(), host).unwrap();
+        let line = format!("run --until {until} --way alone -o {out}");
+        let text = show.execute(&line).unwrap().text.to_string();
+        assert!(!text.contains("predicted"), "{text}");
+        let is_finest = text.contains("no quality reaches that");
+        assert!(!(is_finest && text.contains("half the error")), "{text}");
+        let steps = show.engine().estimate().coarse_steps();
+        assert_eq!(steps.map(|q| q.0), [quality; 2], "{text}");
+        text
+    };
+    let (first, again) = (run("first"), run("again"));
+    assert!(!first.contains("rendered: 0"), "{first}");
+    assert!(again.contains("rendered: 0"), "{again}");
+    for name in ["cues/0002.png", "contact-sheet.png", "show.html"] {
+        let read = |out: &str| store.read(&Path::new(out).join(name), 1 << 30).unwrap();
+        assert!(read("first") == read("again"), "{name} until {until}");
     }
 }
 

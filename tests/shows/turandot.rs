@@ -71,6 +71,7 @@ fn the_files_are_what_the_program_makes() {
 }
 
 #[test]
+#[ignore = "slow"]
 fn the_set_can_be_drawn_and_shows_its_fronts() {
     let outlines = outlines();
     assert_eq!(outlines.len(), 1818);
