@@ -17,7 +17,7 @@ use footlight_show::geometry::solid::Solid;
 use footlight_show::geometry::{Vec3, bounds, vec3};
 use footlight_show::lang::SpanMap;
 use footlight_show::model::{self as show, Show};
-use footlight_show::model::{ImageFile, Luminaire, Pose};
+use footlight_show::model::{ImageFile, LightKind, Luminaire, Pose};
 use footlight_show::timeline::Bounced;
 use footlight_show::units::Rgb;
 use footlight_stage::import;
@@ -255,6 +255,7 @@ pub(super) fn load(
         return Ok((None, warnings));
     };
     warnings.extend(small_stage(show, &scene, &view, spans));
+    warnings.extend(shining_sets(show, &scene, spans));
     // If the rig is unchanged, keep the old value, so that comparisons are cheap.
     let rig = match old {
         Some(old) if *old.setup.rig == rig => Arc::clone(&old.setup.rig),
@@ -288,6 +289,28 @@ fn small_stage(show: &Show, scene: &Scene, view: &View, spans: &SpanMap) -> Opti
         let unit = stage.place.scale * height / radius;
         diagnostics::of_small_stage(stage, 2.0 * radius, distance, unit, spans)
     })
+}
+
+/// Polygons of a panel that is no lamp but the set, which may be one wall where it has fewer.
+const MANY: usize = 100;
+
+/// A warning for each panel that has most of the set's area, in many polygons.
+fn shining_sets(show: &Show, scene: &Scene, spans: &SpanMap) -> Vec<Diagnostic> {
+    let areas = scene.areas();
+    let whole: f64 = areas.iter().sum();
+    let of = |light: &Luminaire| {
+        let LightKind::Panel { material, .. } = &light.kind else {
+            return None;
+        };
+        let own = scene
+            .materials
+            .iter()
+            .position(|own| own.name == *material)?;
+        let polygons = scene.polygons.iter().filter(|p| p.material == own).count();
+        let is_set = polygons >= MANY && areas.get(own).is_some_and(|area| *area > 0.5 * whole);
+        is_set.then(|| diagnostics::of_shining_set(light, material, polygons, spans))
+    };
+    show.lights.iter().filter_map(of).collect()
 }
 
 /// The show's view; a camera of the stages is looked up.

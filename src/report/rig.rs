@@ -11,6 +11,7 @@ use footlight_engine::Document;
 use footlight_show::geometry::Vec3;
 use footlight_show::geometry::shape::Shape;
 use footlight_show::model::{Bank, HeadAxis, LightKind, Luminaire, Show};
+use footlight_show::units::Rgb;
 use footlight_stage::{Light, Polygon};
 use footlight_transport::Setup;
 
@@ -135,6 +136,7 @@ pub fn plot(document: &Document, theme: Theme) -> (Drawing, String) {
             aim: hung.aim,
             label: label(hung),
             symbol: symbol(hung.light),
+            gel: hung.light.gel.map(shown),
         })
     };
     let shining = lights
@@ -158,6 +160,12 @@ pub fn plot(document: &Document, theme: Theme) -> (Drawing, String) {
     };
     let text = format!("{drawn} of {}, 1:{scale} on A4", show.title);
     (drawing, text)
+}
+
+/// A gel's hue as displayed, its brightest channel at full.
+fn shown(gel: Rgb) -> [u8; 3] {
+    let most = gel.0.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    gel.scaled(1.0 / most).to_srgb8()
 }
 
 /// The symbol of a light by its kind and, for a spot, by the name of its lantern.

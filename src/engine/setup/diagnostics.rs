@@ -5,7 +5,7 @@ use footlight_host::files::FileError;
 use footlight_picture::PictureError;
 use footlight_show::diagnostic::{Diagnostic, Label, Severity};
 use footlight_show::lang::{SpanMap, codes, nearest};
-use footlight_show::model::ImageFile;
+use footlight_show::model::{ImageFile, Luminaire};
 use footlight_show::model::{NamedView, NodeId, Show, Stage, Surface};
 use footlight_stage::rig_error::RigError;
 use footlight_stage::stage_file::SceneError;
@@ -106,6 +106,31 @@ pub(super) fn of_small_stage(
     Diagnostic {
         severity: Severity::Warning,
         ..error(codes::SMALL_STAGE, message, stage.id, spans, vec![help])
+    }
+}
+
+/// A panel that has most of the set's area, in this number of polygons.
+pub(super) fn of_shining_set(
+    light: &Luminaire,
+    material: &str,
+    polygons: usize,
+    spans: &SpanMap,
+) -> Diagnostic {
+    let message = format!(
+        "all {polygons} polygons of `{material}`, most of the set, shine as `{}`",
+        light.name
+    );
+    let help = "give the polygons of the lamp a material that nothing else has, or write a `disc` or \
+                a `sphere` where it hangs";
+    Diagnostic {
+        severity: Severity::Warning,
+        ..error(
+            codes::SHINING_SET,
+            message,
+            light.id,
+            spans,
+            vec![help.to_owned()],
+        )
     }
 }
 

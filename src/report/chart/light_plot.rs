@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::colour::{Palette, Theme};
+use super::colour::{Colour, Palette, Theme};
 use super::drawing::{Drawing, Label, MARGIN, Step, Stroke, closed};
 use super::font;
 use super::frame::{Frame, Point};
@@ -31,6 +31,8 @@ pub struct PlottedLight {
     pub label: String,
     /// Its symbol.
     pub symbol: Symbol,
+    /// The colour of its gel, sRGB, with which the symbol is filled.
+    pub gel: Option<[u8; 3]>,
 }
 
 /// Symbols of lights; of several at one place the last is drawn.
@@ -275,8 +277,11 @@ fn lights(drawing: &mut Drawing, data: &LightPlot, view: &View, palette: &Palett
     for Cluster { at, lights } in &clusters {
         let aim = lights.iter().find_map(|light| light.aim);
         let aim = aim.map_or(*at, |aim| view.point(aim));
+        // Lights of several colours at one place leave the symbol empty.
+        let gel = lights.first().and_then(|first| first.gel);
+        let gel = gel.filter(|gel| lights.iter().all(|light| light.gel == Some(*gel)));
         if let Some(kind) = lights.iter().map(|light| light.symbol).max() {
-            symbol(drawing, *at, aim, kind, palette);
+            symbol(drawing, (*at, aim), (kind, gel), palette);
         }
     }
     for Cluster { at, lights } in &clusters {
@@ -320,7 +325,12 @@ fn shining<'d>(data: &'d LightPlot, view: &View) -> impl Iterator<Item = (&'d st
 
 /// Draws a light. A lantern points to its aim, or down the page when the aim is along the view; a
 /// head is a circle around a dot, another lamp a circle around a cross.
-fn symbol(drawing: &mut Drawing, at: Point, aim: Point, kind: Symbol, palette: &Palette) {
+fn symbol(
+    drawing: &mut Drawing,
+    (at, aim): (Point, Point),
+    (kind, gel): (Symbol, Option<[u8; 3]>),
+    palette: &Palette,
+) {
     let line = Stroke::solid(palette.ink, 1.2);
     let (dx, dy) = (aim.0 - at.0, aim.1 - at.1);
     let length = dx.hypot(dy);
@@ -337,7 +347,8 @@ fn symbol(drawing: &mut Drawing, at: Point, aim: Point, kind: Symbol, palette: &
         [] => disc(at, 5.0),
         _ => closed(&corners.map(placed).collect::<Vec<_>>()),
     };
-    drawing.area(outline.clone(), palette.ground);
+    let fill = gel.map_or(palette.ground, |rgb| Colour { rgb, alpha: 1.0 });
+    drawing.area(outline.clone(), fill);
     drawing.path(outline, line);
     if kind == Symbol::Head {
         drawing.area(disc(at, 1.8), palette.ink);
@@ -440,7 +451,7 @@ fn foot(drawing: &mut Drawing, data: &LightPlot, denominator: u64, palette: &Pal
     for (kind, text) in Symbol::LEGEND {
         if data.lights.iter().any(|light| light.symbol == kind) {
             let (middle, aim) = ((at.0 + 9.0, at.1), (at.0 + 18.0, at.1));
-            symbol(drawing, middle, aim, kind, palette);
+            symbol(drawing, (middle, aim), (kind, None), palette);
             at = name(drawing, at, text);
         }
     }
@@ -467,6 +478,7 @@ mod tests {
             aim: Some(vec3(0.0, 0.0, 0.0)),
             label: label.to_owned(),
             symbol: Symbol::Profile,
+            gel: None,
         }
     }
 
@@ -537,6 +549,25 @@ mod tests {
         }
         let right = all.iter().map(|(_, frame)| frame.x + frame.width);
         assert!(right.fold(0.0, f32::max) <= A4.0 - MARGIN);
+    }
+
+    #[test]
+    fn a_symbol_has_the_colour_of_its_gel_unless_another_light_hides_behind_it() {
+        let of = |gels: [[u8; 3]; 2]| {
+            let lit = gels.map(|gel| PlottedLight {
+                gel: Some(gel),
+                ..light(vec3(0.0, 3.0, 5.0), "1")
+            });
+            let data = LightPlot {
+                lights: lit.into(),
+                ..LightPlot::default()
+            };
+            light_plot(&data, Theme::Light).0.svg()
+        };
+        let (blue, red) = ([0x20, 0x40, 0xff], [0xff, 0x20, 0x20]);
+        assert!(of([blue, blue]).contains("#2040ff"));
+        let mixed = of([blue, red]);
+        assert!(!mixed.contains("#2040ff") && !mixed.contains("#ff2020"));
     }
 
     #[test]

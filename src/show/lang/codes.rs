@@ -98,6 +98,7 @@ codes! {
     HEAD_LATE = "W022" "a head that is not in place in time";
     HEAD_SEEN = "W023" "a head that is seen to turn in a fade to black";
     ENDLESS_EFFECT = "W024" "an effect that never ends on a bank that is out";
+    SHINING_SET = "W025" "a panel that is most of the set";
 }
 
 #[cfg(test)]

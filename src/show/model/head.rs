@@ -394,6 +394,7 @@ mod tests {
             kind,
             form: "spot".to_owned(),
             colour: String::new(),
+            gel: None,
             head: Some(head),
         }
     }

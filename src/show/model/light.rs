@@ -20,6 +20,8 @@ pub struct Luminaire {
     pub form: String,
     /// Its colour in the words of the text, `2700 K gel L201`; empty if not given.
     pub colour: String,
+    /// The filter of its gel, linear light in each channel; `None` for a light without one.
+    pub gel: Option<Rgb>,
     /// Its moving head; `None` for a light that does not move.
     pub head: Option<Head>,
 }

@@ -237,6 +237,7 @@ impl<'a> Lower<'a, '_> {
                 name: light.name.text.to_owned(),
                 form,
                 colour,
+                gel: spec.gel,
                 head,
                 // A placeholder: after an error, lowering returns no show.
                 kind: kind.unwrap_or(LightKind::Panel {

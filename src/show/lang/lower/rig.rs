@@ -103,6 +103,7 @@ impl<'a> Lower<'a, '_> {
             kind: LightKind::Image(file),
             form: "image".to_owned(),
             colour: String::new(),
+            gel: None,
             head: None,
         });
         vec![self.show.lights.len() - 1]
