@@ -76,7 +76,7 @@ fn main() -> Result<(), Box<dyn error::Error>> {
     let player = engine.player()?;
     let mut frame = Vec::new();
     for tenth in 0..80 {
-        player.show(Time::from_micros(tenth * 100_000), &mut frame);
+        player.frame(Time::from_micros(tenth * 100_000), &mut frame);
     }
     let (width, height) = player.size();
     let png = encode_png(width, height, &frame)?;

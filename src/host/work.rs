@@ -4,13 +4,15 @@
 //! it and checks it for cancellation.
 
 use std::fmt;
+use std::sync::Arc;
 
 /// Receives the progress of long tasks and may cancel them. All methods may be called from any
 /// thread.
 pub trait Progress: Send + Sync {
-    /// `done` of `total` units of the task called `task` are finished. The engine's tasks are
-    /// "refined pictures", "key images", "moving lights", "frames with moving heads", "banks" and
-    /// "measuring"; a renderer adds those that it names.
+    /// `done` of `total` units of the task called `task` are finished; each call of the engine
+    /// counts from 0. The engine's tasks are "refined pictures", "key images", "moving lights",
+    /// "frames with moving heads", "banks" and "measuring". A renderer chooses names for the parts
+    /// of its work: while coarse images are rendered nothing else reports.
     fn report(&self, task: &str, done: usize, total: usize) {
         let _ = (task, done, total);
     }
@@ -27,6 +29,16 @@ pub trait Progress: Send + Sync {
 pub struct Silent;
 
 impl Progress for Silent {}
+
+impl<P: Progress + ?Sized> Progress for Arc<P> {
+    fn report(&self, task: &str, done: usize, total: usize) {
+        (**self).report(task, done, total);
+    }
+
+    fn cancelled(&self) -> bool {
+        (**self).cancelled()
+    }
+}
 
 /// Resources of a task.
 #[derive(Clone, Copy)]

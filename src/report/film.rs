@@ -89,7 +89,7 @@ pub fn still(engine: &Engine, player: &Player, time: Time) -> (Shown, String) {
     let rate = player.frame_rate(engine.document().timeline(), engine.host().clock.as_ref());
     let size = player.size();
     let mut rgb = Vec::new();
-    player.show(time, &mut rgb);
+    player.frame(time, &mut rgb);
     let images = match player.keys() {
         0 => "every frame is a sum of the banks".to_owned(),
         keys => count(keys, "key image"),
@@ -115,7 +115,7 @@ pub fn perform(engine: &Engine, player: &Player, span: PlayedSpan, canvas: &dyn 
     let (passed, reached) = loop {
         let passed = host.clock.seconds() - begin;
         let time = from + Time::nearest(passed);
-        player.show(time.min(end), &mut frame.rgb);
+        player.frame(time.min(end), &mut frame.rgb);
         frames += 1;
         let seen = canvas.frame(&frame);
         if !seen || time >= end || host.progress.cancelled() {
@@ -177,7 +177,7 @@ pub fn video(
     let mut rgb = Vec::new();
     let mut done = 0;
     let written = frames(engine, span, "video", &mut |_, time| {
-        player.show(time, &mut rgb);
+        player.frame(time, &mut rgb);
         film.push(&rgb, &mut bytes)?;
         file.write_all(&bytes).map_err(|e| failed(place, e))?;
         bytes.clear();
@@ -219,7 +219,7 @@ pub fn numbered(
     let total = frames(engine, span, "pictures", &mut |i, time| {
         let bytes = match kind {
             FrameFormat::Png => {
-                player.show(time, &mut rgb);
+                player.frame(time, &mut rgb);
                 png::encode(width, height, &rgb)?
             }
             FrameFormat::Exr(precision) => {

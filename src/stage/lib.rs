@@ -374,7 +374,8 @@ pub enum LampShape {
 pub struct Emitter {
     /// Index into [`Rig::lights`].
     pub light: usize,
-    /// Multiplies the light's own colour.
+    /// Multiplies the light's own colour: white, one channel of an rgb bank, or the level of a fixed
+    /// light. Gel and colour temperature are in the light.
     pub filter: Rgb,
 }
 

@@ -185,9 +185,10 @@ pub enum TransportError {
 
 /// A light-transport operator, before it has a scene. An embedding program may supply its own.
 ///
-/// This one shines the spots directly on matt surfaces, with hard shadows and without bounces. It
-/// traces one ray for each pixel, and uses the ray caster of [`surfaces`] and the checks of
-/// [`contract`].
+/// This one shines the spots directly on matt surfaces of one colour, with hard shadows and without
+/// bounces or haze. It traces one ray for each pixel, and uses the ray caster of [`surfaces`] and
+/// the checks of [`contract`]. In a program that uses the crate `footlight`,
+/// `footlight_show::geometry` is `footlight::show::geometry`, and so on.
 ///
 /// ```
 /// use footlight_host::work::Work;
@@ -365,7 +366,8 @@ pub trait Transport: Send + Sync {
     }
 
     /// Seconds per unit of [`Transport::cost`] on this machine, measured by a short task of known
-    /// cost where necessary. `clock` returns seconds.
+    /// cost where necessary; by default a unit is a second. Forecasts and budgets rest on it.
+    /// `clock` returns seconds.
     ///
     /// # Errors
     /// Errors of that task; on cancel.

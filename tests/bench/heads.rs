@@ -70,7 +70,7 @@ fn main() {
         for k in 0..FRAMES {
             let time = Time::from_micros(k * 12_000_000 / FRAMES);
             let begin = Instant::now();
-            player.show(time, &mut bytes);
+            player.frame(time, &mut bytes);
             whole += begin.elapsed().as_secs_f64();
             image.data_mut().fill(0.0);
             let begin = Instant::now();

@@ -103,7 +103,7 @@ fn a_player_shows_what_the_thresholds_say() {
     for tenth in -5..130 {
         let time = Time::from_seconds(f64::from(tenth) / 10.0).unwrap();
         player.light(time, &mut light);
-        player.show(time, &mut bytes);
+        player.frame(time, &mut bytes);
         assert_eq!(bytes, tone.encode(&light));
     }
 }

@@ -11,7 +11,8 @@ use footlight_picture::tone::{ByteTable, Tone};
 use footlight_show::timeline::Timeline;
 use footlight_show::units::Time;
 
-/// A sequence with its exposure and curve: every frame is made in one pass over its keys.
+/// A sequence with its exposure and curve: every frame is made in one pass over its keys. Later
+/// edits and images do not change it.
 #[derive(Debug)]
 pub struct Player {
     playback: Arc<Playback>,
@@ -38,7 +39,7 @@ impl Player {
         loop {
             // An irrational stride visits all kinds of segments.
             let part = (frames as f64 * 0.618_033_988_75).fract();
-            self.show(start + (end - start).scaled(part), &mut bytes);
+            self.frame(start + (end - start).scaled(part), &mut bytes);
             frames += 1;
             let passed = clock.seconds() - begin;
             if passed > 0.5 || frames >= 500 {
@@ -59,7 +60,7 @@ impl Player {
 
     /// Writes the frame at `time` to `out` as sRGB bytes, interleaved, row by row from the top;
     /// `out` is resized. Times outside the sequence show its first and last look.
-    pub fn show(&self, time: Time, out: &mut Vec<u8>) {
+    pub fn frame(&self, time: Time, out: &mut Vec<u8>) {
         let (width, height) = self.playback.size();
         out.resize(width * height * 3, 0);
         if self.playback.heads().is_some() {

@@ -22,7 +22,7 @@ pub struct Facet {
     pub width: f64,
     /// Index into [`Scene::materials`](footlight_stage::Scene::materials).
     pub material: usize,
-    /// Diffuse reflectance of each channel.
+    /// Diffuse reflectance of each channel; the mean of a texture.
     pub reflectance: [f64; 3],
     /// Range of its pieces in [`Surfaces::pieces`](crate::surfaces::surface::Surfaces::pieces).
     pub pieces: std::ops::Range<usize>,
