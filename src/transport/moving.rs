@@ -3,9 +3,10 @@
 //! A head turns about a fixed point, whose visibility does not depend on the head's direction. Each
 //! pixel is split by facet into places; each place stores, for each head, the irradiance of one
 //! candela from there, shadows included. A frame multiplies that by the head's intensity towards
-//! the place. Tiles of pixels that a beam misses are skipped. Light in haze is integrated for
-//! each pose; while the heads rest and fade, the last result serves. Surfaces seen in wide gloss belong to the images of reflected light, not to these places.
-//! The distance between a real head's axes and its lens is ignored.
+//! the place. Tiles of pixels that a beam misses are skipped. Light in haze is integrated for each
+//! pose; while a head rests and fades, the last result serves. Surfaces seen in wide gloss belong to
+//! the images of reflected light, not to these places. The distance between a real head's axes and
+//! its lens is ignored.
 
 #![allow(
     clippy::indexing_slicing,
@@ -156,13 +157,17 @@ struct Tile {
     radius: f64,
 }
 
-/// A lit head: its position's index, beam, picture if it projects one, and strength.
-type Lit = (usize, Beam, Option<Projector>, [f64; 3]);
+/// A lit head with its beam, picture if it projects one, and strength.
+type Lit<'a> = (&'a HeadLight, Beam, Option<Projector>, [f64; 3]);
 
-/// Light of one candela in haze from each of these heads, for each pixel.
+/// Light of one candela in haze from a head in a pose.
 struct Scattered {
-    lights: Vec<(usize, Light)>,
-    light: Vec<f32>,
+    /// Index of its position.
+    head: usize,
+    /// The light in its pose.
+    light: Light,
+    /// Radiance of each pixel.
+    seen: Vec<f32>,
 }
 
 /// Places of a view, with the light of each head on them.
@@ -174,7 +179,7 @@ pub struct MovingLights {
     /// Row by row.
     tiles: Vec<Tile>,
     /// The last frame's: heads may rest in the next one.
-    last: Mutex<Option<Scattered>>,
+    last: Mutex<Vec<Scattered>>,
 }
 
 impl std::fmt::Debug for MovingLights {
@@ -235,9 +240,9 @@ impl MovingLights {
             size_of::<Tile>()
                 + tile.places.len() * (size_of::<Place>() + size_of::<f32>() * tile.lit.len())
         };
-        let scattered = |last: &Scattered| size_of_val(last.light.as_slice());
-        let last = self.last().as_ref().map_or(0, scattered);
-        self.bvh.bytes() + self.tiles.iter().map(of).sum::<usize>() + last
+        let last = self.last();
+        let last = last.iter().map(|one| size_of_val(one.seen.as_slice()));
+        self.bvh.bytes() + self.tiles.iter().map(of).sum::<usize>() + last.sum::<usize>()
     }
 
     fn scene(&self) -> RayScene<'_> {
@@ -437,14 +442,14 @@ impl MovingLights {
         work: Work<'_>,
     ) -> Result<(), Cancelled> {
         let is_lit = |light: &&HeadLight| light.strength.iter().any(|s| *s != 0.0);
-        let beams: Vec<Lit> = lights
+        let beams: Vec<Lit<'_>> = lights
             .iter()
             .filter(is_lit)
             .filter_map(|light| {
                 let strength = light.light.strength().0;
                 let strength = [0, 1, 2].map(|c| strength[c] * light.strength[c]);
                 let beam = Beam::of(&light.light)?;
-                Some((light.head, beam, projector(&light.light), strength))
+                Some((light, beam, projector(&light.light), strength))
             })
             .collect();
         if beams.is_empty() || image.size() != (self.size[0], self.size[1]) {
@@ -458,11 +463,11 @@ impl MovingLights {
             work.check()?;
             let start = row * TILE * width;
             for tile in tiles {
-                for (head, beam, projector, strength) in &beams {
+                for (light, beam, projector, strength) in &beams {
                     if beam.misses(tile.centre, tile.radius) {
                         continue;
                     }
-                    let Some(lit) = tile.lit.get(*head) else {
+                    let Some(lit) = tile.lit.get(light.head) else {
                         continue;
                     };
                     for (place, lit) in tile.places.iter().zip(lit) {
@@ -493,33 +498,68 @@ impl MovingLights {
         let Some(haze) = self.surfaces.haze else {
             return Ok(());
         };
-        let posed = |light: &HeadLight| (light.head, light.light.clone());
-        let posed: Vec<(usize, Light)> = lights.iter().filter(is_lit).map(posed).collect();
-        let known = self.last().take().filter(|last| last.lights == posed);
-        let light = match known {
-            Some(last) => last.light,
-            None => self.scattered(&beams, haze, work)?,
-        };
-        let pixels = image.data_mut().chunks_exact_mut(3);
-        for (pixel, scattered) in pixels.zip(light.chunks_exact(beams.len())) {
-            for ((.., strength), scattered) in beams.iter().zip(scattered) {
+        let scattered = self.scattered(&beams, haze, work)?;
+        for (one, (.., strength)) in scattered.iter().zip(&beams) {
+            let pixels = image.data_mut().chunks_exact_mut(3);
+            for (pixel, seen) in pixels.zip(&one.seen) {
                 for (value, strength) in pixel.iter_mut().zip(strength) {
-                    *value += (strength * f64::from(*scattered)) as f32;
+                    *value += (strength * f64::from(*seen)) as f32;
                 }
             }
         }
-        *self.last() = Some(Scattered {
-            lights: posed,
-            light,
-        });
+        *self.last() = scattered;
         Ok(())
     }
-    fn last(&self) -> MutexGuard<'_, Option<Scattered>> {
+
+    fn last(&self) -> MutexGuard<'_, Vec<Scattered>> {
         self.last.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Light of one candela in haze from each beam, for each pixel.
-    fn scattered(&self, beams: &[Lit], haze: Haze, work: Work<'_>) -> Result<Vec<f32>, Cancelled> {
+    /// The light in haze of each of these heads. Those in the pose of the last frame are not computed
+    /// again.
+    fn scattered(
+        &self,
+        beams: &[Lit<'_>],
+        haze: Haze,
+        work: Work<'_>,
+    ) -> Result<Vec<Scattered>, Cancelled> {
+        let mut last = std::mem::take(&mut *self.last());
+        let mut known = |(light, ..): &Lit<'_>| {
+            let is_it = |known: &Scattered| known.head == light.head && known.light == light.light;
+            last.iter().position(is_it).map(|i| last.swap_remove(i))
+        };
+        let (mut out, mut new) = (Vec::new(), Vec::new());
+        for beam in beams {
+            let known = known(beam);
+            if known.is_none() {
+                new.push(beam);
+            }
+            out.push(known);
+        }
+        let seen = if new.is_empty() {
+            Vec::new()
+        } else {
+            self.airlight(&new, haze, work)?
+        };
+        let of = |(k, (light, ..)): (usize, &&Lit<'_>)| Scattered {
+            head: light.head,
+            light: light.light.clone(),
+            seen: seen.iter().skip(k).step_by(new.len()).copied().collect(),
+        };
+        let mut computed = new.iter().enumerate().map(of);
+        Ok(out
+            .into_iter()
+            .filter_map(|known| known.or_else(|| computed.next()))
+            .collect())
+    }
+
+    /// Light of one candela in haze, for each pixel that of each beam.
+    fn airlight(
+        &self,
+        beams: &[&Lit<'_>],
+        haze: Haze,
+        work: Work<'_>,
+    ) -> Result<Vec<f32>, Cancelled> {
         let airlight = Airlight {
             scene: self.scene(),
             haze,

@@ -103,6 +103,27 @@ fn frames_with_gloss_are_those_of_fixed_lights() {
     }
 }
 
+/// A head that rests while another moves keeps its light in haze from the frame before.
+#[test]
+fn a_frame_does_not_depend_on_the_frame_before() {
+    let stage = format!("{STAGE}haze 20m").replace("192x108", "48x27");
+    let cues = "cue 1 at 0:00 { snap  heads 80  rest 40 }\n\
+                cue 2 at 0:01 { time 4  mh_1 to 2, 2, 0.5 }\n";
+    let frames = |seconds: &[i64]| {
+        let mut engine = engine(&moving(), cues, &stage);
+        let frame = |second: &i64| {
+            let time = Time::from_micros(1_000_000 * second);
+            let document = engine.document();
+            let (setting, poses) = (document.setting(time), document.timeline().poses(time));
+            engine.render_with(&setting, &poses, Quality(1)).unwrap()
+        };
+        seconds.iter().map(frame).collect::<Vec<Image>>()
+    };
+    let (after, alone) = (frames(&[2, 4]), frames(&[4]));
+    assert!(after[0] != after[1]);
+    assert!(after[1] == alone[0]);
+}
+
 /// With haze, and at more moments. The largest errors are at the foot of the wall, in the row of
 /// pixels that shows floor and wall, and half of that is the other renderer's.
 #[test]
