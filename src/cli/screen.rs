@@ -69,7 +69,7 @@ impl Screen {
 
     /// Progress bars on standard error, and cancellation by signals.
     pub fn progress(&self) -> Box<dyn Progress> {
-        Box::new(Watch(Arc::clone(&self.bars)))
+        Box::new(Arc::clone(&self.bars))
     }
 
     /// The received signals.
@@ -164,17 +164,15 @@ impl Bars {
     }
 }
 
-struct Watch(Arc<Bars>);
-
-impl Progress for Watch {
+impl Progress for Bars {
     fn report(&self, task: &str, done: usize, total: usize) {
-        if self.0.quiet {
+        if self.quiet {
             return;
         }
-        if !self.0.is_terminal {
-            return self.0.line(task, done, total);
+        if !self.is_terminal {
+            return self.line(task, done, total);
         }
-        let mut held = self.0.bar.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut held = self.bar.lock().unwrap_or_else(PoisonError::into_inner);
         let same = held.as_ref().is_some_and(|(name, _)| name == task);
         if !same {
             if let Some((_, bar)) = held.take() {
@@ -189,7 +187,7 @@ impl Progress for Watch {
     }
 
     fn cancelled(&self) -> bool {
-        self.0.stop.is_asked()
+        self.stop.is_asked()
     }
 }
 

@@ -306,9 +306,11 @@ fn shining_sets(show: &Show, scene: &Scene, spans: &SpanMap) -> Vec<Diagnostic> 
             .materials
             .iter()
             .position(|own| own.name == *material)?;
+        if *areas.get(own)? <= 0.5 * whole {
+            return None;
+        }
         let polygons = scene.polygons.iter().filter(|p| p.material == own).count();
-        let is_set = polygons >= MANY && areas.get(own).is_some_and(|area| *area > 0.5 * whole);
-        is_set.then(|| diagnostics::of_shining_set(light, material, polygons, spans))
+        (polygons >= MANY).then(|| diagnostics::of_shining_set(light, material, polygons, spans))
     };
     show.lights.iter().filter_map(of).collect()
 }

@@ -117,7 +117,7 @@ fn work(jobs: &Receiver<Job>, client: &Outgoing) {
         progress.begin(asks.then(|| token.clone()), &title, &job.stop);
         let shows = client_can.shows_documents && id.is_some();
         let stop = Arc::clone(&job.stop);
-        job.host.progress = Box::new(ClientProgress(Arc::clone(&progress)));
+        job.host.progress = Box::new(Arc::clone(&progress));
         let made = match &folder {
             Ok(folder) => picture(&mut kept, job, folder.path()),
             Err(why) => Err(why.clone()),
@@ -208,12 +208,9 @@ impl PictureProgress {
     }
 }
 
-/// Adapts [`PictureProgress`] to the engine.
-struct ClientProgress(Arc<PictureProgress>);
-
-impl Progress for ClientProgress {
+impl Progress for PictureProgress {
     fn report(&self, task: &str, done: usize, total: usize) {
-        let mut now = self.0.now();
+        let mut now = self.now();
         let Some(token) = now.token.clone() else {
             return;
         };
@@ -225,14 +222,14 @@ impl Progress for ClientProgress {
         now.sent = (task.to_owned(), percent);
         let value = json!({ "kind": "report", "message": task, "percentage": percent });
         notify(
-            &self.0.client,
+            &self.client,
             "$/progress",
             json!({ "token": token, "value": value }),
         );
     }
 
     fn cancelled(&self) -> bool {
-        self.0.now().stop.load(Ordering::Relaxed)
+        self.now().stop.load(Ordering::Relaxed)
     }
 }
 

@@ -170,6 +170,13 @@ struct Scattered {
     seen: Vec<f32>,
 }
 
+impl Scattered {
+    /// True for a head in the same pose.
+    fn is_of(&self, light: &HeadLight) -> bool {
+        self.head == light.head && self.light == light.light
+    }
+}
+
 /// Places of a view, with the light of each head on them.
 pub struct MovingLights {
     camera: Camera,
@@ -499,7 +506,10 @@ impl MovingLights {
             return Ok(());
         };
         let scattered = self.scattered(&beams, haze, work)?;
-        for (one, (.., strength)) in scattered.iter().zip(&beams) {
+        for (light, .., strength) in &beams {
+            let Some(one) = scattered.iter().find(|one| one.is_of(light)) else {
+                continue;
+            };
             let pixels = image.data_mut().chunks_exact_mut(3);
             for (pixel, seen) in pixels.zip(&one.seen) {
                 for (value, strength) in pixel.iter_mut().zip(strength) {
@@ -515,7 +525,7 @@ impl MovingLights {
         self.last.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The light in haze of each of these heads. Those in the pose of the last frame are not computed
+    /// The light in haze of these heads. That of heads in the pose of the last frame is not computed
     /// again.
     fn scattered(
         &self,
@@ -523,34 +533,20 @@ impl MovingLights {
         haze: Haze,
         work: Work<'_>,
     ) -> Result<Vec<Scattered>, Cancelled> {
-        let mut last = std::mem::take(&mut *self.last());
-        let mut known = |(light, ..): &Lit<'_>| {
-            let is_it = |known: &Scattered| known.head == light.head && known.light == light.light;
-            last.iter().position(is_it).map(|i| last.swap_remove(i))
-        };
-        let (mut out, mut new) = (Vec::new(), Vec::new());
-        for beam in beams {
-            let known = known(beam);
-            if known.is_none() {
-                new.push(beam);
-            }
-            out.push(known);
+        let mut known = std::mem::take(&mut *self.last());
+        known.retain(|one| beams.iter().any(|(light, ..)| one.is_of(light)));
+        let is_new = |(light, ..): &&Lit<'_>| !known.iter().any(|one| one.is_of(light));
+        let new: Vec<&Lit<'_>> = beams.iter().filter(is_new).collect();
+        if new.is_empty() {
+            return Ok(known);
         }
-        let seen = if new.is_empty() {
-            Vec::new()
-        } else {
-            self.airlight(&new, haze, work)?
-        };
-        let of = |(k, (light, ..)): (usize, &&Lit<'_>)| Scattered {
+        let seen = self.airlight(&new, haze, work)?;
+        known.extend(new.iter().enumerate().map(|(k, (light, ..))| Scattered {
             head: light.head,
             light: light.light.clone(),
             seen: seen.iter().skip(k).step_by(new.len()).copied().collect(),
-        };
-        let mut computed = new.iter().enumerate().map(of);
-        Ok(out
-            .into_iter()
-            .filter_map(|known| known.or_else(|| computed.next()))
-            .collect())
+        }));
+        Ok(known)
     }
 
     /// Light of one candela in haze, for each pixel that of each beam.
