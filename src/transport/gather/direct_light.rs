@@ -24,6 +24,10 @@ const STRATIFIED: f32 = 1.25;
 const NEIGHBOUR: f32 = 0.5;
 /// Share of the noise of a pixel's samples that remains after filtering.
 const EVENED: f32 = 0.25;
+/// Part of a pixel over which a sample averages textures and projections, relative to its share of
+/// the first samples. Samples lie anywhere in the pixel: with 1, edges in a projection were blurred
+/// (5.3 instead of 2.1 % off at step 1).
+const FOOTPRINT: f64 = 0.25;
 /// Seed of the point sequence.
 const SEED: u32 = 1000;
 
@@ -239,7 +243,7 @@ impl DirectLight<'_> {
         let scene = self.rays.scene;
         let place = view.place;
         let facet = &scene.surfaces.facets[place.facet as usize];
-        let share = 1.0 / f64::from(self.rays.step.first);
+        let share = FOOTPRINT / f64::from(self.rays.step.first);
         let footprint = || self.rays.sides(view, share);
         let reflectance = self.rays.reflectance(view, share);
         let here = Receiver::new(facet, place.point, scene.offset);

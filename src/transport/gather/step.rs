@@ -39,7 +39,7 @@ pub struct GatherStep {
 /// The three steps.
 pub const STEPS: [GatherStep; 3] = [
     GatherStep {
-        first: 4,
+        first: 8,
         edge: 16,
         most: 64,
         noise: 0.046,
@@ -51,19 +51,19 @@ pub const STEPS: [GatherStep; 3] = [
         nodes: 8,
     },
     GatherStep {
-        first: 8,
+        first: 16,
         edge: 64,
         most: 1024,
         noise: 0.011,
         rays: 64,
         cells: [0.024, 0.096],
-        points: 0.24,
+        points: 0.34,
         filter: 0.12,
-        most_patches: 64,
+        most_patches: 256,
         nodes: 16,
     },
     GatherStep {
-        first: 16,
+        first: 32,
         edge: 128,
         most: 1024,
         noise: 0.005,
@@ -71,7 +71,7 @@ pub const STEPS: [GatherStep; 3] = [
         cells: [0.012, 0.05],
         points: 0.34,
         filter: 0.08,
-        most_patches: 256,
+        most_patches: 1024,
         nodes: 32,
     },
 ];
@@ -140,7 +140,7 @@ const SAMPLE_COST: f64 = 5.2e-8;
 const PIXEL_RAYS: f64 = 25.0;
 /// Samples of a light in any pixel, as a multiple of the initial ones, bounces included; in a pixel
 /// that shows several surfaces, as a multiple of those that its spread requires.
-const LIGHT_SAMPLES: f64 = 7.0;
+const LIGHT_SAMPLES: f64 = 4.0;
 const EDGE_SAMPLES: f64 = 2.0;
 /// Cost of one triangle in the hierarchy, for each doubling.
 const TRIANGLE_COST: f64 = 9.2e-7;
