@@ -24,9 +24,9 @@ const STRATIFIED: f32 = 1.25;
 const NEIGHBOUR: f32 = 0.5;
 /// Share of the noise of a pixel's samples that remains after filtering.
 const EVENED: f32 = 0.25;
-/// Part of a pixel over which a sample averages textures and projections, relative to its share of
-/// the first samples. Samples lie anywhere in the pixel: with 1, edges in a projection were blurred
-/// (5.3 instead of 2.1 % off at step 1).
+/// Part of a pixel over which a sample averages a projection, relative to its share of the first
+/// samples. Samples lie anywhere in the pixel: with 1, a projection was blurred (5.3 instead of
+/// 2.1 % off at step 1).
 const FOOTPRINT: f64 = 0.25;
 /// Seed of the point sequence.
 const SEED: u32 = 1000;
@@ -245,7 +245,8 @@ impl DirectLight<'_> {
         let facet = &scene.surfaces.facets[place.facet as usize];
         let share = FOOTPRINT / f64::from(self.rays.step.first);
         let footprint = || self.rays.sides(view, share);
-        let reflectance = self.rays.reflectance(view, share);
+        // Samples lie all over the pixel, so each needs one point of a texture, not a mean.
+        let reflectance = self.rays.reflectance(view, 0.0);
         let here = Receiver::new(facet, place.point, scene.offset);
         let lobe = scene.surfaces.lobe(place.facet);
         let lobe = lobe.filter(|_| view.mirror == DARK);
