@@ -93,7 +93,10 @@ pub enum PictureError {
         y: usize,
     },
     /// Some numbers are beyond what the precision holds.
-    #[error("{count} numbers are beyond {limit}, the largest is {largest}")]
+    #[error(
+        "{count} numbers are beyond {limit}, the most that 16 bits hold, the largest is {largest}; \
+         `--float` writes 32 bits"
+    )]
     Range {
         /// Their number.
         count: usize,

@@ -22,6 +22,8 @@ const BINS: usize = 2 * OCTAVES as usize * PER_OCTAVE;
 const STRATIFIED: f32 = 1.25;
 /// Least spread of a pixel relative to a neighbour's: its first samples may all miss an edge.
 const NEIGHBOUR: f32 = 0.5;
+/// Variance, relative to that of units with the most samples, which more samples need not lower.
+const IN_VAIN: f64 = 0.25;
 /// Share of the noise of a pixel's samples that remains after filtering.
 const EVENED: f32 = 0.25;
 /// Part of a pixel over which a sample averages a projection, relative to its share of the first
@@ -315,6 +317,40 @@ impl SampleSums {
     }
 }
 
+/// Bin of a spread relative to the light's mean level: a part of an octave.
+fn bin(spread: f64) -> usize {
+    let octave = f64::from(OCTAVES) + spread.log2();
+    ((octave.max(0.0) * PER_OCTAVE as f64) as usize).min(BINS - 1)
+}
+
+/// Samples of the units of a bin. Optimal numbers are proportional to the spread; they are powers
+/// of two, over which the point sequence is even.
+fn samples(bin: usize, shift: usize, [first, most]: [u32; 2]) -> u32 {
+    let octave = ((bin + shift) / PER_OCTAVE) as u32;
+    (first << octave.saturating_sub(OCTAVES).min(16)).min(most)
+}
+
+/// Least shift of the numbers of samples with which the noise of the mean image is at most `aim`,
+/// or almost the whole noise is in units that have the `most` samples: more samples of others would be in
+/// vain, as with a bright lamp in a mirror. `squares` are the mean squared spreads of each bin.
+fn shift(squares: &[f64], [first, most]: [u32; 2], aim: f64) -> usize {
+    let is_enough = |shift: &usize| {
+        let [mut full, mut others] = [0.0; 2];
+        for (bin, square) in squares.iter().enumerate() {
+            let samples = samples(bin, *shift, [first, most]);
+            let variance = square / f64::from(samples).powf(f64::from(STRATIFIED));
+            *if samples < most {
+                &mut others
+            } else {
+                &mut full
+            } += variance;
+        }
+        full + others <= aim * aim || others <= IN_VAIN * full
+    };
+    let all = OCTAVES as usize * PER_OCTAVE;
+    (0..all).find(is_enough).unwrap_or(all)
+}
+
 impl DirectLight<'_> {
     /// Samples of a light for each unit, so that the noise of the whole image meets the step's
     /// target: more where the first samples differ.
@@ -332,34 +368,17 @@ impl DirectLight<'_> {
             return vec![first as u16; sums.len()];
         }
         let spreads = self.spreads(sums);
-        let pixels = self.parts.pixels.count() as f64;
-        // Spreads are binned by parts of an octave.
-        let bin = |s: f32| {
-            let octave = f64::from(OCTAVES) + (f64::from(s) / level).log2();
-            ((octave.max(0.0) * PER_OCTAVE as f64) as usize).min(BINS - 1)
-        };
         let mut squares = vec![0.0; BINS];
+        let share = 1.0 / self.parts.pixels.count() as f64;
+        let bin = |spread: f32| bin(f64::from(spread) / level);
         for s in &spreads {
-            squares[bin(*s)] += (f64::from(*s) / level).powi(2);
+            squares[bin(*s)] += share * (f64::from(*s) / level).powi(2);
         }
-        // Optimal sample numbers are proportional to the spread; they are powers of two, over which
-        // the point sequence is even.
-        let samples = |bin: usize, shift: usize| {
-            let octave = ((bin + shift) / PER_OCTAVE) as u32;
-            (first << octave.saturating_sub(OCTAVES).min(16)).min(most)
-        };
-        let noise = |shift: usize| {
-            let of = |(bin, square): (usize, &f64)| {
-                square / f64::from(samples(bin, shift)).powf(f64::from(STRATIFIED))
-            };
-            (squares.iter().enumerate().map(of).sum::<f64>() / pixels).sqrt()
-        };
-        let most_shift = OCTAVES as usize * PER_OCTAVE;
-        let shift = (0..most_shift).find(|shift| noise(*shift) <= aim);
-        let shift = shift.unwrap_or(most_shift);
+        let shift = shift(&squares, [first, most], aim);
+        let samples = |bin| samples(bin, shift, [first, most]);
         let of = |(unit, s): (usize, &f32)| {
             let least = if self.is_mirrored(unit) { edge } else { first };
-            samples(bin(*s), shift).max(least) as u16
+            samples(bin(*s)).max(least) as u16
         };
         spreads.iter().enumerate().map(of).collect()
     }
@@ -399,5 +418,39 @@ impl DirectLight<'_> {
             out.extend(self.units(pixel).map(of));
         }
         out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Mean squared spreads of units, given as shares of the picture and spreads.
+    fn squares(units: &[(f64, f64)]) -> Vec<f64> {
+        let mut squares = vec![0.0; BINS];
+        for (share, spread) in units {
+            squares[bin(*spread)] += share * spread * spread;
+        }
+        squares
+    }
+
+    #[test]
+    fn noisier_units_have_more_samples_until_the_aim_is_met() {
+        let own = squares(&[(0.9, 0.02), (0.1, 1.0)]);
+        let shift = shift(&own, [8, 1024], 0.02);
+        let [few, many] = [0.02, 1.0].map(|spread| samples(bin(spread), shift, [8, 1024]));
+        assert_eq!(few, 8);
+        let noise = (0.1 / f64::from(many).powf(1.25) + 0.9 * 4e-4 / 8_f64.powf(1.25)).sqrt();
+        assert!(many > 8 && many < 1024 && noise < 0.02, "{many}: {noise}");
+    }
+
+    /// A few pixels show a lamp in a mirror, and no number of samples makes them as even as asked.
+    #[test]
+    fn units_that_cannot_be_cured_cost_the_others_nothing() {
+        let [calm, hopeless] = [0.05, 200.0];
+        let own = squares(&[(0.999, calm), (0.001, hopeless)]);
+        let shift = shift(&own, [8, 64], 0.05);
+        let [few, many] = [calm, hopeless].map(|spread| samples(bin(spread), shift, [8, 64]));
+        assert_eq!([few, many], [8, 64]);
     }
 }
