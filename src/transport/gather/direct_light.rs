@@ -331,7 +331,7 @@ fn samples(bin: usize, shift: usize, [first, most]: [u32; 2]) -> u32 {
 }
 
 /// Least shift of the numbers of samples with which the noise of the mean image is at most `aim`,
-/// or almost the whole noise is in units that have the `most` samples: more samples of others would be in
+/// or is mostly that of units with the `most` samples. More samples of others would then be in
 /// vain, as with a bright lamp in a mirror. `squares` are the mean squared spreads of each bin.
 fn shift(squares: &[f64], [first, most]: [u32; 2], aim: f64) -> usize {
     let is_enough = |shift: &usize| {
