@@ -94,8 +94,8 @@ pub enum PictureError {
     },
     /// Some numbers are beyond what the precision holds.
     #[error(
-        "{count} numbers are beyond {limit}, the most that 16 bits hold, the largest is {largest}; \
-         `--float` writes 32 bits"
+        "{count} numbers are beyond {limit}, the most that 16 bits hold, the largest is {largest}: \
+         write it in 32 bits"
     )]
     Range {
         /// Their number.

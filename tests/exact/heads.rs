@@ -99,7 +99,7 @@ fn frames_with_gloss_are_those_of_fixed_lights() {
         .replace("192x108", "96x54");
     let with_mirror = glossy.replace("0.5 box", "0.5 gloss 0.05 box");
     for stage in [glossy, with_mirror] {
-        let worst = worst(&stage, Quality(2), 1);
+        let worst = worst(&stage, Quality(2), 2);
         assert!(worst < 0.015, "{stage}: {worst}");
     }
 }

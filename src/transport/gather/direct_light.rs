@@ -27,8 +27,7 @@ const IN_VAIN: f64 = 0.25;
 /// Share of the noise of a pixel's samples that remains after filtering.
 const EVENED: f32 = 0.25;
 /// Part of a pixel over which a sample averages a projection, relative to its share of the first
-/// samples. Samples lie anywhere in the pixel: with 1, a projection was blurred (5.3 instead of
-/// 2.1 % off at step 1).
+/// samples. Samples lie anywhere in the pixel: with 1, a projection would be blurred beyond it.
 const FOOTPRINT: f64 = 0.25;
 /// Seed of the point sequence.
 const SEED: u32 = 1000;
@@ -323,6 +322,13 @@ fn bin(spread: f64) -> usize {
     ((octave.max(0.0) * PER_OCTAVE as f64) as usize).min(BINS - 1)
 }
 
+/// Sum of the squares in each bin of spreads relative to the light's mean level, each with a weight.
+fn squares(spreads: impl Iterator<Item = (f64, f64)>) -> Vec<f64> {
+    let mut squares = vec![0.0; BINS];
+    spreads.for_each(|(weight, spread)| squares[bin(spread)] += weight * spread.powi(2));
+    squares
+}
+
 /// Samples of the units of a bin. Optimal numbers are proportional to the spread; they are powers
 /// of two, over which the point sequence is even.
 fn samples(bin: usize, shift: usize, [first, most]: [u32; 2]) -> u32 {
@@ -339,11 +345,12 @@ fn shift(squares: &[f64], [first, most]: [u32; 2], aim: f64) -> usize {
         for (bin, square) in squares.iter().enumerate() {
             let samples = samples(bin, *shift, [first, most]);
             let variance = square / f64::from(samples).powf(f64::from(STRATIFIED));
-            *if samples < most {
+            let sum = if samples < most {
                 &mut others
             } else {
                 &mut full
-            } += variance;
+            };
+            *sum += variance;
         }
         full + others <= aim * aim || others <= IN_VAIN * full
     };
@@ -368,17 +375,13 @@ impl DirectLight<'_> {
             return vec![first as u16; sums.len()];
         }
         let spreads = self.spreads(sums);
-        let mut squares = vec![0.0; BINS];
+        let relative = |spread: &f32| f64::from(*spread) / level;
         let share = 1.0 / self.parts.pixels.count() as f64;
-        let bin = |spread: f32| bin(f64::from(spread) / level);
-        for s in &spreads {
-            squares[bin(*s)] += share * (f64::from(*s) / level).powi(2);
-        }
+        let squares = squares(spreads.iter().map(|s| (share, relative(s))));
         let shift = shift(&squares, [first, most], aim);
-        let samples = |bin| samples(bin, shift, [first, most]);
         let of = |(unit, s): (usize, &f32)| {
             let least = if self.is_mirrored(unit) { edge } else { first };
-            samples(bin(*s)).max(least) as u16
+            samples(bin(relative(s)), shift, [first, most]).max(least) as u16
         };
         spreads.iter().enumerate().map(of).collect()
     }
@@ -425,18 +428,9 @@ impl DirectLight<'_> {
 mod tests {
     use super::*;
 
-    /// Mean squared spreads of units, given as shares of the picture and spreads.
-    fn squares(units: &[(f64, f64)]) -> Vec<f64> {
-        let mut squares = vec![0.0; BINS];
-        for (share, spread) in units {
-            squares[bin(*spread)] += share * spread * spread;
-        }
-        squares
-    }
-
     #[test]
     fn noisier_units_have_more_samples_until_the_aim_is_met() {
-        let own = squares(&[(0.9, 0.02), (0.1, 1.0)]);
+        let own = squares([(0.9, 0.02), (0.1, 1.0)].into_iter());
         let shift = shift(&own, [8, 1024], 0.02);
         let [few, many] = [0.02, 1.0].map(|spread| samples(bin(spread), shift, [8, 1024]));
         assert_eq!(few, 8);
@@ -448,7 +442,7 @@ mod tests {
     #[test]
     fn units_that_cannot_be_cured_cost_the_others_nothing() {
         let [calm, hopeless] = [0.05, 200.0];
-        let own = squares(&[(0.999, calm), (0.001, hopeless)]);
+        let own = squares([(0.999, calm), (0.001, hopeless)].into_iter());
         let shift = shift(&own, [8, 64], 0.05);
         let [few, many] = [calm, hopeless].map(|spread| samples(bin(spread), shift, [8, 64]));
         assert_eq!([few, many], [8, 64]);
