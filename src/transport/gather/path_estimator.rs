@@ -213,7 +213,10 @@ impl PathEstimator {
             let clearness = scene.clearness(distance);
             weight.iter_mut().for_each(|weight| *weight *= clearness);
             if let Some(facet) = self.surfaces.facets.get(end.facet as usize) {
-                for source in sources.iter().filter(|s| s.emitter.is_of(facet.material)) {
+                // Every part of a panel has its material.
+                let of_lights = sources.chunk_by(|a, b| a.light == b.light);
+                let shines = |s: &&PathSource<'_>| s.emitter.is_of(facet.material);
+                for source in of_lights.filter_map(|parts| parts.iter().find(shines)) {
                     (0..3).for_each(|c| radiance[c] += PI * weight[c] * source.strength[c]);
                 }
             }
@@ -427,7 +430,7 @@ mod tests {
     use super::*;
     use footlight_show::geometry::{View, vec3};
     use footlight_show::units::Rgb;
-    use footlight_stage::{Emitter as Lamp, Light, Material, Polygon, Scene, Source};
+    use footlight_stage::{Emitter as Lamp, Gloss, Light, Material, Polygon, Scene, Source};
 
     /// A setup in which each light has its own source.
     fn with_sources(setup: &Setup) -> Setup {
@@ -468,17 +471,13 @@ mod tests {
 
     /// In a closed cube whose walls emit and reflect the share r, light of 1 / (1 - r) arrives from
     /// all sides; a small card inside reflects its share of that.
-    #[test]
-    fn a_furnace_is_even() {
+    fn furnace(card: Material) -> Setup {
         let quad = |material, corners: [[f64; 3]; 4]| {
             let corners = corners.map(|[x, y, z]| vec3(x, y, z));
             Polygon::new(corners.to_vec(), material)
         };
         let scene = Scene {
-            materials: vec![
-                Material::diffuse("wall", Rgb([0.6; 3])),
-                Material::diffuse("card", Rgb([0.5; 3])),
-            ],
+            materials: vec![Material::diffuse("wall", Rgb([0.6; 3])), card],
             polygons: vec![
                 quad(0, [[0., 0., 0.], [2., 0., 0.], [2., 2., 0.], [0., 2., 0.]]),
                 quad(0, [[0., 0., 2.], [0., 2., 2.], [2., 2., 2.], [2., 0., 2.]]),
@@ -513,9 +512,25 @@ mod tests {
             height: 12,
             roll: 0.0,
         };
-        let setup = with_sources(&Setup::new(scene, rig, view));
-        for ratio in ratio(&setup, &[1.0], 64, |_| 0.5 / (1.0 - 0.6)) {
-            assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+        with_sources(&Setup::new(scene, rig, view))
+    }
+
+    #[test]
+    fn a_furnace_is_even() {
+        let matt = Material::diffuse("card", Rgb([0.5; 3]));
+        // The walls are one panel of several facets.
+        let mirror = Material {
+            gloss: Some(Gloss {
+                normal: Rgb([0.5; 3]),
+                roughness: 0.0,
+                is_metal: true,
+            }),
+            ..Material::diffuse("card", Rgb([0.0; 3]))
+        };
+        for card in [matt, mirror] {
+            for ratio in ratio(&furnace(card), &[1.0], 64, |_| 0.5 / (1.0 - 0.6)) {
+                assert!((ratio - 1.0).abs() < 0.01, "{ratio}");
+            }
         }
     }
 
