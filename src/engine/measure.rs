@@ -4,7 +4,9 @@
 
 pub mod independent;
 pub mod machine;
+pub mod meter;
 pub mod quality;
 
-pub use independent::{Effort, MeasuredError, MeasuredMoment};
+pub use independent::MeasuredMoment;
 pub use machine::Machine;
+pub use meter::{Effort, MeasuredError};

@@ -10,7 +10,7 @@
 pub mod difference;
 
 use difference::{Reference, difference};
-use footlight_engine::measure::independent::away_from;
+use footlight_engine::measure::meter::away_from;
 use footlight_host::files::Folder;
 use footlight_host::work::{Silent, Work};
 use footlight_picture::{Image, exr};

@@ -6,7 +6,7 @@ use super::picture::ShotArgs;
 use crate::error::Error;
 use crate::repl::{Repl, Reply};
 use footlight_engine as engine;
-use footlight_engine::measure::independent::{self, Effort};
+use footlight_engine::measure::{Effort, independent};
 use footlight_report as report;
 
 /// Options of `quality`.

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 use difference::{Reference, difference};
 use footlight_engine::measure::Machine;
-use footlight_engine::measure::independent::away_from;
+use footlight_engine::measure::meter::away_from;
 use footlight_engine::{Engine, Host};
 use footlight_host::files::Folder;
 use footlight_report::chart::{self, Axis, Drawing, Marker, Panel, Scale, Theme};
