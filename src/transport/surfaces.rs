@@ -14,6 +14,7 @@ pub mod hierarchy;
 pub mod lists;
 pub mod lobe;
 pub(crate) mod raster;
+mod sliver;
 pub mod surface;
 
 /// Approximate bytes of a polygon as facet and pieces, in the hierarchy and in both grids.

@@ -2,8 +2,8 @@
 //!
 //! Every pixel is rasterised at several sub-pixels into an item buffer. A pixel (or part of one) is
 //! one fragment if it and the sub-pixels around it show one facet. A pixel with edges has a
-//! fragment for each facet, weighted by its exact visible area. Objects between the sub-pixels of
-//! two pixels are missed. Backs are black and opaque: they occlude and produce no fragment. This
+//! fragment for each facet, weighted by its exact visible area; so has one that a sliver passes
+//! through. A gap narrower than a sub-pixel is missed. Backs are black and opaque: they occlude and produce no fragment. This
 //! module does not depend on lights.
 
 #![allow(
@@ -18,6 +18,7 @@ use crate::surfaces::coverage::{Shares, Silhouettes, Square};
 use crate::surfaces::facet::{Facet, Piece};
 use crate::surfaces::lists::Lists;
 use crate::surfaces::raster::{ItemBuffer, NOTHING};
+use crate::surfaces::sliver::Slivers;
 use crate::surfaces::surface::{Surfaces, kept_inside};
 use footlight_host::work::Work;
 use footlight_show::geometry::Vec3;
@@ -237,6 +238,7 @@ struct Band<'a> {
     rasterized: &'a Rasterized<'a>,
     from: usize,
     buffer: ItemBuffer,
+    slivers: Slivers,
     shares: Shares,
     items: Vec<u32>,
 }
@@ -248,6 +250,7 @@ impl Rasterized<'_> {
             rasterized: self,
             from: 0,
             buffer: ItemBuffer::new(self.width * s + 2, self.rows * s + 2),
+            slivers: Slivers::default(),
             shares: Shares::default(),
             items: Vec::new(),
         }
@@ -302,10 +305,21 @@ impl Band<'_> {
         let is_back = |p: &&Piece| p.normal.dot(p.vertices[0] - camera.origin) > 0.0;
         let backs = pieces.iter().filter(is_back);
         let fronts = pieces.iter().filter(|p| !is_back(p));
+        self.slivers.clear();
         for piece in backs.chain(fronts) {
-            self.buffer
-                .draw(&camera, &piece.vertices, piece.normal, piece.facet as u32);
+            let item = piece.facet as u32;
+            let covered = self
+                .buffer
+                .draw(&camera, &piece.vertices, piece.normal, item);
+            self.slivers.add(item, covered, &self.buffer);
         }
+        let width = self.rasterized.width;
+        // Without the sub-pixels around the band.
+        let pixel = |at: usize| Some(at.checked_sub(1)? / s);
+        self.slivers.find(&self.buffer, |[x, y]| {
+            let x = pixel(x).filter(|x| *x < width)?;
+            Some(pixel(y)? * width + x)
+        });
     }
 
     fn pixels(&mut self, rows: usize) -> BandFragments {
@@ -313,14 +327,19 @@ impl Band<'_> {
         let mut out = BandFragments::default();
         for y in 0..rows {
             for x in 0..self.rasterized.width {
-                let whole = self.uniform::<{ SUBPIXELS + 2 }>(x * s, y * s);
+                let pixel = y * self.rasterized.width + x;
+                let has_sliver = self.slivers.of(pixel).next().is_some();
+                let whole = self
+                    .uniform::<{ SUBPIXELS + 2 }>(x * s, y * s)
+                    .filter(|_| !has_sliver);
                 let split = self.split(whole, [x, y]);
                 let side = s / split;
                 for (j, i) in (0..split).flat_map(|j| (0..split).map(move |i| (j, i))) {
                     let corner = [x * s + i * side, y * s + j * side];
-                    match whole.or_else(|| self.uniform_of(corner, side)) {
+                    let one = || self.uniform_of(corner, side).filter(|_| !has_sliver);
+                    match whole.or_else(one) {
                         Some(item) => self.plain(item, corner, side, &mut out),
-                        None => self.cut(corner, side, &mut out),
+                        None => self.cut(pixel, corner, side, &mut out),
                     }
                 }
                 out.0.end();
@@ -379,7 +398,13 @@ impl Band<'_> {
     }
 
     /// Adds the fragments of a square that contains edges.
-    fn cut(&mut self, corner: [usize; 2], side: usize, (pixels, parts): &mut BandFragments) {
+    fn cut(
+        &mut self,
+        pixel: usize,
+        corner: [usize; 2],
+        side: usize,
+        (pixels, parts): &mut BandFragments,
+    ) {
         let width = self.rasterized.width * SUBPIXELS + 2;
         self.items.clear();
         for y in corner[1]..corner[1] + side + 2 {
@@ -388,6 +413,7 @@ impl Band<'_> {
             self.items
                 .extend(row.iter().copied().filter(|i| *i != NOTHING));
         }
+        self.items.extend(self.slivers.of(pixel));
         self.items.sort_unstable();
         self.items.dedup();
         let square = self.square(corner, side);

@@ -33,6 +33,7 @@ pub struct ItemBuffer {
     spans: Vec<(f64, f64)>,
     /// Vertices of the polygon being drawn: right, up, depth.
     eye: Vec<Vec3>,
+    /// Those of its part in front of the eye, at last in pixels.
     clipped: Vec<Vec3>,
 }
 
@@ -62,23 +63,25 @@ impl ItemBuffer {
     }
 
     /// Draws a convex polygon of unit `normal`, in the pixels whose centres it covers; both sides
-    /// are drawn.
-    pub fn draw(&mut self, camera: &Camera, vertices: &[Vec3], normal: Vec3, item: u32) {
+    /// are drawn. Returns the number of these pixels, visible or not.
+    pub fn draw(&mut self, camera: &Camera, vertices: &[Vec3], normal: Vec3, item: u32) -> usize {
+        self.clipped.clear();
         let Some(first) = vertices.first() else {
-            return;
+            return 0;
         };
         let distance = normal.dot(*first - camera.origin);
         if distance == 0.0 {
-            return; // seen edge on
+            return 0; // seen edge on
         }
         self.clip_to_front(camera, vertices);
         let Some((top, bottom)) = self.scan_edges(camera) else {
-            return;
+            return 0;
         };
         // 1 / depth = normal . ray / distance, linear in the pixel's position.
         let across = normal.dot(camera.right) * camera.step_x / distance;
         let down = -normal.dot(camera.up) * camera.step_y / distance;
         let corner = normal.dot(camera.ray(0.5, 0.5)) / distance;
+        let mut covered = 0;
         for row in top..bottom {
             let (left, right) = self.spans[row];
             let from = (left - 0.5).ceil().max(0.0);
@@ -87,6 +90,7 @@ impl ItemBuffer {
                 continue;
             }
             let (from, to) = (from as usize, to as usize);
+            covered += to - from;
             let base = corner + down * row as f64;
             let range = row * self.width + from..row * self.width + to;
             let pixels = self.items[range.clone()]
@@ -100,12 +104,61 @@ impl ItemBuffer {
                 }
             }
         }
+        covered
+    }
+
+    /// The outline of the polygon drawn last, in front of the eye: position in pixels, and depth.
+    pub fn outline(&self) -> &[Vec3] {
+        &self.clipped
+    }
+
+    /// Length of the part of a segment that is in the image, pixels.
+    pub fn length_inside(&self, a: Vec3, b: Vec3) -> f64 {
+        let part = self.inside(a, b).map_or(0.0, |[from, to]| to - from);
+        part * (b.x - a.x).hypot(b.y - a.y)
+    }
+
+    /// Pixels along a segment at which it is no farther than an item of the pixel or one around it.
+    pub fn in_sight(&self, a: Vec3, b: Vec3) -> impl Iterator<Item = [usize; 2]> {
+        let steps = (2.0 * self.length_inside(a, b)).ceil().max(1.0);
+        let part = self.inside(a, b).into_iter();
+        let along = part.flat_map(move |[from, to]| {
+            let place = move |k: usize| from + (to - from) * (k as f64 / steps);
+            (0..=steps as usize).map(place)
+        });
+        along.filter_map(move |t| {
+            let [x, y] = [a.x + (b.x - a.x) * t, a.y + (b.y - a.y) * t].map(|at| at as usize);
+            let inverse = (1.0 - t) / a.z + t / b.z;
+            let is_behind = |nearest: &f64| inverse < nearest * (1.0 - COPLANAR);
+            let mut around = (y.saturating_sub(1)..(y + 2).min(self.height)).flat_map(|y| {
+                let columns = x.saturating_sub(1)..(x + 2).min(self.width);
+                &self.inverse_depths[y * self.width + columns.start..y * self.width + columns.end]
+            });
+            let is_inside = x < self.width && y < self.height;
+            (is_inside && !around.all(is_behind)).then_some([x, y])
+        })
+    }
+
+    /// The part of a segment that is in the image, as a range from 0 to 1.
+    fn inside(&self, a: Vec3, b: Vec3) -> Option<[f64; 2]> {
+        let mut range = [0.0_f64, 1.0];
+        for (a, b, size) in [(a.x, b.x, self.width), (a.y, b.y, self.height)] {
+            let size = size as f64;
+            if a == b && !(0.0..=size).contains(&a) {
+                return None;
+            }
+            if a != b {
+                let ends = [-a / (b - a), (size - a) / (b - a)];
+                range[0] = range[0].max(ends[0].min(ends[1]));
+                range[1] = range[1].min(ends[0].max(ends[1]));
+            }
+        }
+        (range[0] <= range[1]).then_some(range)
     }
 
     /// Eye coordinates of the part in front of the eye, into `clipped`.
     fn clip_to_front(&mut self, camera: &Camera, vertices: &[Vec3]) {
         self.eye.clear();
-        self.clipped.clear();
         let mut farthest = 0.0_f64;
         for v in vertices {
             let d = *v - camera.origin;
