@@ -10,7 +10,6 @@ use crate::rendering::SetupImages;
 use crate::{Document, Engine, Error};
 use footlight_host::work::Work;
 use footlight_picture::Image;
-use footlight_show::hash::mix;
 use footlight_show::model::Pose;
 use footlight_show::units::{ErrorUnit, Time};
 use footlight_transport::{Quality, Setup, Transport, TransportError};
@@ -20,6 +19,12 @@ const EFFORT: Effort = Effort {
     pixels: 512,
     paths: 32,
 };
+
+/// Most moments measured.
+const MOMENTS: usize = 3;
+
+/// Likeness of two moments' light, by sources, beyond which one of them is enough.
+const ALIKE: f64 = 0.98;
 
 /// A measured moment of a show.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -117,9 +122,8 @@ pub(crate) struct MeasureJob {
 }
 
 impl MeasureJob {
-    /// Up to three moments of the show with the current images: the one predicted worst, the
-    /// brightest, and one chosen pseudo-randomly from the text. If these were measured, the one
-    /// with the largest possible error, with four times the effort.
+    /// A few moments of the show with the current images (see [`moments`]). If these were measured,
+    /// the one with the largest possible error, with four times the effort.
     pub fn new(estimate: &Estimate<'_>, work: Work<'_>) -> Result<MeasureJob, Error> {
         let pool = estimate.rendered()?;
         let (rendering, quality) = (estimate.rendering()?, estimate.coarse_steps()[1]);
@@ -196,30 +200,69 @@ impl MeasureJob {
     }
 }
 
-/// The moments for [`MeasureJob`].
+/// The moments for [`MeasureJob`]: the one predicted worst, and others whose light comes from other
+/// sources than that of those before, as each source has its own error.
 fn moments(estimate: &Estimate<'_>) -> Result<Vec<(usize, Time)>, Error> {
     let document = estimate.document;
     let light_of = |image: &Arc<Image>| image.data().iter().map(|x| f64::from(*x)).sum::<f64>();
     let light: Vec<f64> = estimate.rendered()?.coarse().iter().map(light_of).collect();
-    let with_brightness = |moment: (usize, Time)| {
-        let setting = document.setting(moment.1);
-        let pairs = setting.iter().zip(&light);
-        (pairs.map(|(s, l)| s * l).sum::<f64>(), moment)
+    // Each source's share of the light, as a unit vector of square roots.
+    let shares = |time: Time| {
+        let setting = document.setting(time);
+        let light = setting.iter().zip(&light).map(|(s, l)| (s * l).max(0.0));
+        let all: f64 = light.clone().sum();
+        (all > 0.0).then(|| light.map(|own| (own / all).sqrt()).collect::<Vec<f64>>())
     };
-    let all = estimate.moments_of_cues().into_iter().map(with_brightness);
-    let lit: Vec<(f64, (usize, Time))> = all.filter(|(bright, _)| *bright > 0.0).collect();
-    let brightest = lit.iter().max_by(|(a, _), (b, _)| a.total_cmp(b));
-    let text = document.text().bytes();
-    let chance = text.fold(0, |seed, byte| mix(seed ^ u64::from(byte)));
-    let picked = lit.get((chance % lit.len().max(1) as u64) as usize);
+    let with_shares = |moment: (usize, Time)| Some((moment, shares(moment.1)?));
+    let all = estimate.moments_of_cues().into_iter();
+    let (lit, of_lit): (Vec<_>, Vec<_>) = all.filter_map(with_shares).unzip();
     let worst = estimate.worst_moment(ErrorUnit::Light)?;
     let worst = worst.map(|worst| (worst.cue, worst.time));
-    let mut moments: Vec<(usize, Time)> = Vec::new();
-    let others = [brightest, picked].into_iter().flatten();
-    for moment in worst.into_iter().chain(others.map(|(_, moment)| *moment)) {
-        if !moments.iter().any(|(_, time)| *time == moment.1) {
-            moments.push(moment);
+    let first = worst.and_then(|(_, time)| shares(time));
+    let others = unlike(&of_lit, first, MOMENTS - worst.iter().len());
+    let others = others.into_iter().filter_map(|at| lit.get(at).copied());
+    Ok(worst.into_iter().chain(others).collect())
+}
+
+/// Indices of up to `count` unit vectors, each the one least like `first` and those before.
+fn unlike(all: &[Vec<f64>], first: Option<Vec<f64>>, count: usize) -> Vec<usize> {
+    let mut likeness = vec![0.0_f64; all.len()];
+    let mut last = first;
+    let mut found = Vec::new();
+    while found.len() < count {
+        for (likeness, own) in likeness.iter_mut().zip(all) {
+            let product = |a: &[f64]| a.iter().zip(own).map(|(a, b)| a * b).sum();
+            *likeness = likeness.max(last.as_deref().map_or(0.0, product));
         }
+        let new = likeness.iter().enumerate().filter(|(_, l)| **l < ALIKE);
+        let Some((at, _)) = new.min_by(|(_, a), (_, b)| a.total_cmp(b)) else {
+            break;
+        };
+        found.push(at);
+        last = all.get(at).cloned();
     }
-    Ok(moments)
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moments_to_measure_are_lit_by_different_sources() {
+        let shares = |shares: [f64; 3]| shares.map(f64::sqrt).to_vec();
+        let all = [
+            shares([0.9, 0.1, 0.0]),
+            shares([1.0, 0.0, 0.0]),
+            shares([0.6, 0.4, 0.0]),
+            shares([0.0, 0.2, 0.8]),
+        ];
+        let [first, ..] = &all;
+        assert_eq!(unlike(&all, Some(first.clone()), 2), [3, 2]);
+        assert_eq!(unlike(&all, None, 4), [0, 3, 2, 1]);
+        // Nearly the same light is not measured twice.
+        let same = [first.clone(), shares([0.9, 0.09, 0.01])];
+        assert_eq!(unlike(&same, Some(first.clone()), 2), [0; 0]);
+        assert_eq!(unlike(&[], None, 2), [0; 0]);
+    }
 }
