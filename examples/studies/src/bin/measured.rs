@@ -6,7 +6,7 @@
 
 use std::error::Error;
 
-use footlight_engine::measure::independent::{self, Effort};
+use footlight_engine::measure::{Effort, independent};
 use footlight_engine::{Ended, Engine, Goal, Host};
 use footlight_picture::Image;
 use footlight_studies::random_show::random_show;
