@@ -33,7 +33,7 @@ pub struct ItemBuffer {
     spans: Vec<(f64, f64)>,
     /// Vertices of the polygon being drawn: right, up, depth.
     eye: Vec<Vec3>,
-    /// Those of its part in front of the eye, at last in pixels.
+    /// Vertices of its part in front of the eye, at last in pixels.
     clipped: Vec<Vec3>,
 }
 
