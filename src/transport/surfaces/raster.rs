@@ -193,6 +193,7 @@ impl ItemBuffer {
     /// off the image.
     fn scan_edges(&mut self, camera: &Camera) -> Option<(usize, usize)> {
         if self.clipped.len() < 3 {
+            self.clipped.clear();
             return None;
         }
         let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
