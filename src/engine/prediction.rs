@@ -7,6 +7,9 @@ use crate::plan::worst_left;
 use crate::pool::{Pool, is_within};
 use footlight_show::units::{ErrorUnit, Tolerance};
 
+/// Relative difference of two errors that are equal except for rounding.
+const ROUNDING: f64 = 1e-9;
+
 impl Estimate<'_> {
     /// Reason why refinement ends; `None` if another image is to be rendered.
     pub(super) fn ended(
@@ -93,7 +96,9 @@ impl Estimate<'_> {
             let left = worst_left(&[moment], &pool.settings(), &[], pool.weighting());
             let [alone, now] = left[..] else { continue };
             let error = pool.error(now, alone);
-            if alone > 0.0 && worst.is_none_or(|w| error > w.error) {
+            // The first of equal ones.
+            let is_worse = |w: WorstMoment| error > w.error * (1.0 + ROUNDING);
+            if alone > 0.0 && worst.is_none_or(is_worse) {
                 worst = Some(WorstMoment { cue, time, error });
             }
         }

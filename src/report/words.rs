@@ -24,9 +24,9 @@ pub fn qualities(engine: &Engine) -> String {
 pub fn percent(x: f64) -> String {
     let p = x * 100.0;
     match p.abs() {
-        a if a >= 100.0 => format!("{p:.0}"),
-        a if a >= 10.0 => format!("{p:.1}"),
-        a if a >= 1.0 || a == 0.0 => format!("{p:.2}"),
+        a if a >= 99.95 => format!("{p:.0}"),
+        a if a >= 9.995 => format!("{p:.1}"),
+        a if a >= 0.9995 || a == 0.0 => format!("{p:.2}"),
         _ => format!("{p:.3}"),
     }
 }
@@ -104,5 +104,20 @@ pub fn machine(machine: &Machine) -> String {
     match &machine.processor {
         Some(name) => format!("{threads}, {name}, {}", machine.system),
         None => format!("{threads}, {}", machine.system),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_percentage_has_three_digits_also_where_it_rounds_up() {
+        let all = [1.0, 0.9996, 0.3, 0.099_999_9, 0.02, 0.009_999_9, 0.005, 0.0];
+        let words = all.map(percent);
+        let expected = [
+            "100", "100", "30.0", "10.0", "2.00", "1.00", "0.500", "0.00",
+        ];
+        assert_eq!(words, expected);
     }
 }
