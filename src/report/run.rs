@@ -17,7 +17,7 @@ use footlight_engine::pool::image_cache::CacheStatistics;
 use footlight_engine::{self as engine, Ended, Engine, Goal, Refinement, WorstMoment};
 use footlight_host::work::Cancelled;
 use footlight_picture::tone::Tone;
-use footlight_show::units::{Time, Tolerance};
+use footlight_show::units::{ErrorUnit, Time, Tolerance};
 
 /// Most columns of the summary.
 const WIDTH: usize = 100;
@@ -242,9 +242,12 @@ fn error_words(engine: &Engine, done: &RunSummary) -> String {
         return if least > 0.0 {
             format!("{} at {at}; asked for {asked}", range(&worst.measured))
         } else {
-            // The prediction for mixtures includes measurements of single sources.
-            let mixed = done.worst.filter(|_| engine.estimate().refined() > 0);
-            let predicted = mixed.map_or(String::new(), |worst| {
+            // The prediction includes the measurements. It counts for mixtures, and where chance
+            // alone leaves room for more than the error asked for.
+            let is_open = done.tolerance.unit == ErrorUnit::Light && most > done.tolerance.error;
+            let is_open = is_open || engine.estimate().refined() > 0;
+            let predicted = done.worst.filter(|_| is_open);
+            let predicted = predicted.map_or(String::new(), |worst| {
                 format!(" ({} predicted)", error(worst.error, done.tolerance.unit))
             });
             let most = 100.0 * most;
