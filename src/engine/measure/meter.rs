@@ -138,7 +138,11 @@ impl Meter {
             return f64::INFINITY;
         }
         let thin = image.every(tone::sampling(image.width(), image.height()));
-        BEYOND_WHITE * tone::bright_light(&thin)
+        match tone::bright_light(&thin) {
+            // All light is that of a few pixels.
+            0.0 => f64::INFINITY,
+            bright => BEYOND_WHITE * bright,
+        }
     }
 }
 
@@ -365,6 +369,20 @@ mod tests {
         };
         assert!((measured(true) - 0.02).abs() < 0.002, "{}", measured(true));
         assert!(measured(false) > 0.9, "{}", measured(false));
+    }
+
+    /// A spot on less than a hundredth of a black picture is not taken for a mirrored lamp.
+    #[test]
+    fn the_only_light_counts() {
+        let mut image = picture();
+        image.data_mut().fill(0.0);
+        image.data_mut()[3 * 4000..3 * 4002].fill(100.0);
+        let meter = Meter {
+            estimator: Box::new(HalfTheGlint(image.clone())),
+            counted: vec![true; 96 * 64],
+            is_glossy: true,
+        };
+        assert_eq!(meter.most_light(&image), f64::INFINITY);
     }
 
     #[test]

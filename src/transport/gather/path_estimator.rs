@@ -285,6 +285,13 @@ impl PathEstimator {
                 break;
             }
             expect(&mut expected, at);
+            if has_highlight {
+                // Of many lights only one may have its highlight here.
+                for (expected, source) in expected.iter_mut().zip(sources) {
+                    let reflected = reflects(&source.emitter);
+                    *expected *= reflected.into_iter().fold(0.0, f64::max);
+                }
+            }
             let count = if vertex == 0 { FIRST_SOURCES } else { 1 };
             for _ in 0..count {
                 let chances = (sources, expected.as_slice());
