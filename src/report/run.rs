@@ -243,8 +243,9 @@ fn error_words(engine: &Engine, done: &RunSummary) -> String {
             format!("{} at {at}; asked for {asked}", range(&worst.measured))
         } else {
             // The prediction includes the measurements. It counts for mixtures, and where chance
-            // alone leaves room for more than the error asked for.
-            let is_open = done.tolerance.unit == ErrorUnit::Light && most > done.tolerance.error;
+            // alone leaves room for more than the error that counts as reached.
+            let is_light = done.tolerance.unit == ErrorUnit::Light;
+            let is_open = done.ended == Ended::Reached && is_light && most > done.tolerance.error;
             let is_open = is_open || engine.estimate().refined() > 0;
             let predicted = done.worst.filter(|_| is_open);
             let predicted = predicted.map_or(String::new(), |worst| {
