@@ -89,8 +89,7 @@ pub fn negative(image: &Image) -> usize {
 /// do not darken the rest; and at most three times the 97th percentile of its lit pixels (those of
 /// at least 0.3 % of the former), so that larger lamps may be clipped.
 pub fn auto_exposure<'a>(images: impl Iterator<Item = &'a Image>) -> f64 {
-    let thin = |i: &Image| i.every(sampling(i.width(), i.height()));
-    exposure(images.map(|i| bright_light(&thin(i))).fold(0.0, f64::max))
+    exposure(images.map(sampled_bright_light).fold(0.0, f64::max))
 }
 
 /// Number of sampled pixels: the brightest half percent of 16,000 are 80.
@@ -114,6 +113,11 @@ pub fn exposure(bright: f64) -> f64 {
     } else {
         0.0
     }
+}
+
+/// Bright light of an image, from about 16,000 pixels; see [`auto_exposure`].
+pub fn sampled_bright_light(image: &Image) -> f64 {
+    bright_light(&image.every(sampling(image.width(), image.height())))
 }
 
 /// Bright light of an image, from every pixel; see [`auto_exposure`].

@@ -22,12 +22,16 @@ pub fn qualities(engine: &Engine) -> String {
 
 /// A relative number in percent: three digits, at most three decimals.
 pub fn percent(x: f64) -> String {
-    let p = x * 100.0;
-    match p.abs() {
-        a if a >= 99.95 => format!("{p:.0}"),
-        a if a >= 9.995 => format!("{p:.1}"),
-        a if a >= 0.9995 || a == 0.0 => format!("{p:.2}"),
-        _ => format!("{p:.3}"),
+    digits(x * 100.0, 0.9995)
+}
+
+/// A number with three digits; below `least`, with three decimals.
+fn digits(number: f64, least: f64) -> String {
+    match number.abs() {
+        n if n >= 99.95 => format!("{number:.0}"),
+        n if n >= 9.995 => format!("{number:.1}"),
+        n if n >= least || n == 0.0 => format!("{number:.2}"),
+        _ => format!("{number:.3}"),
     }
 }
 
@@ -42,13 +46,7 @@ pub fn error(error: f64, unit: ErrorUnit) -> String {
 
 /// A measured error in percent with three digits, for tables of errors.
 pub fn figure(share: f64) -> String {
-    let percent = share * 100.0;
-    match percent.abs() {
-        p if p >= 99.95 => format!("{percent:.0}"),
-        p if p >= 9.995 => format!("{percent:.1}"),
-        p if p >= 0.0995 || p == 0.0 => format!("{percent:.2}"),
-        _ => format!("{percent:.3}"),
-    }
+    digits(share * 100.0, 0.0995)
 }
 
 /// The exposure of a sequence, and for an automatic one the line that fixes it.

@@ -137,8 +137,7 @@ impl Meter {
         if !self.is_glossy {
             return f64::INFINITY;
         }
-        let thin = image.every(tone::sampling(image.width(), image.height()));
-        match tone::bright_light(&thin) {
+        match tone::sampled_bright_light(image) {
             // All light is that of a few pixels.
             0.0 => f64::INFINITY,
             bright => BEYOND_WHITE * bright,
@@ -347,6 +346,14 @@ mod tests {
         }
     }
 
+    fn meter(image: &Image, is_glossy: bool) -> Meter {
+        Meter {
+            estimator: Box::new(HalfTheGlint(image.clone())),
+            counted: vec![true; 96 * 64],
+            is_glossy,
+        }
+    }
+
     /// Where a lamp is mirrored, the picture is white, whether it is ten thousand times as bright
     /// as the rest or twenty thousand times.
     #[test]
@@ -359,12 +366,7 @@ mod tests {
             paths: 1,
         };
         let measured = |is_glossy| {
-            let meter = Meter {
-                estimator: Box::new(HalfTheGlint(image.clone())),
-                counted: vec![true; 96 * 64],
-                is_glossy,
-            };
-            let found = meter.measure(&image, &[], effort, Work::silent());
+            let found = meter(&image, is_glossy).measure(&image, &[], effort, Work::silent());
             found.unwrap().unwrap().error
         };
         assert!((measured(true) - 0.02).abs() < 0.002, "{}", measured(true));
@@ -377,12 +379,7 @@ mod tests {
         let mut image = picture();
         image.data_mut().fill(0.0);
         image.data_mut()[3 * 4000..3 * 4002].fill(100.0);
-        let meter = Meter {
-            estimator: Box::new(HalfTheGlint(image.clone())),
-            counted: vec![true; 96 * 64],
-            is_glossy: true,
-        };
-        assert_eq!(meter.most_light(&image), f64::INFINITY);
+        assert_eq!(meter(&image, true).most_light(&image), f64::INFINITY);
     }
 
     #[test]

@@ -254,12 +254,6 @@ impl PathEstimator {
         let mut legs: Vec<Leg> = Vec::new();
         // Approximate unoccluded light of each source at a vertex.
         let mut expected = vec![0.0; sources.len()];
-        let expect = |expected: &mut [f64], at| {
-            for (expected, source) in expected.iter_mut().zip(sources) {
-                let strength = source.strength.into_iter().map(f64::abs).sum::<f64>();
-                *expected = strength * source.emitter.expected(at);
-            }
-        };
         for vertex in 0..VERTICES {
             if place.facet == DARK {
                 break;
@@ -284,10 +278,11 @@ impl PathEstimator {
             if highest == 0.0 && !has_highlight {
                 break;
             }
-            expect(&mut expected, at);
-            if has_highlight {
-                // Of many lights only one may have its highlight here.
-                for (expected, source) in expected.iter_mut().zip(sources) {
+            for (expected, source) in expected.iter_mut().zip(sources) {
+                let strength = source.strength.into_iter().map(f64::abs).sum::<f64>();
+                *expected = strength * source.emitter.expected(at);
+                // The highlight may be that of one light among many.
+                if has_highlight {
                     let reflected = reflects(&source.emitter);
                     *expected *= reflected.into_iter().fold(0.0, f64::max);
                 }

@@ -339,7 +339,7 @@ impl Band<'_> {
                     let one = || self.uniform_of(corner, side).filter(|_| !has_sliver);
                     match whole.or_else(one) {
                         Some(item) => self.plain(item, corner, side, &mut out),
-                        None => self.cut(pixel, corner, side, &mut out),
+                        None => self.cut(corner, side, &mut out),
                     }
                 }
                 out.0.end();
@@ -398,13 +398,7 @@ impl Band<'_> {
     }
 
     /// Adds the fragments of a square that contains edges.
-    fn cut(
-        &mut self,
-        pixel: usize,
-        corner: [usize; 2],
-        side: usize,
-        (pixels, parts): &mut BandFragments,
-    ) {
+    fn cut(&mut self, corner: [usize; 2], side: usize, (pixels, parts): &mut BandFragments) {
         let width = self.rasterized.width * SUBPIXELS + 2;
         self.items.clear();
         for y in corner[1]..corner[1] + side + 2 {
@@ -413,7 +407,9 @@ impl Band<'_> {
             self.items
                 .extend(row.iter().copied().filter(|i| *i != NOTHING));
         }
-        self.items.extend(self.slivers.of(pixel));
+        let [x, y] = corner.map(|at| at / SUBPIXELS);
+        let slivers = self.slivers.of(y * self.rasterized.width + x);
+        self.items.extend(slivers);
         self.items.sort_unstable();
         self.items.dedup();
         let square = self.square(corner, side);

@@ -35,15 +35,31 @@ struct Kept {
     seconds: [f64; 2],
 }
 
-/// The true error of a moment with the current images or at a quality; 0 in the dark.
-fn truth(engine: &mut Engine, time: Time, quality: Option<u8>) -> Result<f64, Failure> {
+/// The true errors of moments, with the current images or at a quality; `None` in the dark.
+fn truths(
+    engine: &mut Engine,
+    times: &[Time],
+    quality: Option<u8>,
+) -> Result<Vec<Option<f64>>, Failure> {
+    times
+        .iter()
+        .map(|time| truth(engine, *time, quality))
+        .collect()
+}
+
+/// The largest of some errors.
+fn worst_of(errors: &[Option<f64>]) -> f64 {
+    errors.iter().flatten().copied().fold(0.0, f64::max)
+}
+
+fn truth(engine: &mut Engine, time: Time, quality: Option<u8>) -> Result<Option<f64>, Failure> {
     let (setting, home) = (engine.document().setting(time), engine.document().home());
     let image = match quality {
         Some(quality) => engine.render(&setting, Quality(quality))?,
         None => engine.picture_with(&setting, &home)?,
     };
     let found = independent::measure(engine, &image, (&setting, &home), EFFORT)?;
-    Ok(found.map_or(0.0, |found| found.error))
+    Ok(found.map(|found| found.error))
 }
 
 fn refine(engine: &mut Engine, name: &str, asked: f64, kept: &mut Kept) -> Result<(), Failure> {
@@ -57,23 +73,18 @@ fn refine(engine: &mut Engine, name: &str, asked: f64, kept: &mut Kept) -> Resul
         return Ok(());
     };
     let cues = engine.document().timeline().cues().iter();
-    let times: Vec<Time> = cues.map(|cue| cue.completion).collect();
-    let own = truth(engine, worst.time, None)?;
-    let mut of_show = own;
-    for time in &times {
-        of_show = of_show.max(truth(engine, *time, None)?);
-    }
+    let ends = cues.map(|cue| cue.completion);
+    let times: Vec<Time> = std::iter::once(worst.time).chain(ends).collect();
+    let errors = truths(engine, &times, None)?;
+    let own = errors.first().copied().flatten().ok_or("not measured")?;
+    let of_show = worst_of(&errors);
     let mut cheapest = None;
     for point in &points {
         let is_own = point.quality == quality.0 && mixtures == 0;
         let error = if is_own {
             of_show
         } else {
-            let mut most = truth(engine, worst.time, Some(point.quality))?;
-            for time in &times {
-                most = most.max(truth(engine, *time, Some(point.quality))?);
-            }
-            most
+            worst_of(&truths(engine, &times, Some(point.quality))?)
         };
         if error <= asked {
             cheapest = Some(point);
