@@ -1,7 +1,7 @@
 //! Radiosity by hemicubes.
 //!
 //! Direct light is exact at every fragment of the image; reflected light is the radiosity of mesh
-//! elements, gathered by hemicubes. Every light is solved once at unit strength: settings, colours
+//! elements, gathered by hemicubes that see each element in four parts. Every light is solved once at unit strength: settings, colours
 //! and filters only scale it, so that G is linear by construction. Invariant: mesh, order of
 //! summation and number of iterations depend on setup and quality alone. The only part of the other
 //! renderer that this module uses is light in haze and in gloss.
@@ -21,6 +21,7 @@ pub mod mesh;
 pub mod raster;
 mod rounding;
 mod solution;
+mod sources;
 pub mod step;
 
 use crate::direct::cluster::{Receiver, Receivers};
@@ -39,6 +40,7 @@ use crate::hemicube::interior::seeds;
 use crate::hemicube::mesh::{CellRequest, Layout, Mesh};
 use crate::hemicube::raster::VertexBuffer;
 use crate::hemicube::rounding::Rounding;
+use crate::hemicube::sources::Sources;
 use crate::hemicube::step::HemicubeStep;
 use crate::memory::MemoryBudget;
 use crate::surfaces::FACET_BYTES;
@@ -95,6 +97,8 @@ pub struct HemicubeRadiosity {
     /// For each light its projector, if it is a projection.
     projectors: Vec<Option<Projector>>,
     mesh: Mesh,
+    /// Elements that the final gather and gloss see.
+    sources: Sources,
     /// Visibility seeds: points outside all solids.
     seeds: Vec<Vec3>,
     /// Reflectance of each element.
@@ -164,11 +168,13 @@ impl HemicubeRadiosity {
         )?;
 
         let layout = Layout::of_elements(&surfaces, step.elements);
-        budget.take("the mesh", layout.cells() * ELEMENT_BYTES)?;
+        // Each element and its four sources.
+        budget.take("the mesh", 5 * layout.cells() * ELEMENT_BYTES)?;
         let seeds = seeds(setting, &lights, view.from);
         let mut requests = vec![CellRequest::WANTED; layout.cells()];
         record_visible_points(&layout, &fragments, &mut requests);
-        let mesh = layout.mesh(setting, &seeds, &requests, work)?;
+        let mesh = layout.clone().mesh(setting, &seeds, &requests, work)?;
+        let sources = Sources::new(&layout, &mesh, (setting, &seeds, &fragments), work)?;
 
         let gloss = match bvh.as_ref().filter(|_| surfaces.is_glossy()) {
             Some(bvh) => {
@@ -177,7 +183,7 @@ impl HemicubeRadiosity {
                     fragments: &fragments,
                 };
                 let size = (view.width, step.lobe_rays);
-                Gloss::new(seen, &mesh, size, budget.share(1, work))?
+                Gloss::new(seen, &sources.mesh, size, budget.share(1, work))?
             }
             None => None,
         };
@@ -199,6 +205,10 @@ impl HemicubeRadiosity {
         work.check()?;
         let bounces = Bounces::new(&rows, &reflectance);
 
+        let gather_scene = GatherScene {
+            to: &sources.mesh,
+            ..gather_scene
+        };
         let left = budget.share(1, work);
         let gather_points = GatherPoints::new(
             gather_scene,
@@ -233,6 +243,7 @@ impl HemicubeRadiosity {
             lights,
             projectors: rig.lights.iter().map(projector).collect(),
             mesh,
+            sources,
             seeds,
             reflectance,
             rows,

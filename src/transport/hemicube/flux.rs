@@ -37,7 +37,7 @@ struct Part {
 }
 
 impl HemicubeRadiosity {
-    /// Mean direct irradiance of each element, for one light or for the planes of one projected
+    /// Mean direct irradiance of each element and of each of its sources, for one light or for the planes of one projected
     /// image, which share everything except the texels.
     ///
     /// # Errors
@@ -47,7 +47,7 @@ impl HemicubeRadiosity {
         light: &PreparedLight,
         lights: &[usize],
         work: Work<'_>,
-    ) -> Result<Vec<Vec<f32>>, TransportError> {
+    ) -> Result<Vec<[Vec<f32>; 2]>, TransportError> {
         let parts = self.parts(light, work)?;
         Ok(lights.iter().map(|&l| self.means(l, &parts)).collect())
     }
@@ -185,17 +185,32 @@ impl HemicubeRadiosity {
         SceneGeometry::new(&self.surfaces, &self.hierarchy)
     }
 
-    /// Mean over the parts of each element; for a projection, multiplied by its image.
-    fn means(&self, light: usize, parts: &[Part]) -> Vec<f32> {
-        let mut sums = vec![[0.0_f64; 2]; self.mesh.elements.len()];
+    /// Mean over the parts of each element, and of each source; for a projection, multiplied by its
+    /// image. A source without a part is lit like the elements around it.
+    fn means(&self, light: usize, parts: &[Part]) -> [Vec<f32>; 2] {
+        let [elements, sources] = [&self.mesh, &self.sources.mesh];
+        let mut sums = [elements, sources].map(|mesh| vec![[0.0_f64; 2]; mesh.elements.len()]);
         let even: Vec<f32> = parts.iter().map(|p| p.light).collect();
         for (part, lit) in parts.iter().zip(self.through_image(light, parts, even)) {
-            let [area, flux] = &mut sums[part.element];
-            *area += part.sample.area;
-            *flux += part.sample.area * f64::from(lit);
+            let facet = elements.elements[part.element].facet;
+            let source = sources.at(facet, part.sample.point) as usize;
+            for (sums, at) in sums.iter_mut().zip([part.element, source]) {
+                // A part within a solid has no source.
+                if let Some([area, flux]) = sums.get_mut(at) {
+                    *area += part.sample.area;
+                    *flux += part.sample.area * f64::from(lit);
+                }
+            }
         }
-        let mean = |[area, flux]: [f64; 2]| if area > 0.0 { flux / area } else { 0.0 };
-        sums.into_iter().map(|s| mean(s) as f32).collect()
+        let mean = |[area, flux]: [f64; 2]| (area > 0.0).then_some((flux / area) as f32);
+        let [whole, quarters] = sums;
+        let whole: Vec<f32> = whole.into_iter().map(|s| mean(s).unwrap_or(0.0)).collect();
+        let quarter = |(source, sums)| {
+            let around = || self.sources.interpolated(source, |e| whole[e]);
+            mean(sums).unwrap_or_else(around)
+        };
+        let quarters = quarters.into_iter().enumerate().map(quarter).collect();
+        [whole, quarters]
     }
 
     fn through_image(&self, light: usize, parts: &[Part], even: Vec<f32>) -> Vec<f32> {

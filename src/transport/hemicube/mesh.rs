@@ -129,6 +129,15 @@ impl Layout {
         Layout::with(surfaces, |f| side.min(close(f)), true)
     }
 
+    /// Grids with each cell of these divided into four.
+    pub fn quartered(&self) -> Layout {
+        let quartered = |grid: &Option<Grid>| grid.as_ref().map(Grid::quartered);
+        Layout {
+            grids: self.grids.iter().map(quartered).collect(),
+            cells: 4 * self.cells,
+        }
+    }
+
     fn with(surfaces: &Surfaces, side: impl Fn(usize) -> f64, on_rim: bool) -> Layout {
         let mut cells = 0;
         let grids = surfaces

@@ -15,6 +15,7 @@ use crate::gather::emitter::Emitter;
 use crate::gather::ray_scene::{RayScene, Receiver, SurfacePoint};
 use crate::hemicube::gloss::{EyeScene, Gloss};
 use crate::hemicube::indirect::gather_points::GatherScene;
+use crate::hemicube::mesh::element::Element;
 use crate::hemicube::{HemicubeRadiosity, Solution};
 use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::Vec3;
@@ -22,8 +23,8 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Direct light of one light at the fragments, and its mean on each element.
-type DirectLight = (Vec<f32>, Vec<f32>);
+/// Direct light of one light at the fragments, and its mean on each element and source.
+type DirectLight = (Vec<f32>, [Vec<f32>; 2]);
 
 impl HemicubeRadiosity {
     /// Solves the `wanted` lights that are not solved yet, in batches that fit into a quarter of
@@ -34,11 +35,12 @@ impl HemicubeRadiosity {
             .copied()
             .filter(|&l| self.solutions[l].is_none())
             .collect();
-        // Five blocks of three channels over the elements, three over the gather points, and values
-        // of the glossy fragments.
+        // Five blocks of three channels over the elements, two over the sources, three over the gather
+        // points, and values of the glossy fragments.
         let gather_points = self.gather_points.mesh.elements.len();
+        let sources = self.sources.mesh.elements.len();
         let glossy = self.gloss.as_ref().map_or(0, Gloss::count);
-        let each = 12 * (5 * self.mesh.elements.len() + 3 * gather_points + glossy);
+        let each = 12 * (5 * self.mesh.elements.len() + 2 * sources + 3 * gather_points + glossy);
         let together = (work.memory / 4 / each.max(1)).max(1);
         let begun = (work.memory / 8 / self.bytes_of_begun().max(1)).max(1);
         let done = AtomicUsize::new(0);
@@ -183,7 +185,7 @@ impl HemicubeRadiosity {
         let is_plane = |l: &usize| *l == lights[0] || self.shares_projection(lights[0], *l);
         let planes: Vec<usize> = (0..self.lights.len()).filter(is_plane).collect();
         let means = self.on_elements(light, &planes, work)?;
-        let level = means.iter().map(|m| self.level(m)).fold(0.0, f64::max);
+        let level = means.iter().map(|m| self.level(&m[0])).fold(0.0, f64::max);
         let precision = self.precision(self.tolerance * level);
         if self.rig.lights[lights[0]].is_bounced() {
             // Direct light of this one is computed elsewhere.
@@ -241,31 +243,58 @@ impl HemicubeRadiosity {
     }
 
     /// Reflected irradiance at every gather point for each light, from its direct light on the
-    /// elements, and the radiance of the elements that gloss shows.
+    /// elements and sources, and the radiance of the sources that gloss shows.
     fn reflected(
         &self,
         lights: &[usize],
-        on_elements: &[Vec<f32>],
+        on_elements: &[[Vec<f32>; 2]],
         work: Work<'_>,
     ) -> Result<Vec<[Vec<f32>; 2]>, Cancelled> {
         let width = on_elements.len() * 3;
-        let mut first = Vec::with_capacity(self.reflectance.len() * width);
         let gloss = self.gloss.as_ref();
         let emitters = gloss.map_or_else(Vec::new, |_| self.emitters(lights));
-        for (i, own) in self.reflectance.iter().enumerate() {
-            for (l, direct) in on_elements.iter().enumerate() {
-                let bounced = emitters.get(l).map_or(1.0, |e| self.bounced(e, i));
-                first.extend(own.map(|r| r * direct[i] * bounced));
+        let share = |l: usize, element: &Element| {
+            let emitter = emitters.get(l);
+            emitter.map_or(1.0, |emitter| self.bounced(emitter, element))
+        };
+        let mut first = Vec::with_capacity(self.reflectance.len() * width);
+        for (i, (own, element)) in self.reflectance.iter().zip(&self.mesh.elements).enumerate() {
+            for (l, [direct, _]) in on_elements.iter().enumerate() {
+                let lit = direct[i] * share(l, element);
+                first.extend(own.map(|r| r * lit));
             }
         }
-        let radiosity =
-            self.bounces
-                .interreflect(&self.rows, &first, &self.reflectance, width, work)?;
+        let (rows, reflectance) = (&self.rows, &self.reflectance);
+        let mut bounced = self
+            .bounces
+            .interreflect(rows, &first, reflectance, width, work)?;
+        // From radiosity to reflected irradiance.
+        let lines = bounced.chunks_mut(width).zip(first.chunks(width));
+        for ((line, first), own) in lines.zip(reflectance) {
+            for ((b, first), r) in line.iter_mut().zip(first).zip(own.iter().cycle()) {
+                *b = if *r > 0.0 { (*b - first) / r } else { 0.0 };
+            }
+        }
         drop(first);
+        let sources = &self.sources;
+        let mut radiosity = Vec::with_capacity(sources.reflectance.len() * width);
+        for (i, (own, source)) in sources
+            .reflectance
+            .iter()
+            .zip(&sources.mesh.elements)
+            .enumerate()
+        {
+            for (l, [_, direct]) in on_elements.iter().enumerate() {
+                let lit = direct[i] * share(l, source);
+                let at = |c: usize| sources.interpolated(i, |e| bounced[e * width + 3 * l + c]);
+                radiosity.extend([0, 1, 2].map(|c| own[c] * (lit + at(c))));
+            }
+        }
+        drop(bounced);
         let gather_scene = GatherScene {
             setting: self.setting(),
             vertices: &self.vertices,
-            to: &self.mesh,
+            to: &self.sources.mesh,
         };
         let gathered = self
             .gather_points
@@ -287,14 +316,13 @@ impl HemicubeRadiosity {
     }
 
     /// Ratio of the light that an element reflects from a light to that from uniform light.
-    fn bounced(&self, emitter: &Emitter<'_>, element: usize) -> f32 {
-        let element = &self.mesh.elements[element];
+    fn bounced(&self, emitter: &Emitter<'_>, element: &Element) -> f32 {
         let facet = &self.surfaces.facets[element.facet];
         let lobe = self.surfaces.lobe(element.facet as u32);
-        let Some((lobe, sample)) = lobe.zip(element.samples.first()) else {
+        let Some(lobe) = lobe else {
             return 1.0;
         };
-        let here = Receiver::new(facet, sample.point, 0.0);
+        let here = Receiver::new(facet, element.centre, 0.0);
         emitter.reflectance(Some(lobe), (here, None), [1.0; 3])[0] as f32
     }
 }

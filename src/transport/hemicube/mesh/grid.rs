@@ -62,6 +62,16 @@ impl Grid {
         }
     }
 
+    /// The grid with each cell divided into four.
+    pub(super) fn quartered(&self) -> Grid {
+        Grid {
+            scale: self.scale.map(|s| 2.0 * s),
+            counts: self.counts.map(|n| 2 * n),
+            first: 4 * self.first,
+            ..self.clone()
+        }
+    }
+
     /// Position in cells, not clamped.
     pub fn place(&self, p: Vec3) -> [f64; 2] {
         let d = p - self.origin;
