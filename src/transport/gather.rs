@@ -41,23 +41,21 @@ use crate::direct::{PreparedLight, check_rig, luminaires};
 use crate::gather::airlight::Airlight;
 use crate::gather::bounces::Bounces;
 use crate::gather::bvh::Bvh;
-use crate::gather::cells::{CellFinder, Cells};
+use crate::gather::cells::{CellFinder, CellSettings, Cells};
 use crate::gather::direct_light::{DirectLight, Unit};
 use crate::gather::emitter::{Emitter, SampleSum};
 use crate::gather::first_bounce::FirstBounces;
 use crate::gather::irradiance_filter::{even_out, filter};
-use crate::gather::lamp_patches::{KernelBounds, LampPatches, MOST_BOUNCES, Met};
+use crate::gather::lamp_patches::{LampPatches, MOST_BOUNCES, Met};
 use crate::gather::parts::{Look, Parts};
 use crate::gather::picture_rays::PictureRays;
 use crate::gather::ray_scene::{RayScene, Receiver, SurfacePoint};
 use crate::gather::sampling::{hash, point};
 use crate::memory::MemoryBudget;
 use crate::surfaces::FACET_BYTES;
-use crate::surfaces::camera::Camera;
-use crate::surfaces::camera::camera;
+use crate::surfaces::camera::Window;
 use crate::surfaces::surface::Surfaces;
-use crate::threads::Threads;
-use crate::unit_lights::UnitLights;
+use crate::unit_lights::{BandedScene, UnitLights, bands};
 use crate::{Quality, Setup, TransportError};
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
@@ -66,6 +64,8 @@ use footlight_show::model::Haze;
 use footlight_stage::Light;
 use rayon::prelude::*;
 use std::f64::consts::PI;
+use std::ops::Range;
+use std::sync::Arc;
 
 /// Most lights solved together, and the approximate bytes that they may take: one ray traversal
 /// serves all of them.
@@ -73,32 +73,42 @@ const BLOCK: usize = 8;
 const BLOCK_BYTES: usize = 192 << 20;
 /// Parts of pixels in one task.
 const PARTS: usize = 256;
+/// Approximate bytes of a band. Bands do not share cells, so that several take longer than one.
+const BAND_BYTES: usize = 3 << 30;
 /// Seed of the point sequences.
 const SEED_CELL_LIGHT: u32 = 0x777;
 
-/// G for one setup and step.
-pub struct FinalGather {
+/// A scene prepared for a view and a step of quality: everything that the bands of the picture
+/// share.
+pub struct GatherStage {
     step: GatherStep,
-    width: usize,
-    height: usize,
-    camera: Camera,
+    /// The whole picture, and the rows of its bands.
+    window: Window,
+    bands: Vec<Range<usize>>,
     surfaces: Surfaces,
     bvh: Bvh,
     lights: Vec<PreparedLight>,
     projectors: Vec<Option<Projector>>,
     /// True for each light of which only the reflected light is computed.
     is_bounced: Vec<bool>,
+    settings: CellSettings,
+    held: usize,
+}
+
+/// G for one setup and step, in a band of the picture.
+pub struct FinalGather {
+    stage: Arc<GatherStage>,
+    window: Window,
     parts: Parts,
     cells: Cells,
-    bounds: KernelBounds,
     bounces: Bounces,
     held: usize,
     /// For each light its image at unit strength, three channels interleaved.
     pictures: Vec<Option<Vec<f32>>>,
 }
 
-impl FinalGather {
-    /// Finds the visible surfaces and the cells that light them.
+impl GatherStage {
+    /// Prepares a scene.
     ///
     /// # Errors
     /// [`TransportError`] for an unusable setup or too small a budget, and on cancel.
@@ -106,88 +116,116 @@ impl FinalGather {
         setup: &Setup,
         quality: Quality,
         work: Work<'_>,
-    ) -> Result<FinalGather, TransportError> {
+    ) -> Result<GatherStage, TransportError> {
         let step = GatherStep::of(quality)?;
-        Threads::new(work)?.install(|| FinalGather::prepare(setup, step, work))
-    }
-
-    fn prepare(
-        setup: &Setup,
-        step: GatherStep,
-        work: Work<'_>,
-    ) -> Result<FinalGather, TransportError> {
         let Setup { scene, rig, view } = setup;
         check_rig(scene, rig)?;
-        let camera = camera(view)?;
+        let window = Window::new(view)?;
         let mut budget = MemoryBudget::new(work);
         budget.take("the stage", scene.polygons.len() * FACET_BYTES)?;
         let surfaces = Surfaces::new(scene)?;
         let lights = luminaires(&surfaces, rig)?;
-        let pixels = view.width * view.height;
-        // A lower bound: pixels that show several surfaces have more rays.
-        let each = 4 * (step.first + step.rays) as usize;
-        budget.check("the rays of the picture", pixels.saturating_mul(each))?;
         let bvh = Bvh::new(&surfaces, work)?;
         budget.take("the hierarchy of triangles", bvh.bytes())?;
-        let picture = PictureRays {
-            scene: RayScene::new(&surfaces, &bvh),
-            camera: &camera,
-            size: [view.width, view.height],
+        let settings = rays((&surfaces, &bvh), &window, step).cell_settings(work)?;
+        Ok(GatherStage {
             step,
-        };
+            window,
+            bands: bands(&window, step.pixel_bytes() + 12 * lights.len(), BAND_BYTES),
+            lights,
+            projectors: rig.lights.iter().map(projector).collect(),
+            is_bounced: rig.lights.iter().map(Light::is_bounced).collect(),
+            settings,
+            held: budget.held,
+            surfaces,
+            bvh,
+        })
+    }
+}
+
+impl BandedScene for GatherStage {
+    type Band = FinalGather;
+
+    fn window(&self) -> &Window {
+        &self.window
+    }
+
+    fn bands(&self) -> &[Range<usize>] {
+        &self.bands
+    }
+
+    fn bytes(&self) -> usize {
+        self.held
+    }
+
+    /// Finds the visible surfaces and the cells that light them.
+    fn band(
+        self: Arc<Self>,
+        window: Window,
+        work: Work<'_>,
+    ) -> Result<FinalGather, TransportError> {
+        let mut budget = MemoryBudget::new(work);
+        // A lower bound: pixels that show several surfaces have more rays.
+        let each = 4 * (self.step.first + self.step.rays) as usize;
+        let most = window.pixels().saturating_mul(each);
+        budget.check("the rays of the picture", most)?;
+        let picture = rays((&self.surfaces, &self.bvh), &window, self.step);
         let seen = picture.seen(work)?;
-        let settings = picture.cell_settings(&seen, work)?;
-        let mut finder = CellFinder::new(picture.scene, settings);
-        let parts = picture.gather(&seen, settings, &mut finder, &budget, work)?;
+        let mut finder = CellFinder::new(picture.scene, self.settings);
+        let parts = picture.gather(&seen, self.settings, &mut finder, &budget, work)?;
         drop(seen);
         budget.take("the rays of the picture", parts.bytes())?;
         let cells = finder.find(&budget, work)?;
         budget.take("the radiosity cache", cells.bytes())?;
         let bounces = cells.bounces(work)?;
         Ok(FinalGather {
-            step,
-            width: view.width,
-            height: view.height,
-            camera,
-            lights,
-            projectors: rig.lights.iter().map(projector).collect(),
-            is_bounced: rig.lights.iter().map(Light::is_bounced).collect(),
+            window,
             parts,
             cells,
-            bounds: settings.bounds,
             bounces,
             held: budget.held,
-            pictures: rig.lights.iter().map(|_| None).collect(),
-            surfaces,
-            bvh,
+            pictures: self.lights.iter().map(|_| None).collect(),
+            stage: self,
         })
     }
+}
 
+/// The camera's rays through a window.
+fn rays<'a>(
+    (surfaces, bvh): (&'a Surfaces, &'a Bvh),
+    window: &'a Window,
+    step: GatherStep,
+) -> PictureRays<'a> {
+    PictureRays {
+        scene: RayScene::new(surfaces, bvh),
+        camera: &window.camera,
+        size: [window.width, window.height],
+        step,
+    }
+}
+
+impl FinalGather {
     fn scene(&self) -> RayScene<'_> {
-        RayScene::new(&self.surfaces, &self.bvh)
+        RayScene::new(&self.stage.surfaces, &self.stage.bvh)
     }
 
     fn rays(&self) -> PictureRays<'_> {
-        PictureRays {
-            scene: self.scene(),
-            camera: &self.camera,
-            size: [self.width, self.height],
-            step: self.step,
-        }
+        let GatherStage { surfaces, bvh, .. } = self.stage.as_ref();
+        rays((surfaces, bvh), &self.window, self.stage.step)
     }
 
     fn emitter(&self, light: usize) -> Emitter<'_> {
-        let projector = self.projectors[light].as_ref();
-        Emitter::new(&self.surfaces, &self.lights[light], projector)
+        let projector = self.stage.projectors[light].as_ref();
+        Emitter::new(&self.stage.surfaces, &self.stage.lights[light], projector)
     }
 
     /// Patches of the bounces of a light, if it needs any.
     fn patches(&self, light: usize) -> Vec<LampPatches> {
-        let PreparedLight::Spot(beam) = &self.lights[light] else {
+        let PreparedLight::Spot(beam) = &self.stage.lights[light] else {
             return Vec::new();
         };
-        let projector = self.projectors[light].as_ref();
-        LampPatches::of_bounces(self.scene(), beam, projector, self.bounds)
+        let projector = self.stage.projectors[light].as_ref();
+        LampPatches::of_bounces(self.scene(), beam, projector, self.stage.settings.bounds)
     }
 
     /// Reflected radiance of each of the lights in every pixel, without the light that pixels take
@@ -224,10 +262,10 @@ impl FinalGather {
             out.iter_mut().for_each(|sum| *sum *= share);
             Ok::<(), Cancelled>(())
         })?;
-        let filtered = filter(&self.parts, self.width, &gathered, width, work)?;
+        let filtered = filter(&self.parts, self.window.width, &gathered, width, work)?;
         drop(gathered);
         let picture = |light| {
-            let mut picture = vec![0.0_f32; 3 * self.width * self.height];
+            let mut picture = vec![0.0_f32; 3 * self.window.width * self.window.height];
             self.add_light(&filtered, (light, lights.len()), &mut picture);
             picture
         };
@@ -241,7 +279,7 @@ impl FinalGather {
             for at in self.parts.pixels.range(pixel) {
                 let part = &self.parts.all()[at];
                 let arrives = &arrives[3 * (at * lights + light)..];
-                let reflected = self.parts.reflectance(part, &self.surfaces);
+                let reflected = self.parts.reflectance(part, &self.stage.surfaces);
                 let share = part.share * self.scene().clearness(part.length.into()) as f32;
                 for ((out, r), arrives) in out.iter_mut().zip(reflected).zip(arrives) {
                     *out += share * r * arrives;
@@ -267,7 +305,7 @@ impl FinalGather {
             let emitters: Vec<Emitter<'_>> = lamps.into_iter().map(Emitter::Patches).collect();
             let light = DirectLight {
                 rays: PictureRays {
-                    step: self.step.of_patches(),
+                    step: self.stage.step.of_patches(),
                     ..self.rays()
                 },
                 parts: &self.parts,
@@ -284,14 +322,14 @@ impl FinalGather {
                 .iter()
                 .zip(light.chunks_exact_mut(3 * lights));
             for ((part, light), variance) in parts.zip(variance.chunks_exact_mut(lights)) {
-                let reflected = self.parts.reflectance(part, &self.surfaces);
+                let reflected = self.parts.reflectance(part, &self.stage.surfaces);
                 let inverse = reflected.map(|r| if r > 0.0 { 1.0 / r } else { 0.0 });
                 let factors = inverse.iter().cycle();
                 light.iter_mut().zip(factors).for_each(|(v, r)| *v *= r);
                 let most = reflected.iter().copied().fold(f32::MIN_POSITIVE, f32::max);
                 variance.iter_mut().for_each(|v| *v /= most * most);
             }
-            even_out(&self.parts, self.width, &mut light, &variance, work)?;
+            even_out(&self.parts, self.window.width, &mut light, &variance, work)?;
             for (at, picture) in lit.into_iter().enumerate() {
                 self.add_light(&light, (at, lights), picture);
             }
@@ -310,7 +348,7 @@ impl FinalGather {
         let airlight = Airlight {
             scene: self.scene(),
             haze,
-            nodes: self.step.nodes,
+            nodes: self.stage.step.nodes,
         };
         let ends = |pixel: usize| {
             let parts = self.parts.pixels.get(pixel).iter();
@@ -320,7 +358,7 @@ impl FinalGather {
                 (part.share, SurfacePoint { facet, point })
             })
         };
-        let view = (&self.camera, [self.width, self.height]);
+        let view = (&self.window.camera, [self.window.width, self.window.height]);
         let scattered = airlight.picture(emitters, view, ends, work)?;
         let lights = emitters.len();
         for (light, picture) in pictures.iter_mut().enumerate() {
@@ -351,7 +389,7 @@ impl FinalGather {
                         facet,
                         point: place,
                     } = p.place(self.scene());
-                    let normal = self.surfaces.facets[facet as usize].normal;
+                    let normal = self.stage.surfaces.facets[facet as usize].normal;
                     let at = Receiver {
                         point: place,
                         normal,
@@ -359,12 +397,12 @@ impl FinalGather {
                     };
                     // Approximate footprint of a pixel there.
                     let footprint = || {
-                        let distance = (place - self.camera.origin).length();
-                        let side = distance * self.camera.step_x * 4.0;
+                        let distance = (place - self.window.camera.origin).length();
+                        let side = distance * self.window.camera.step_x * 4.0;
                         frame(normal).map(|way| way * side)
                     };
                     let random = point(k as u32, seed);
-                    let lobe = self.surfaces.lobe(facet);
+                    let lobe = self.stage.surfaces.lobe(facet);
                     for (sum, emitter) in sums.iter_mut().zip(&emitters) {
                         let sample = emitter.sample(self.scene(), at, footprint, random);
                         let [weight, ..] = emitter.reflectance(lobe, (at, None), [1.0; 3]);
@@ -386,14 +424,10 @@ impl UnitLights for FinalGather {
         self.held
     }
 
-    fn pixels(&self) -> usize {
-        self.width * self.height
-    }
-
     fn solve(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError> {
         let is_new = |l: &usize| self.pictures[*l].is_none();
         let new: Vec<usize> = wanted.iter().copied().filter(is_new).collect();
-        let pixels = self.pixels();
+        let pixels = self.window.pixels();
         let each = 12 * pixels;
         check_memory("the lights", new.len() * each, work.memory)?;
         let parts = self.parts.all().len();
@@ -407,7 +441,7 @@ impl UnitLights for FinalGather {
         let mut done = 0;
         // Direct light of bounced lights is computed elsewhere.
         let (whole, bounced): (Vec<usize>, Vec<usize>) =
-            new.iter().partition(|&&l| !self.is_bounced[l]);
+            new.iter().partition(|&&l| !self.stage.is_bounced[l]);
         for block in whole.chunks(together).chain(bounced.chunks(together)) {
             work.progress.report("reflected light", done, new.len());
             let lamps: Vec<Vec<LampPatches>> = block.iter().map(|&l| self.patches(l)).collect();
@@ -420,7 +454,7 @@ impl UnitLights for FinalGather {
             let mut found = self.indirect(block, &lamps, work)?;
             let emitters: Vec<Emitter<'_>> = block.iter().map(|&l| self.emitter(l)).collect();
             let report = (done, new.len());
-            let is_bounced = self.is_bounced[block[0]];
+            let is_bounced = self.stage.is_bounced[block[0]];
             if !is_bounced {
                 let direct = DirectLight {
                     rays: self.rays(),
@@ -432,7 +466,7 @@ impl UnitLights for FinalGather {
                 direct.add_to(&mut found, work)?;
             }
             self.add_patches(&lamps, &mut found, report, work)?;
-            if let Some(haze) = self.surfaces.haze.filter(|_| !is_bounced) {
+            if let Some(haze) = self.stage.surfaces.haze.filter(|_| !is_bounced) {
                 self.add_airlight(haze, &emitters, &mut found, work)?;
             }
             done += block.len();
@@ -453,10 +487,13 @@ impl UnitLights for FinalGather {
             .filter(|(_, s)| s.iter().any(|x| *x != 0.0))
             .filter_map(|(picture, s)| picture.as_ref().map(|p| (p, *s)))
             .collect();
-        let mut image = Image::new(self.width, self.height);
-        let rows = image.data_mut().par_chunks_mut(3 * self.width).enumerate();
+        let mut image = Image::new(self.window.width, self.window.height);
+        let rows = image
+            .data_mut()
+            .par_chunks_mut(3 * self.window.width)
+            .enumerate();
         rows.for_each(|(y, row)| {
-            let start = 3 * y * self.width;
+            let start = 3 * y * self.window.width;
             for (i, value) in row.iter_mut().enumerate() {
                 let of =
                     |(picture, s): &(&Vec<f32>, [f64; 3])| s[i % 3] * f64::from(picture[start + i]);

@@ -1,10 +1,11 @@
 //! Radiosity by hemicubes.
 //!
 //! Direct light is exact at every fragment of the image; reflected light is the radiosity of mesh
-//! elements, gathered by hemicubes that see each element in four parts. Every light is solved once at unit strength: settings, colours
-//! and filters only scale it, so that G is linear by construction. Invariant: mesh, order of
-//! summation and number of iterations depend on setup and quality alone. The only part of the other
-//! renderer that this module uses is light in haze and in gloss.
+//! elements, gathered by hemicubes that see each element in four parts. Every light is solved once
+//! at unit strength: settings, colours and filters only scale it, so that G is linear by
+//! construction. Large pictures are made in bands of rows, which share the mesh. Invariant: mesh,
+//! order of summation and number of iterations depend on setup and quality alone. The only part of
+//! the other renderer that this module uses is light in haze and in gloss.
 
 #![allow(
     clippy::indexing_slicing,
@@ -21,9 +22,10 @@ pub mod mesh;
 pub mod raster;
 mod rounding;
 mod solution;
-mod sources;
+pub mod sources;
 pub mod step;
 
+use crate::contract::check_memory;
 use crate::direct::cluster::{Receiver, Receivers};
 use crate::direct::projector::{Projector, projector};
 use crate::direct::{PreparedLight, check_rig, luminaires};
@@ -44,21 +46,26 @@ use crate::hemicube::sources::Sources;
 use crate::hemicube::step::HemicubeStep;
 use crate::memory::MemoryBudget;
 use crate::surfaces::FACET_BYTES;
+use crate::surfaces::camera::Window;
 use crate::surfaces::fragment::{Fragment, Fragments, fragments};
 use crate::surfaces::hierarchy::{Hierarchy, SceneGeometry};
 use crate::surfaces::lists::Lists;
 use crate::surfaces::surface::Surfaces;
-use crate::unit_lights::UnitLights;
+use crate::unit_lights::{BandedScene, UnitLights, bands};
 use crate::{Setup, TransportError};
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
 use footlight_show::geometry::Vec3;
 use footlight_stage::Rig;
-use std::sync::Arc;
+use std::ops::Range;
+use std::sync::{Arc, Mutex};
 
 /// Approximate bytes that a fragment takes apart from its own: a receiver, its clusters, and four
 /// gather weights.
 const FRAGMENT_BYTES: usize = 180;
+
+/// Approximate bytes of a band of the picture.
+const BAND_BYTES: usize = 448 << 20;
 
 /// Approximate bytes of an element with its samples.
 const ELEMENT_BYTES: usize = 512;
@@ -79,20 +86,22 @@ struct Solution {
     elements: Vec<f32>,
 }
 
-/// G for one setup and step.
-pub struct HemicubeRadiosity {
+/// A scene meshed for a view and a step of quality: everything that the bands of the picture share.
+pub struct HemicubeScene {
     rig: Arc<Rig>,
-    width: usize,
-    height: usize,
+    step: HemicubeStep,
+    /// The whole picture, and the rows of its bands.
+    window: Window,
+    bands: Vec<Range<usize>>,
+    /// Fragments of the picture until its only band is made; `None` when there are several.
+    fragments: Mutex<Option<Fragments>>,
+    /// Visible area of each facet, pixels.
+    areas: Vec<f64>,
     surfaces: Surfaces,
     vertices: VertexBuffer,
     hierarchy: Hierarchy,
     /// Hierarchy for haze and gloss.
     bvh: Option<Bvh>,
-    /// `None` when the image shows nothing glossy.
-    gloss: Option<Gloss>,
-    /// Nodes along a ray of sight in haze.
-    nodes: usize,
     lights: Vec<PreparedLight>,
     /// For each light its projector, if it is a projection.
     projectors: Vec<Option<Projector>>,
@@ -105,6 +114,20 @@ pub struct HemicubeRadiosity {
     reflectance: Vec<[f32; 3]>,
     rows: Rows,
     bounces: Bounces,
+    /// Share of the image of each element.
+    visible_shares: Vec<f64>,
+    element_receivers: Receivers,
+    /// Approximate bytes held.
+    held: usize,
+}
+
+/// G for one setup and step, in a band of the picture.
+pub struct HemicubeRadiosity {
+    scene: Arc<HemicubeScene>,
+    width: usize,
+    height: usize,
+    /// `None` when the image shows nothing glossy.
+    gloss: Option<Gloss>,
     gather_points: GatherPoints,
     fragments: Fragments,
     /// `None` when the image shows no round surface.
@@ -113,21 +136,14 @@ pub struct HemicubeRadiosity {
     paints: Vec<[f32; 3]>,
     /// Gather points around each fragment, with their weights.
     gather_weights: Lists<(u32, f32)>,
-    /// Share of the image of each element.
-    visible_shares: Vec<f64>,
-    /// Allowed error of interpolated direct light, relative to its level in the image.
-    tolerance: f64,
-    /// See `IrradiancePrecision::near`.
-    near: f64,
     fragment_receivers: Receivers,
-    element_receivers: Receivers,
     /// Approximate bytes held.
     held: usize,
     solutions: Vec<Option<Solution>>,
 }
 
-impl HemicubeRadiosity {
-    /// Prepares the operator.
+impl HemicubeScene {
+    /// Meshes a scene.
     ///
     /// # Errors
     /// [`TransportError`] for an unusable setup or too small a budget, and on cancel.
@@ -135,9 +151,10 @@ impl HemicubeRadiosity {
         setup: &Setup,
         step: HemicubeStep,
         work: Work<'_>,
-    ) -> Result<HemicubeRadiosity, TransportError> {
+    ) -> Result<HemicubeScene, TransportError> {
         let Setup { scene, rig, view } = setup;
         check_rig(scene, rig)?;
+        let window = Window::new(view)?;
         let mut budget = MemoryBudget::new(work);
         budget.take("the stage", scene.polygons.len() * FACET_BYTES)?;
         let surfaces = Surfaces::new(scene)?;
@@ -152,43 +169,51 @@ impl HemicubeRadiosity {
             "the hierarchy of triangles",
             bvh.as_ref().map_or(0, Bvh::bytes),
         )?;
-        // Bands of the image are computed separately and then copied together.
-        let pixels = view.width.saturating_mul(view.height);
-        let bands = pixels.saturating_mul(2 * size_of::<Fragment>());
-        budget.check("the picture", bands)?;
-        let fragments = fragments(&surfaces, view, step.sampling, work)?;
-        let each = size_of::<Fragment>() + FRAGMENT_BYTES + 4 * rig.lights.len();
-        let every = fragments.all().len() * each;
-        budget.take("direct light at every fragment", every)?;
 
-        let rounding = Rounding::new(&surfaces, &fragments);
-        budget.take(
-            "round surfaces",
-            rounding.as_ref().map_or(0, Rounding::bytes),
-        )?;
-
+        let bands = bands(&window, pixel_bytes(step, rig), BAND_BYTES);
+        let left = budget.share(1, work);
+        let mut kept = None;
+        // The fragments of one band after another; those of a single one are kept.
+        let mut each_band = |see: &mut dyn FnMut(&Fragments)| {
+            let mut from = 0;
+            for Range { end, .. } in bands.iter().cloned() {
+                let fragments = match kept.take() {
+                    Some(fragments) => fragments,
+                    None => seen(&surfaces, &window.rows(from..end), step, left)?,
+                };
+                from = end;
+                see(&fragments);
+                kept = (bands.len() == 1).then_some(fragments);
+            }
+            Ok::<(), TransportError>(())
+        };
         let layout = Layout::of_elements(&surfaces, step.elements);
+        let finer = layout.quartered();
+        let requests = |layout: &Layout| vec![CellRequest::WANTED; layout.cells()];
+        let (mut requested, mut of_sources) = (requests(&layout), requests(&finer));
+        let mut areas = vec![0.0; surfaces.facets.len()];
+        each_band(&mut |fragments| {
+            record_visible_points(&layout, fragments, &mut requested);
+            record_visible_points(&finer, fragments, &mut of_sources);
+            for f in fragments.all() {
+                areas[f.facet] += f64::from(f.weight);
+            }
+        })?;
         // Each element and its four sources.
         budget.take("the mesh", 5 * layout.cells() * ELEMENT_BYTES)?;
         let seeds = seeds(setting, &lights, view.from);
-        let mut requests = vec![CellRequest::WANTED; layout.cells()];
-        record_visible_points(&layout, &fragments, &mut requests);
-        let mesh = layout.clone().mesh(setting, &seeds, &requests, work)?;
-        let sources = Sources::new(&layout, &mesh, (setting, &seeds, &fragments), work)?;
+        let mesh = layout.mesh(setting, &seeds, &requested, work)?;
+        let sources = finer.mesh(setting, &seeds, &of_sources, work)?;
+        let sources = Sources::new(sources, &mesh, &surfaces);
+        let mut visible_shares = vec![0.0; mesh.elements.len()];
+        each_band(&mut |fragments| add_visible(&mesh, fragments, &mut visible_shares))?;
+        let all: f64 = areas.iter().sum();
+        visible_shares
+            .iter_mut()
+            .for_each(|own| *own /= all.max(1.0));
 
-        let gloss = match bvh.as_ref().filter(|_| surfaces.is_glossy()) {
-            Some(bvh) => {
-                let seen = EyeScene {
-                    scene: RayScene::new(&surfaces, bvh),
-                    fragments: &fragments,
-                };
-                let size = (view.width, step.lobe_rays);
-                Gloss::new(seen, &sources.mesh, size, budget.share(1, work))?
-            }
-            None => None,
-        };
-        budget.take("reflections", gloss.as_ref().map_or(0, Gloss::bytes))?;
-
+        let held_for_band = kept.as_ref().map_or(0, |f| size_of_val(f.all()));
+        budget.take("the picture", held_for_band)?;
         let gather_scene = GatherScene {
             setting,
             vertices: &vertices,
@@ -203,57 +228,116 @@ impl HemicubeRadiosity {
         let reflectance = mesh.elements.iter().map(|e| e.reflectance(&surfaces));
         let reflectance: Vec<[f32; 3]> = reflectance.map(|of| of.map(|r| r as f32)).collect();
         work.check()?;
-        let bounces = Bounces::new(&rows, &reflectance);
+        Ok(HemicubeScene {
+            rig: Arc::clone(rig),
+            step,
+            window,
+            fragments: Mutex::new(kept),
+            areas,
+            bounces: Bounces::new(&rows, &reflectance),
+            rows,
+            reflectance,
+            element_receivers: Receivers::new(&surfaces, &samples(&mesh)),
+            projectors: rig.lights.iter().map(projector).collect(),
+            held: budget.held - held_for_band,
+            bands,
+            surfaces,
+            vertices,
+            hierarchy,
+            bvh,
+            lights,
+            mesh,
+            sources,
+            seeds,
+            visible_shares,
+        })
+    }
 
-        let gather_scene = GatherScene {
-            to: &sources.mesh,
-            ..gather_scene
+    /// The geometry with its hierarchy.
+    fn setting(&self) -> SceneGeometry<'_> {
+        SceneGeometry::new(&self.surfaces, &self.hierarchy)
+    }
+}
+
+impl BandedScene for HemicubeScene {
+    type Band = HemicubeRadiosity;
+
+    fn window(&self) -> &Window {
+        &self.window
+    }
+
+    fn bands(&self) -> &[Range<usize>] {
+        &self.bands
+    }
+
+    fn bytes(&self) -> usize {
+        self.held
+    }
+
+    fn band(
+        self: Arc<Self>,
+        window: Window,
+        work: Work<'_>,
+    ) -> Result<HemicubeRadiosity, TransportError> {
+        let (surfaces, step, setting) = (&self.surfaces, self.step, self.setting());
+        let lights = self.rig.lights.len();
+        let mut budget = MemoryBudget::new(work);
+        let kept = self.fragments.lock().ok().and_then(|mut kept| kept.take());
+        let fragments = match kept {
+            Some(fragments) => fragments,
+            None => seen(surfaces, &window, step, work)?,
         };
-        let left = budget.share(1, work);
+        let every = fragments.all().len() * fragment_bytes(lights);
+        budget.take("direct light at every fragment", every)?;
+        let rounding = Rounding::new(surfaces, &fragments);
+        budget.take(
+            "round surfaces",
+            rounding.as_ref().map_or(0, Rounding::bytes),
+        )?;
+        let gloss = match self.bvh.as_ref().filter(|_| surfaces.is_glossy()) {
+            Some(bvh) => {
+                let seen = EyeScene {
+                    scene: RayScene::new(surfaces, bvh),
+                    fragments: &fragments,
+                };
+                let size = (window.width, step.lobe_rays);
+                Gloss::new(seen, &self.sources.mesh, size, budget.share(1, work))?
+            }
+            None => None,
+        };
+        budget.take("reflections", gloss.as_ref().map_or(0, Gloss::bytes))?;
+        let gather_scene = GatherScene {
+            setting,
+            vertices: &self.vertices,
+            to: &self.sources.mesh,
+        };
         let gather_points = GatherPoints::new(
             gather_scene,
-            &seeds,
+            (&self.seeds, &self.areas),
             (&fragments, rounding.as_ref()),
             step,
-            left,
+            budget.share(1, work),
         )?;
         budget.take("gather points", gather_points.bytes())?;
         let count = gather_points.mesh.elements.len();
-        let reflected = size_of::<[f32; 3]>() * count * rig.lights.len();
+        let reflected = size_of::<[f32; 3]>() * count * lights;
         budget.take("reflected light at every gather point", reflected)?;
         work.check()?;
         let gather_weights = weights(&gather_points.mesh, &fragments, rounding.as_ref(), work)?;
         work.check()?;
         Ok(HemicubeRadiosity {
-            rig: Arc::clone(rig),
-            width: view.width,
-            height: view.height,
-            fragment_receivers: Receivers::of_fragments(&surfaces, &fragments),
-            element_receivers: Receivers::new(&surfaces, &samples(&mesh)),
-            solutions: rig.lights.iter().map(|_| None).collect(),
-            visible_shares: visible_shares(&mesh, &fragments),
-            rounding,
-            paints: compose::paints(&surfaces, &fragments),
-            surfaces,
-            vertices,
-            hierarchy,
-            bvh,
+            width: window.width,
+            height: window.height,
+            fragment_receivers: Receivers::of_fragments(surfaces, &fragments),
+            paints: compose::paints(surfaces, &fragments),
+            solutions: self.rig.lights.iter().map(|_| None).collect(),
+            held: budget.held,
+            scene: self,
             gloss,
-            nodes: step.nodes,
-            lights,
-            projectors: rig.lights.iter().map(projector).collect(),
-            mesh,
-            sources,
-            seeds,
-            reflectance,
-            rows,
-            bounces,
             gather_points,
             fragments,
+            rounding,
             gather_weights,
-            tolerance: step.tolerance,
-            near: step.near,
-            held: budget.held,
         })
     }
 }
@@ -263,10 +347,6 @@ impl UnitLights for HemicubeRadiosity {
         self.held
     }
 
-    fn pixels(&self) -> usize {
-        self.width * self.height
-    }
-
     fn solve(&mut self, wanted: &[usize], work: Work<'_>) -> Result<(), TransportError> {
         self.solve_lights(wanted, work)
     }
@@ -274,6 +354,30 @@ impl UnitLights for HemicubeRadiosity {
     fn picture(&self, strengths: &[[f64; 3]]) -> Image {
         self.compose(strengths)
     }
+}
+
+/// Approximate bytes of a fragment for this many lights.
+fn fragment_bytes(lights: usize) -> usize {
+    size_of::<Fragment>() + FRAGMENT_BYTES + size_of::<f32>() * lights
+}
+
+/// Approximate bytes of a pixel that shows one facet, for all lights of a rig.
+fn pixel_bytes(step: HemicubeStep, rig: &Rig) -> usize {
+    let fragments = step.sampling.split.parts().pow(2);
+    fragments * fragment_bytes(rig.lights.len())
+}
+
+/// The fragments of a window, if they fit into the memory left.
+fn seen(
+    surfaces: &Surfaces,
+    window: &Window,
+    step: HemicubeStep,
+    work: Work<'_>,
+) -> Result<Fragments, TransportError> {
+    // Parts of the window are computed separately and then copied together.
+    let parts = window.pixels().saturating_mul(2 * size_of::<Fragment>());
+    check_memory("the picture", parts, work.memory)?;
+    Ok(fragments(surfaces, window, step.sampling, work)?)
 }
 
 /// Gather points of each fragment with their interpolation weights.
@@ -306,20 +410,14 @@ fn weights(
     })
 }
 
-/// Share of the image of each element.
-fn visible_shares(mesh: &Mesh, fragments: &Fragments) -> Vec<f64> {
-    let mut shares = vec![0.0; mesh.elements.len()];
-    let mut all = 0.0;
+/// Adds the pixels that show each element.
+fn add_visible(mesh: &Mesh, fragments: &Fragments, pixels: &mut [f64]) {
     for f in fragments.all() {
-        let pixels = f64::from(f.weight);
-        all += pixels;
         // A facet that reflects nothing has no element.
-        if let Some(own) = shares.get_mut(mesh.at(f.facet, f.point) as usize) {
-            *own += pixels;
+        if let Some(own) = pixels.get_mut(mesh.at(f.facet, f.point) as usize) {
+            *own += f64::from(f.weight);
         }
     }
-    shares.iter_mut().for_each(|own| *own /= f64::max(all, 1.0));
-    shares
 }
 
 /// Samples of all elements.

@@ -6,8 +6,8 @@
 
 mod calibration;
 
-use crate::gather::{self, FinalGather, PathEstimator};
-use crate::hemicube::HemicubeRadiosity;
+use crate::gather::{self, GatherStage, PathEstimator};
+use crate::hemicube::HemicubeScene;
 use crate::hemicube::cost::Counts;
 use crate::hemicube::step::{HemicubeStep, STEPS};
 use crate::surfaces::FACET_BYTES;
@@ -43,13 +43,14 @@ impl Transport for Radiosity {
         quality: Quality,
         work: Work<'_>,
     ) -> Result<Box<dyn Prepared>, TransportError> {
-        if is_final_gather(setup) {
-            let operator = FinalGather::new(setup, quality, work)?;
-            return Ok(Box::new(Composed::new(operator, &setup.rig)));
-        }
-        let step = HemicubeStep::of(quality)?;
-        let operator = Threads::new(work)?.install(|| HemicubeRadiosity::new(setup, step, work))?;
-        Ok(Box::new(Composed::new(operator, &setup.rig)))
+        Threads::new(work)?.install(|| -> Result<Box<dyn Prepared>, TransportError> {
+            if is_final_gather(setup) {
+                let stage = GatherStage::new(setup, quality, work)?;
+                return Ok(Box::new(Composed::new(stage, &setup.rig, work)?));
+            }
+            let scene = HemicubeScene::new(setup, HemicubeStep::of(quality)?, work)?;
+            Ok(Box::new(Composed::new(scene, &setup.rig, work)?))
+        })
     }
 
     fn least_bytes(&self, setup: &Setup) -> usize {

@@ -1,26 +1,57 @@
 //! Common part of both methods: every light is solved once at unit strength, and images of settings
-//! are composed from these.
+//! are composed from these. Large pictures are made in bands of rows, so that memory follows the
+//! band.
 
 #![allow(
     clippy::indexing_slicing,
-    reason = "one entry for each light of the rig"
+    reason = "one entry for each light of the rig, or each row of the picture"
 )]
 
 use crate::contract::{check_memory, check_settings};
+use crate::surfaces::camera::Window;
 use crate::threads::Threads;
 use crate::{Prepared, TransportError};
 use footlight_host::work::Work;
 use footlight_picture::Image;
 use footlight_stage::{Light, Rig};
+use std::ops::Range;
 use std::sync::Arc;
 
-/// A method that stores its lights at unit strength.
-pub trait UnitLights: Send {
+/// Rows that a band shares with the next, and in which the pictures of both are blended.
+const SHARED_ROWS: usize = 16;
+
+/// A scene prepared for a view, from which bands of the picture are made.
+pub trait BandedScene: Send + Sync + Sized {
+    /// A band.
+    type Band: UnitLights;
+
+    /// The whole picture.
+    fn window(&self) -> &Window;
+
+    /// The rows of each band.
+    fn bands(&self) -> &[Range<usize>];
+
     /// Bytes held.
     fn bytes(&self) -> usize;
 
-    /// Pixels of an image.
-    fn pixels(&self) -> usize;
+    /// Prepares a band, whose rows are `window`.
+    ///
+    /// # Errors
+    /// [`TransportError`] for too small a budget, and on cancel.
+    fn band(self: Arc<Self>, window: Window, work: Work<'_>) -> Result<Self::Band, TransportError>;
+
+    /// The whole picture as one band.
+    #[cfg(test)]
+    fn whole(self: &Arc<Self>, work: Work<'_>) -> Result<Self::Band, TransportError> {
+        let window = *self.window();
+        Threads::new(work)?.install(|| Arc::clone(self).band(window, work))
+    }
+}
+
+/// Some rows of the picture, with lights at unit strength.
+pub trait UnitLights: Send {
+    /// Bytes held, without those of the scene.
+    fn bytes(&self) -> usize;
 
     /// Solves the `wanted` lights that are not solved yet.
     ///
@@ -32,25 +63,63 @@ pub trait UnitLights: Send {
     fn picture(&self, strengths: &[[f64; 3]]) -> Image;
 }
 
-/// A method prepared for the settings of a rig.
-pub struct Composed<M> {
-    method: M,
+/// Splits the rows of a picture into bands, given the bytes of a pixel and of a band. Apart from the
+/// first, each begins [`SHARED_ROWS`] before the end of the one above.
+pub fn bands(window: &Window, pixel_bytes: usize, band_bytes: usize) -> Vec<Range<usize>> {
+    let most = band_bytes / (pixel_bytes * window.width).max(1);
+    let count = window.height.div_ceil(most.max(4 * SHARED_ROWS)).max(1);
+    let start = |band: usize| band * window.height / count;
+    let band = |at| start(at).saturating_sub(SHARED_ROWS)..start(at + 1);
+    (0..count).map(band).collect()
+}
+
+/// A scene prepared for the settings of a rig.
+pub struct Composed<S: BandedScene> {
+    scene: Arc<S>,
+    /// The last band that was made, and its index.
+    shown: Option<(usize, S::Band)>,
     rig: Arc<Rig>,
     first_equal: Vec<usize>,
 }
 
-impl<M: UnitLights> Composed<M> {
-    /// A method for the lights of a rig.
-    pub fn new(method: M, rig: &Arc<Rig>) -> Composed<M> {
-        Composed {
-            method,
+impl<S: BandedScene> Composed<S> {
+    /// A scene with its first band, for the lights of a rig.
+    ///
+    /// # Errors
+    /// [`TransportError`] for too small a budget, and on cancel.
+    pub fn new(scene: S, rig: &Arc<Rig>, work: Work<'_>) -> Result<Composed<S>, TransportError> {
+        let mut composed = Composed {
+            scene: Arc::new(scene),
+            shown: None,
             rig: Arc::clone(rig),
             first_equal: first_equal(&rig.lights),
-        }
+        };
+        composed.show(0, work)?;
+        Ok(composed)
+    }
+
+    /// The band of an index, with the memory that it leaves.
+    fn show<'w>(
+        &mut self,
+        at: usize,
+        work: Work<'w>,
+    ) -> Result<(&mut S::Band, Work<'w>), TransportError> {
+        let held = self.shown.take();
+        let band = match held.filter(|(shown, _)| *shown == at) {
+            Some((_, band)) => band,
+            None => {
+                let window = self.scene.window().rows(self.scene.bands()[at].clone());
+                let work = work.holding(self.scene.bytes());
+                Arc::clone(&self.scene).band(window, work)?
+            }
+        };
+        let work = work.holding(self.scene.bytes() + band.bytes());
+        let (_, band) = self.shown.insert((at, band));
+        Ok((band, work))
     }
 }
 
-impl<M: UnitLights> Prepared for Composed<M> {
+impl<S: BandedScene> Prepared for Composed<S> {
     fn render(
         &mut self,
         settings: &[Vec<f64>],
@@ -62,26 +131,61 @@ impl<M: UnitLights> Prepared for Composed<M> {
         let strengths: Vec<Vec<[f64; 3]>> = strengths.collect();
         let is_lit = |l: &usize| strengths.iter().any(|s| s[*l].iter().any(|x| *x != 0.0));
         let wanted: Vec<usize> = (0..self.rig.lights.len()).filter(is_lit).collect();
-        let method = &mut self.method;
-        let work = work.holding(method.bytes());
-        let needed = settings.len() * method.pixels() * size_of::<[f32; 3]>();
-        check_memory("the pictures", needed, work.memory)?;
+        let Window { width, height, .. } = *self.scene.window();
+        let needed = settings.len() * width * height * size_of::<[f32; 3]>();
+        check_memory("the pictures", needed, work.holding(self.bytes()).memory)?;
+        let bands = self.scene.bands().to_vec();
+        let all = bands.len() * settings.len();
+        let mut images = Vec::with_capacity(settings.len());
         Threads::new(work)?.install(|| {
-            method.solve(&wanted, work)?;
-            let mut images = Vec::with_capacity(settings.len());
-            for (done, strengths) in strengths.iter().enumerate() {
-                work.check()?;
-                work.progress.report("pictures", done, settings.len());
-                images.push(method.picture(strengths));
+            for (at, rows) in bands.iter().enumerate() {
+                let work = if bands.len() > 1 {
+                    work.holding(needed)
+                } else {
+                    work
+                };
+                let (band, left) = self.show(at, work)?;
+                band.solve(&wanted, left)?;
+                for (number, strengths) in strengths.iter().enumerate() {
+                    work.check()?;
+                    let done = at * settings.len() + number;
+                    work.progress.report("pictures", done, all);
+                    let picture = band.picture(strengths);
+                    if bands.len() == 1 {
+                        images.push(picture);
+                        continue;
+                    }
+                    if at == 0 {
+                        images.push(Image::new(width, height));
+                    }
+                    blend(&mut images[number], rows.start, &picture);
+                }
             }
-            work.progress
-                .report("pictures", settings.len(), settings.len());
+            work.progress.report("pictures", all, all);
             Ok(images)
         })
     }
 
     fn bytes(&self) -> usize {
-        self.method.bytes()
+        let band = self.shown.as_ref();
+        self.scene.bytes() + band.map_or(0, |(_, band)| band.bytes())
+    }
+}
+
+/// Puts a band that starts at a row into the picture; its first rows, unless it is the uppermost,
+/// are blended with those of the band above.
+fn blend(picture: &mut Image, start: usize, band: &Image) {
+    let width = 3 * band.width();
+    let rows = band.data().chunks_exact(width.max(1)).enumerate();
+    for (y, row) in rows {
+        let new = match start {
+            0 => 1.0,
+            _ => ((y as f32 + 0.5) / SHARED_ROWS as f32).min(1.0),
+        };
+        let out = &mut picture.data_mut()[(start + y) * width..][..width];
+        for (out, value) in out.iter_mut().zip(row) {
+            *out += new * (value - *out);
+        }
     }
 }
 
@@ -113,4 +217,147 @@ pub fn first_equal(lights: &[Light]) -> Vec<usize> {
         lights.iter().position(is_equal).unwrap_or(i)
     };
     lights.iter().enumerate().map(first).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "tests")]
+
+    use super::*;
+    use crate::gather::GatherStage;
+    use crate::hemicube::HemicubeScene;
+    use crate::hemicube::sources::tests::corner;
+    use crate::hemicube::step::HemicubeStep;
+    use crate::{Quality, Setup};
+
+    /// A scene whose picture is made in these bands.
+    struct InBands<S>(Arc<S>, Vec<Range<usize>>);
+
+    impl<S: BandedScene> BandedScene for InBands<S> {
+        type Band = S::Band;
+
+        fn window(&self) -> &Window {
+            self.0.window()
+        }
+
+        fn bands(&self) -> &[Range<usize>] {
+            &self.1
+        }
+
+        fn bytes(&self) -> usize {
+            self.0.bytes()
+        }
+
+        fn band(
+            self: Arc<Self>,
+            window: Window,
+            work: Work<'_>,
+        ) -> Result<S::Band, TransportError> {
+            Arc::clone(&self.0).band(window, work)
+        }
+    }
+
+    /// Root mean square of the difference between a picture in three bands and one of a single
+    /// band, relative to the light.
+    fn difference<S: BandedScene>(scene: S, setup: &Setup) -> f64 {
+        let (scene, work) = (Arc::new(scene), Work::silent());
+        let mut whole = scene.whole(work).unwrap();
+        whole.solve(&[0], work).unwrap();
+        let whole = whole.picture(&[[1.0; 3]]);
+        let bands = bands(scene.window(), 1, 1);
+        assert_eq!(bands, [0..48, 32..96, 80..144]);
+        let mut composed = Composed::new(InBands(scene, bands), &setup.rig, work).unwrap();
+        let images = composed.render(&[vec![1.0], vec![2.0]], work).unwrap();
+        let doubled = images[0].data().iter().zip(images[1].data());
+        assert!(
+            doubled
+                .clone()
+                .all(|(one, two)| (two - 2.0 * one).abs() <= 1e-6 * two)
+        );
+        let [mut wrong, mut all] = [0.0, 0.0];
+        for (a, b) in whole.data().iter().zip(images[0].data()) {
+            wrong += f64::from(a - b).powi(2);
+            all += f64::from(*a).powi(2);
+        }
+        (wrong / all).sqrt()
+    }
+
+    #[test]
+    fn a_picture_in_bands_is_that_of_a_single_band() {
+        let (setup, work) = (corner(), Work::silent());
+        let step = HemicubeStep::of(Quality(1)).unwrap();
+        let by_hemicubes = HemicubeScene::new(&setup, step, work).unwrap();
+        let by_rays = GatherStage::new(&setup, Quality(2), work).unwrap();
+        let found = [
+            difference(by_hemicubes, &setup),
+            difference(by_rays, &setup),
+        ];
+        // Their random numbers differ.
+        assert!(found.iter().all(|error| *error < 0.025), "{found:?}");
+    }
+
+    /// Shows the direction of each pixel.
+    struct Sky(Window, Vec<Range<usize>>);
+
+    impl BandedScene for Sky {
+        type Band = Window;
+
+        fn window(&self) -> &Window {
+            &self.0
+        }
+
+        fn bands(&self) -> &[Range<usize>] {
+            &self.1
+        }
+
+        fn bytes(&self) -> usize {
+            0
+        }
+
+        fn band(self: Arc<Self>, window: Window, _: Work<'_>) -> Result<Window, TransportError> {
+            Ok(window)
+        }
+    }
+
+    impl UnitLights for Window {
+        fn bytes(&self) -> usize {
+            0
+        }
+
+        fn solve(&mut self, _: &[usize], _: Work<'_>) -> Result<(), TransportError> {
+            Ok(())
+        }
+
+        fn picture(&self, _: &[[f64; 3]]) -> Image {
+            let ray = |at: usize| {
+                let ray = self
+                    .camera
+                    .ray((at % self.width) as f64, (at / self.width) as f64);
+                [ray.x, ray.y, ray.z].map(|c| c as f32)
+            };
+            let data = (0..self.pixels()).flat_map(ray).collect();
+            Image::from_data(self.width, self.height, data).unwrap()
+        }
+    }
+
+    #[test]
+    fn bands_meet_row_by_row() {
+        let setup = corner();
+        let window = Window::new(&setup.view).unwrap();
+        let whole = window.picture(&[]);
+        for bytes in [1, 80 * window.width, 144 * window.width] {
+            let bands = bands(&window, 1, bytes);
+            assert!((1..4).contains(&bands.len()));
+            let sky = Sky(window, bands);
+            let mut composed = Composed::new(sky, &setup.rig, Work::silent()).unwrap();
+            let images = composed
+                .render(&[vec![1.0], vec![1.0]], Work::silent())
+                .unwrap();
+            for image in images {
+                for (a, b) in whole.data().iter().zip(image.data()) {
+                    assert!((a - b).abs() < 1e-6);
+                }
+            }
+        }
+    }
 }

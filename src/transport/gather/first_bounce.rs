@@ -161,8 +161,8 @@ impl<'a> FirstBounces<'a> {
 pub(super) mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
 
-    use crate::gather::FinalGather;
-    use crate::unit_lights::UnitLights;
+    use crate::gather::GatherStage;
+    use crate::unit_lights::{BandedScene, UnitLights};
     use crate::{Quality, Setup};
     use footlight_host::work::Work;
     use footlight_picture::Image;
@@ -172,6 +172,7 @@ pub(super) mod tests {
     use footlight_show::units::Rgb;
     use footlight_stage::{Light, Material, Polygon, Rig, Scene};
     use std::f64::consts::PI;
+    use std::sync::Arc;
 
     /// A white ceiling at 5 m and a dark wall that the camera faces; a spot of 2 degrees points at
     /// the ceiling, a wider one at a dark floor.
@@ -221,7 +222,8 @@ pub(super) mod tests {
             threads,
             ..Work::silent()
         };
-        let mut operator = FinalGather::new(&setup(), Quality(2), work).unwrap();
+        let stage = GatherStage::new(&setup(), Quality(2), work).unwrap();
+        let mut operator = Arc::new(stage).whole(work).unwrap();
         operator.solve(lights, work).unwrap();
         let strength = |light| [f64::from(u8::from(lights[0] == light)); 3];
         operator.picture(&[strength(0), strength(1)])

@@ -24,6 +24,8 @@ const CELL_RAYS: usize = 4;
 const PIXEL_SAMPLES: u32 = 2048;
 /// Rays whose ends are held together, for each thread.
 const BAND: usize = 1 << 17;
+/// Most pixels from which the sizes of cells are computed.
+const MEASURED: usize = 1 << 18;
 /// Pixels in one task.
 const RUN: usize = 16;
 /// Least radius of the irradiance filter, pixels.
@@ -150,19 +152,24 @@ impl PictureRays<'_> {
         }
     }
 
-    /// Facets of the first samples of all pixels; sheets count as opaque.
+    /// The facet that sample `k` of a pixel shows, or [`DARK`]; sheets count as opaque.
+    fn first_facet(&self, pixel: usize, k: u32) -> u32 {
+        let hit = self
+            .scene
+            .bvh
+            .first_hit(self.camera.origin, self.way(pixel, k));
+        let is_sheet = |facet| self.scene.surfaces.is_sheet(facet);
+        let hit = hit.filter(|hit| hit.front || is_sheet(hit.facet));
+        hit.map_or(DARK, |hit| hit.facet)
+    }
+
+    /// Facets of the first samples of all pixels.
     pub fn seen(&self, work: Work<'_>) -> Result<Vec<u32>, Cancelled> {
         let of = |pixel: usize| {
-            let facet = |k| {
-                let hit = self
-                    .scene
-                    .bvh
-                    .first_hit(self.camera.origin, self.way(pixel, k));
-                let is_sheet = |facet| self.scene.surfaces.is_sheet(facet);
-                let hit = hit.filter(|hit| hit.front || is_sheet(hit.facet));
-                hit.map_or(DARK, |hit| hit.facet)
-            };
-            (0..self.step.first).map(facet).collect::<Vec<u32>>()
+            let samples = 0..self.step.first;
+            samples
+                .map(|k| self.first_facet(pixel, k))
+                .collect::<Vec<u32>>()
         };
         Ok(each(self.pixels(), work, of)?.concat())
     }
@@ -218,17 +225,19 @@ impl PictureRays<'_> {
         (self.step.edge, groups)
     }
 
-    /// Sizes of cells, from the mean length of a ray of each pixel.
-    pub fn cell_settings(&self, seen: &[u32], work: Work<'_>) -> Result<CellSettings, Cancelled> {
-        let of = |pixel: usize| {
-            let facet = seen[pixel * self.step.first as usize];
+    /// Sizes of cells, from the mean length of a ray of some pixels of the whole picture.
+    pub fn cell_settings(&self, work: Work<'_>) -> Result<CellSettings, Cancelled> {
+        let apart = self.pixels().div_ceil(MEASURED);
+        let of = |at: usize| {
+            let pixel = at * apart;
+            let facet = self.first_facet(pixel, 0);
             let place = (facet != DARK).then(|| self.on_facet(pixel, 0, facet))?;
             let normal = self.scene.surfaces.facets[place.facet as usize].normal;
             let way = cosine_direction(normal, point(self.index(pixel), SEED_WAY));
             let (_, distance) = self.scene.shoot(place, way);
             distance.is_finite().then_some(distance)
         };
-        let lengths: Vec<f64> = each(self.pixels(), work, of)?
+        let lengths: Vec<f64> = each(self.pixels().div_ceil(apart), work, of)?
             .into_iter()
             .flatten()
             .collect();

@@ -1,7 +1,7 @@
 //! The quality scale of final gathering: parameters and predicted cost of each step.
 
 use crate::gather::BLOCK;
-use crate::gather::parts::differ;
+use crate::gather::parts::{Part, differ};
 use crate::surfaces::camera::camera;
 use crate::surfaces::raster::ItemBuffer;
 use crate::surfaces::surface::Surfaces;
@@ -114,6 +114,12 @@ impl GatherStep {
         } else {
             self.rays / 2
         }
+    }
+
+    /// Approximate bytes of a pixel that shows one surface, without its lights.
+    pub fn pixel_bytes(&self) -> usize {
+        let rays = size_of::<u32>() * (self.first + self.rays) as usize;
+        rays + 2 * size_of::<Part>()
     }
 
     /// Parameters for the first bounce of lamps that have patches.

@@ -142,7 +142,7 @@ impl HemicubeRadiosity {
         sum: &mut [f64; 3],
     ) {
         let fragment = &self.fragments.all()[f];
-        let facet = &self.surfaces.facets[fragment.facet];
+        let facet = &self.scene.surfaces.facets[fragment.facet];
         let mut light = [0.0; 3];
         for (solution, s) in lit {
             let direct = f64::from(solution.direct[f]);
@@ -156,7 +156,7 @@ impl HemicubeRadiosity {
             }
         }
         let distance = (fragment.point - self.fragments.camera.origin).length();
-        let weight = f64::from(fragment.weight) * self.surfaces.clearness(distance);
+        let weight = f64::from(fragment.weight) * self.scene.surfaces.clearness(distance);
         let painted = self.paints.get(f).map(|paint| paint.map(f64::from));
         let reflectance = painted.unwrap_or(facet.reflectance);
         for c in 0..3 {
@@ -164,7 +164,7 @@ impl HemicubeRadiosity {
             sum[c] += weight * radiance;
         }
         if let Some((at, reflected)) = glossy {
-            let tint = self.surfaces.tint(fragment.facet as u32);
+            let tint = self.scene.surfaces.tint(fragment.facet as u32);
             for c in 0..3 {
                 let own = lit.iter().map(|(x, s)| s[c] * f64::from(x.highlights[at]));
                 sum[c] += weight * tint[c] * (reflected[c] + own.sum::<f64>());
@@ -174,10 +174,10 @@ impl HemicubeRadiosity {
 
     /// Emitted radiance of each material.
     fn emission(&self, strengths: &[[f64; 3]]) -> Vec<[f64; 3]> {
-        let materials = self.surfaces.facets.iter().map(|f| f.material + 1);
+        let materials = self.scene.surfaces.facets.iter().map(|f| f.material + 1);
         let count = materials.max().unwrap_or(0);
         let mut out = vec![[0.0; 3]; count];
-        for (light, s) in self.rig.lights.iter().zip(strengths) {
+        for (light, s) in self.scene.rig.lights.iter().zip(strengths) {
             if let Light::Panel { material, .. } = light
                 && let Some(sum) = out.get_mut(*material)
             {

@@ -38,16 +38,17 @@ impl HemicubeRadiosity {
         // Five blocks of three channels over the elements, two over the sources, three over the gather
         // points, and values of the glossy fragments.
         let gather_points = self.gather_points.mesh.elements.len();
-        let sources = self.sources.mesh.elements.len();
+        let sources = self.scene.sources.mesh.elements.len();
         let glossy = self.gloss.as_ref().map_or(0, Gloss::count);
-        let each = 12 * (5 * self.mesh.elements.len() + 2 * sources + 3 * gather_points + glossy);
+        let each =
+            12 * (5 * self.scene.mesh.elements.len() + 2 * sources + 3 * gather_points + glossy);
         let together = (work.memory / 4 / each.max(1)).max(1);
         let begun = (work.memory / 8 / self.bytes_of_begun().max(1)).max(1);
         let done = AtomicUsize::new(0);
         // Direct light of bounced lights, and their light in haze, is computed elsewhere.
         let (whole, bounced): (Vec<usize>, Vec<usize>) = missing
             .iter()
-            .partition(|&&l| !self.rig.lights[l].is_bounced());
+            .partition(|&&l| !self.scene.rig.lights[l].is_bounced());
         for group in whole.chunks(together).chain(bounced.chunks(together)) {
             let sharing: Vec<&[usize]> = group
                 .chunk_by(|a, b| self.shares_projection(*a, *b))
@@ -69,7 +70,7 @@ impl HemicubeRadiosity {
             let reflected = self.reflected(group, &on_elements, work)?;
             work.check()?;
             let highlights = self.highlights(group, &mut direct, work)?;
-            let has_airlight = !self.rig.lights[group[0]].is_bounced();
+            let has_airlight = !self.scene.rig.lights[group[0]].is_bounced();
             let scattered = match has_airlight {
                 true => self.airlight(group, work)?,
                 false => Vec::new(),
@@ -98,15 +99,15 @@ impl HemicubeRadiosity {
 
     /// Radiance of lights that haze scatters to the eye, pixel by pixel; empty without haze.
     fn airlight(&self, lights: &[usize], work: Work<'_>) -> Result<Vec<f32>, TransportError> {
-        let Some((haze, bvh)) = self.surfaces.haze.zip(self.bvh.as_ref()) else {
+        let Some((haze, bvh)) = self.scene.surfaces.haze.zip(self.scene.bvh.as_ref()) else {
             return Ok(Vec::new());
         };
         let bytes = 8 * lights.len() * self.width * self.height;
         check_memory("light in the haze", bytes, work.memory)?;
         let airlight = Airlight {
-            scene: RayScene::new(&self.surfaces, bvh),
+            scene: RayScene::new(&self.scene.surfaces, bvh),
             haze,
-            nodes: self.nodes,
+            nodes: self.scene.step.nodes,
         };
         let emitters = self.emitters(lights);
         // One end for each facet of a pixel.
@@ -134,8 +135,8 @@ impl HemicubeRadiosity {
 
     fn emitters(&self, lights: &[usize]) -> Vec<Emitter<'_>> {
         let emitter = |&light: &usize| {
-            let projector = self.projectors[light].as_ref();
-            Emitter::new(&self.surfaces, &self.lights[light], projector)
+            let projector = self.scene.projectors[light].as_ref();
+            Emitter::new(&self.scene.surfaces, &self.scene.lights[light], projector)
         };
         lights.iter().map(emitter).collect()
     }
@@ -147,14 +148,14 @@ impl HemicubeRadiosity {
         direct: &mut [Vec<f32>],
         work: Work<'_>,
     ) -> Result<Vec<Vec<f32>>, Cancelled> {
-        let Some((gloss, bvh)) = self.gloss.as_ref().zip(self.bvh.as_ref()) else {
+        let Some((gloss, bvh)) = self.gloss.as_ref().zip(self.scene.bvh.as_ref()) else {
             return Ok(vec![Vec::new(); lights.len()]);
         };
-        if self.rig.lights[lights[0]].is_bounced() {
+        if self.scene.rig.lights[lights[0]].is_bounced() {
             return Ok(vec![vec![0.0; gloss.count()]; lights.len()]);
         }
         let seen = EyeScene {
-            scene: RayScene::new(&self.surfaces, bvh),
+            scene: RayScene::new(&self.scene.surfaces, bvh),
             fragments: &self.fragments,
         };
         gloss.highlights(seen, &self.emitters(lights), direct, work)
@@ -164,14 +165,15 @@ impl HemicubeRadiosity {
     /// light, so several may be in progress.
     fn bytes_of_begun(&self) -> usize {
         let places = self.rounding.as_ref().map_or(0, |r| r.sorted.points.len());
-        let points =
-            self.fragment_receivers.points.len() + self.element_receivers.points.len() + places;
+        let points = self.fragment_receivers.points.len()
+            + self.scene.element_receivers.points.len()
+            + places;
         2 * size_of::<f32>() * points
     }
 
     /// True when both are planes of one projected image, which share everything except the texels.
     fn shares_projection(&self, a: usize, b: usize) -> bool {
-        match (&self.projectors[a], &self.projectors[b]) {
+        match (&self.scene.projectors[a], &self.scene.projectors[b]) {
             (Some(a), Some(b)) => a.shares_projection(b),
             _ => false,
         }
@@ -179,15 +181,15 @@ impl HemicubeRadiosity {
 
     /// Direct light of one light, or of the planes of one projected image.
     fn lit(&self, lights: &[usize], work: Work<'_>) -> Result<Vec<DirectLight>, TransportError> {
-        let light = &self.lights[lights[0]];
+        let light = &self.scene.lights[lights[0]];
         // All planes of an image, wanted or not, so that the precision of one does not depend on
         // the others.
         let is_plane = |l: &usize| *l == lights[0] || self.shares_projection(lights[0], *l);
-        let planes: Vec<usize> = (0..self.lights.len()).filter(is_plane).collect();
+        let planes: Vec<usize> = (0..self.scene.lights.len()).filter(is_plane).collect();
         let means = self.on_elements(light, &planes, work)?;
         let level = means.iter().map(|m| self.level(&m[0])).fold(0.0, f64::max);
-        let precision = self.precision(self.tolerance * level);
-        if self.rig.lights[lights[0]].is_bounced() {
+        let precision = self.precision(self.scene.step.tolerance * level);
+        if self.scene.rig.lights[lights[0]].is_bounced() {
             // Direct light of this one is computed elsewhere.
             let none = || vec![0.0; self.fragments.all().len()];
             let wanted = planes.iter().zip(means).filter(|(l, _)| lights.contains(l));
@@ -195,10 +197,17 @@ impl HemicubeRadiosity {
         }
         let receivers = &self.fragment_receivers;
         let outlines = Some(&self.fragments);
-        let mut seen = irradiance(self.setting(), light, receivers, outlines, precision, work)?;
+        let mut seen = irradiance(
+            self.scene.setting(),
+            light,
+            receivers,
+            outlines,
+            precision,
+            work,
+        )?;
         if let Some(rounding) = &self.rounding {
             let places = &rounding.sorted;
-            let there = irradiance(self.setting(), light, places, None, precision, work)?;
+            let there = irradiance(self.scene.setting(), light, places, None, precision, work)?;
             rounding.mix(&mut seen, &there);
         }
         let wanted = planes.iter().zip(means).filter(|(l, _)| lights.contains(l));
@@ -211,17 +220,17 @@ impl HemicubeRadiosity {
     pub fn precision(&self, allowed: f64) -> IrradiancePrecision {
         IrradiancePrecision {
             allowed,
-            near: self.near,
+            near: self.scene.step.near,
         }
     }
 
     /// A light at the fragments, given its light without an image.
     fn on_fragments(&self, light: usize, even: &[f32]) -> Vec<f32> {
-        let Some(projector) = &self.projectors[light] else {
+        let Some(projector) = &self.scene.projectors[light] else {
             return even.to_vec();
         };
         let seen = self.fragments.all().iter().map(|f| {
-            let normal = self.surfaces.facets[f.facet].normal;
+            let normal = self.scene.surfaces.facets[f.facet].normal;
             let weight = f64::from(f.weight);
             (
                 f.point,
@@ -234,9 +243,14 @@ impl HemicubeRadiosity {
     /// Root mean square, over the image, of reflectance times irradiance, estimated from the
     /// visible elements.
     fn level(&self, on_elements: &[f32]) -> f64 {
-        let elements = self.mesh.elements.iter().zip(&self.visible_shares);
+        let elements = self
+            .scene
+            .mesh
+            .elements
+            .iter()
+            .zip(&self.scene.visible_shares);
         let power = elements.zip(on_elements).map(|((e, share), direct)| {
-            let reflectance = self.surfaces.facets[e.facet].highest_reflectance();
+            let reflectance = self.scene.surfaces.facets[e.facet].highest_reflectance();
             share * (reflectance * f64::from(*direct)).powi(2)
         });
         power.sum::<f64>().sqrt()
@@ -257,17 +271,24 @@ impl HemicubeRadiosity {
             let emitter = emitters.get(l);
             emitter.map_or(1.0, |emitter| self.bounced(emitter, element))
         };
-        let mut first = Vec::with_capacity(self.reflectance.len() * width);
-        for (i, (own, element)) in self.reflectance.iter().zip(&self.mesh.elements).enumerate() {
+        let mut first = Vec::with_capacity(self.scene.reflectance.len() * width);
+        for (i, (own, element)) in self
+            .scene
+            .reflectance
+            .iter()
+            .zip(&self.scene.mesh.elements)
+            .enumerate()
+        {
             for (l, [direct, _]) in on_elements.iter().enumerate() {
                 let lit = direct[i] * share(l, element);
                 first.extend(own.map(|r| r * lit));
             }
         }
-        let (rows, reflectance) = (&self.rows, &self.reflectance);
-        let mut bounced = self
-            .bounces
-            .interreflect(rows, &first, reflectance, width, work)?;
+        let (rows, reflectance) = (&self.scene.rows, &self.scene.reflectance);
+        let mut bounced =
+            self.scene
+                .bounces
+                .interreflect(rows, &first, reflectance, width, work)?;
         // From radiosity to reflected irradiance.
         let lines = bounced.chunks_mut(width).zip(first.chunks(width));
         for ((line, first), own) in lines.zip(reflectance) {
@@ -276,7 +297,7 @@ impl HemicubeRadiosity {
             }
         }
         drop(first);
-        let sources = &self.sources;
+        let sources = &self.scene.sources;
         let mut radiosity = Vec::with_capacity(sources.reflectance.len() * width);
         for (i, (own, source)) in sources
             .reflectance
@@ -292,9 +313,9 @@ impl HemicubeRadiosity {
         }
         drop(bounced);
         let gather_scene = GatherScene {
-            setting: self.setting(),
-            vertices: &self.vertices,
-            to: &self.sources.mesh,
+            setting: self.scene.setting(),
+            vertices: &self.scene.vertices,
+            to: &self.scene.sources.mesh,
         };
         let gathered = self
             .gather_points
@@ -317,8 +338,8 @@ impl HemicubeRadiosity {
 
     /// Ratio of the light that an element reflects from a light to that from uniform light.
     fn bounced(&self, emitter: &Emitter<'_>, element: &Element) -> f32 {
-        let facet = &self.surfaces.facets[element.facet];
-        let lobe = self.surfaces.lobe(element.facet as u32);
+        let facet = &self.scene.surfaces.facets[element.facet];
+        let lobe = self.scene.surfaces.lobe(element.facet as u32);
         let Some(lobe) = lobe else {
             return 1.0;
         };

@@ -10,12 +10,8 @@
     reason = "one entry for each source, made together"
 )]
 
-use crate::hemicube::indirect::gather_points::record_visible_points;
-use crate::hemicube::mesh::{CellRequest, Layout, Mesh};
-use crate::surfaces::fragment::Fragments;
-use crate::surfaces::hierarchy::SceneGeometry;
-use footlight_host::work::{Cancelled, Work};
-use footlight_show::geometry::Vec3;
+use crate::hemicube::mesh::Mesh;
+use crate::surfaces::surface::Surfaces;
 
 /// Sources of all facets.
 pub struct Sources {
@@ -28,29 +24,17 @@ pub struct Sources {
 }
 
 impl Sources {
-    /// Divides the cells of a `layout`, from which the `elements` were made.
-    ///
-    /// # Errors
-    /// On cancel.
-    pub fn new(
-        layout: &Layout,
-        elements: &Mesh,
-        (setting, seeds, fragments): (SceneGeometry<'_>, &[Vec3], &Fragments),
-        work: Work<'_>,
-    ) -> Result<Sources, Cancelled> {
-        let layout = layout.quartered();
-        let mut requests = vec![CellRequest::WANTED; layout.cells()];
-        record_visible_points(&layout, fragments, &mut requests);
-        let mesh = layout.mesh(setting, seeds, &requests, work)?;
+    /// The sources of a `mesh` whose cells are those of the `elements`, divided into four.
+    pub fn new(mesh: Mesh, elements: &Mesh, surfaces: &Surfaces) -> Sources {
         let made = mesh.elements.iter();
         let around = made.clone().map(|e| elements.stencil(e.facet, e.centre));
         let around = around.collect();
-        let reflectance = made.map(|e| e.reflectance(setting.surfaces).map(|r| r as f32));
-        Ok(Sources {
+        let reflectance = made.map(|e| e.reflectance(surfaces).map(|r| r as f32));
+        Sources {
             reflectance: reflectance.collect(),
             around,
             mesh,
-        })
+        }
     }
 
     /// A value of the elements, interpolated at a source.
@@ -61,24 +45,24 @@ impl Sources {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     #![allow(clippy::unwrap_used, clippy::indexing_slicing, reason = "tests")]
 
     use crate::gather::PathEstimator;
-    use crate::hemicube::HemicubeRadiosity;
+    use crate::hemicube::HemicubeScene;
     use crate::hemicube::step::HemicubeStep;
-    use crate::unit_lights::UnitLights;
+    use crate::unit_lights::{BandedScene, UnitLights};
     use crate::{PixelEstimator, Quality, Setup};
     use footlight_host::work::Work;
     use footlight_show::geometry::{View, vec3};
     use footlight_show::model::Spot;
     use footlight_show::units::Rgb;
-
     use footlight_stage::{Emitter, Light, Material, Polygon, Rig, Scene, Source};
+    use std::sync::Arc;
 
     /// A spot lights the foot of a white wall from above, within centimetres of the dark floor that
     /// the camera sees.
-    fn corner() -> Setup {
+    pub fn corner() -> Setup {
         let quad = |material, corners: [[f64; 3]; 4]| {
             let corners = corners.map(|[x, y, z]| vec3(x, y, z));
             Polygon::new(corners.to_vec(), material)
@@ -131,7 +115,8 @@ mod tests {
             gather_points: 40_000,
             ..HemicubeStep::of(Quality(1)).unwrap()
         };
-        let mut operator = HemicubeRadiosity::new(&setup, step, Work::silent()).unwrap();
+        let scene = HemicubeScene::new(&setup, step, Work::silent()).unwrap();
+        let mut operator = Arc::new(scene).whole(Work::silent()).unwrap();
         operator.solve(&[0], Work::silent()).unwrap();
         let picture = operator.picture(&[[1.0; 3]]);
         let estimator = PathEstimator::new(&setup, Work::silent()).unwrap();

@@ -2,6 +2,7 @@
 
 use crate::TransportError;
 use footlight_show::geometry::{Vec3, View};
+use std::ops::Range;
 
 /// Most pixels of a view.
 const MOST_PIXELS: usize = 1 << 27;
@@ -52,6 +53,49 @@ impl Camera {
             step_x: 2.0 / pixels,
             step_y: 2.0 / pixels,
         }
+    }
+}
+
+/// The pixels of a view, or of a band of its rows.
+#[derive(Clone, Copy, Debug)]
+pub struct Window {
+    /// One unit a pixel; (0, 0) is the window's upper left corner.
+    pub camera: Camera,
+    /// Pixels across.
+    pub width: usize,
+    /// Pixels down.
+    pub height: usize,
+}
+
+impl Window {
+    /// All pixels of a view.
+    ///
+    /// # Errors
+    /// Errors of [`camera`].
+    pub fn new(view: &View) -> Result<Window, TransportError> {
+        Ok(Window {
+            camera: camera(view)?,
+            width: view.width,
+            height: view.height,
+        })
+    }
+
+    /// Some of its rows.
+    pub fn rows(&self, rows: Range<usize>) -> Window {
+        let camera = Camera {
+            top: self.camera.top - self.camera.step_y * rows.start as f64,
+            ..self.camera
+        };
+        Window {
+            camera,
+            height: rows.len(),
+            ..*self
+        }
+    }
+
+    /// Number of pixels.
+    pub fn pixels(&self) -> usize {
+        self.width * self.height
     }
 }
 

@@ -1,5 +1,6 @@
 //! Pixels that show a light itself.
 
+use crate::surfaces::camera::Window;
 use crate::surfaces::fragment::{Sampling, Split, fragments};
 use crate::surfaces::surface::Surfaces;
 use crate::threads::Threads;
@@ -16,7 +17,8 @@ pub fn emitters(setup: &Setup, work: Work<'_>) -> Result<Vec<bool>, TransportErr
     let Setup { scene, rig, view } = setup;
     let surfaces = Surfaces::shapes(scene)?;
     let sampling = Sampling::new(Split::Whole, Split::Whole, Split::Whole);
-    let seen = Threads::new(work)?.install(|| fragments(&surfaces, view, sampling, work))?;
+    let window = Window::new(view)?;
+    let seen = Threads::new(work)?.install(|| fragments(&surfaces, &window, sampling, work))?;
     let emits = |material: usize| {
         let of = |l: &Light| matches!(l, Light::Panel { material: m, .. } if *m == material);
         rig.lights.iter().any(of)

@@ -11,8 +11,7 @@
     reason = "sub-pixels are addressed within the band's buffer by construction"
 )]
 
-use crate::TransportError;
-use crate::surfaces::camera::{Camera, camera};
+use crate::surfaces::camera::{Camera, Window};
 use crate::surfaces::clipper::PlanePoint;
 use crate::surfaces::coverage::{Shares, Silhouettes, Square};
 use crate::surfaces::facet::{Facet, Piece};
@@ -20,9 +19,8 @@ use crate::surfaces::lists::Lists;
 use crate::surfaces::raster::{ItemBuffer, NOTHING};
 use crate::surfaces::sliver::Slivers;
 use crate::surfaces::surface::{Surfaces, kept_inside};
-use footlight_host::work::Work;
+use footlight_host::work::{Cancelled, Work};
 use footlight_show::geometry::Vec3;
-use footlight_show::geometry::View;
 use rayon::prelude::*;
 
 /// Pixel rows rasterised together.
@@ -68,15 +66,6 @@ impl Fragments {
     /// All fragments, pixel by pixel.
     pub fn all(&self) -> &[Fragment] {
         self.pixels.items()
-    }
-
-    /// Visible area of each of `facets` facets, pixels.
-    pub fn visible_areas(&self, facets: usize) -> Vec<f64> {
-        let mut areas = vec![0.0; facets];
-        for f in self.all() {
-            areas[f.facet] += f64::from(f.weight);
-        }
-        areas
     }
 
     /// Calls `each` for each convex part of a fragment's outline.
@@ -168,28 +157,32 @@ pub fn is_stretched(facet: &Facet, camera: &Camera, ray: Vec3) -> bool {
     both > (STRETCHED + 1.0 / STRETCHED) * u.cross(v).length()
 }
 
-/// Computes the fragments of a view.
+/// Computes the fragments of a window.
 ///
 /// # Errors
-/// Errors of [`camera`]; on cancel.
+/// On cancel.
 pub fn fragments(
     surfaces: &Surfaces,
-    view: &View,
+    window: &Window,
     sampling: Sampling,
     work: Work<'_>,
-) -> Result<Fragments, TransportError> {
-    let camera = camera(view)?;
+) -> Result<Fragments, Cancelled> {
+    let &Window {
+        camera,
+        width,
+        height,
+    } = window;
     let rasterized = Rasterized {
         surfaces,
         camera,
         silhouettes: Silhouettes::new(surfaces, &camera),
         sampling,
-        width: view.width,
-        rows: BAND.min(view.height),
+        width,
+        rows: BAND.min(height),
     };
-    let count = view.height.div_ceil(BAND);
+    let count = height.div_ceil(BAND);
     // A few runs of bands for each thread, as every run allocates its own memory.
-    let bands: Result<Vec<BandFragments>, TransportError> = (0..count)
+    let bands: Result<Vec<BandFragments>, Cancelled> = (0..count)
         .into_par_iter()
         .with_min_len(count.div_ceil(RUNS * rayon::current_num_threads()))
         .map_init(
@@ -198,7 +191,7 @@ pub fn fragments(
                 work.check()?;
                 let from = at * BAND;
                 band.draw(from);
-                Ok(band.pixels(BAND.min(view.height - from)))
+                Ok(band.pixels(BAND.min(height - from)))
             },
         )
         .collect();

@@ -71,6 +71,7 @@ impl Slivers {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
 
+    use crate::surfaces::camera::Window;
     use crate::surfaces::fragment::{Fragments, Outline, Sampling, Split, fragments};
     use crate::surfaces::rectangle;
     use crate::surfaces::surface::Surfaces;
@@ -91,7 +92,8 @@ mod tests {
             roll: 0.0,
         };
         let sampling = Sampling::new(Split::Whole, Split::Whole, Split::Whole);
-        fragments(&surfaces, &view, sampling, Work::silent()).unwrap()
+        let window = Window::new(&view).unwrap();
+        fragments(&surfaces, &window, sampling, Work::silent()).unwrap()
     }
 
     /// Pixels covered by each of the two facets.

@@ -61,6 +61,7 @@ pub struct GatherScene<'a> {
 
 impl GatherPoints {
     /// Selects the gather points that the fragments need, with their form factors to the elements.
+    /// `seeds` are points outside all solids, `areas` the pixels of each facet in the whole picture.
     /// If the rows would take more than a quarter of the memory, none is stored, and
     /// [`GatherPoints::gather`] recomputes them at each call.
     ///
@@ -68,14 +69,13 @@ impl GatherPoints {
     /// On cancel; [`TransportError::Memory`] when even the gather points do not fit.
     pub fn new(
         gather_scene: GatherScene<'_>,
-        seeds: &[Vec3],
+        (seeds, areas): (&[Vec3], &[f64]),
         (fragments, rounding): (&Fragments, Option<&Rounding>),
         step: HemicubeStep,
         work: Work<'_>,
     ) -> Result<GatherPoints, TransportError> {
         let setting = gather_scene.setting;
-        let pixels = fragments.visible_areas(setting.surfaces.facets.len());
-        let layout = Layout::of_gather_points(setting.surfaces, step.gather_points, &pixels);
+        let layout = Layout::of_gather_points(setting.surfaces, step.gather_points, areas);
         check_memory(
             "gather points",
             layout.cells().saturating_mul(GATHER_POINT_BYTES),
