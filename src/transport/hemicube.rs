@@ -12,6 +12,7 @@
     reason = "one entry for each light, element, gather point, fragment or source, made together"
 )]
 
+mod bounced;
 mod compose;
 pub mod cost;
 mod flux;
@@ -31,6 +32,7 @@ use crate::direct::projector::{Projector, projector};
 use crate::direct::{PreparedLight, check_rig, luminaires};
 use crate::gather::bvh::Bvh;
 use crate::gather::ray_scene::RayScene;
+use crate::hemicube::bounced::BouncedLight;
 use crate::hemicube::compose::weight_lists;
 use crate::hemicube::gloss::{EyeScene, Gloss};
 use crate::hemicube::indirect::form::{Bounces, Rows};
@@ -81,9 +83,8 @@ struct Solution {
     airlight: Vec<f32>,
     /// Radiance of the light itself in each glossy fragment, before its tint.
     highlights: Vec<f32>,
-    /// Radiance of each element, as glossy fragments show it, three channels interleaved; empty
-    /// without them.
-    elements: Vec<f32>,
+    /// Light on the scene.
+    bounced: Arc<BouncedLight>,
 }
 
 /// A scene meshed for a view and a step of quality: everything that the bands of the picture share.
@@ -117,6 +118,8 @@ pub struct HemicubeScene {
     /// Share of the image of each element.
     visible_shares: Vec<f64>,
     element_receivers: Receivers,
+    /// For each light its light on the scene, once solved.
+    bounced: Mutex<Vec<Option<Arc<BouncedLight>>>>,
     /// Approximate bytes held.
     held: usize,
 }
@@ -212,6 +215,8 @@ impl HemicubeScene {
             .iter_mut()
             .for_each(|own| *own /= all.max(1.0));
 
+        let radiosity = size_of::<[f32; 3]>() * sources.mesh.elements.len() * lights.len();
+        budget.take("reflected light of every source", radiosity)?;
         let held_for_band = kept.as_ref().map_or(0, |f| size_of_val(f.all()));
         budget.take("the picture", held_for_band)?;
         let gather_scene = GatherScene {
@@ -240,6 +245,7 @@ impl HemicubeScene {
             element_receivers: Receivers::new(&surfaces, &samples(&mesh)),
             projectors: rig.lights.iter().map(projector).collect(),
             held: budget.held - held_for_band,
+            bounced: Mutex::new(vec![None; lights.len()]),
             bands,
             surfaces,
             vertices,

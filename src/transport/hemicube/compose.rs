@@ -101,8 +101,12 @@ impl HemicubeRadiosity {
             .collect();
         let indirect = mixed(&lit, |solution| &solution.indirect);
         let reflected = self.gloss.as_ref().map(|gloss| {
-            let elements = mixed(&lit, |solution| &solution.elements);
-            (gloss, gloss.reflected(&elements))
+            let mut radiance = mixed(&lit, |solution| &solution.bounced.radiosity);
+            radiance
+                .as_flattened_mut()
+                .iter_mut()
+                .for_each(|b| *b /= PI);
+            (gloss, gloss.reflected(&radiance))
         });
         let emission = self.emission(strengths);
         let mut image = Image::new(self.width, self.height);

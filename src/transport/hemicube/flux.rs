@@ -14,7 +14,7 @@
 use crate::TransportError;
 use crate::direct::cluster::{Receiver, Receivers};
 use crate::direct::{PreparedLight, irradiance};
-use crate::hemicube::HemicubeRadiosity;
+use crate::hemicube::HemicubeScene;
 use crate::hemicube::interior::is_interior;
 use crate::hemicube::mesh::sample::Sample;
 use footlight_host::work::Work;
@@ -35,9 +35,9 @@ struct Part {
     light: f32,
 }
 
-impl HemicubeRadiosity {
-    /// Mean direct irradiance of each element and of each of its sources, for one light or for the planes of one projected
-    /// image, which share everything except the texels.
+impl HemicubeScene {
+    /// Mean direct irradiance of each element and of each of its sources, for one light or for the
+    /// planes of one projected image, which share everything except the texels.
     ///
     /// # Errors
     /// As [`irradiance`].
@@ -73,7 +73,7 @@ impl HemicubeRadiosity {
 
     /// Greatest reflectance of an element, which weights errors of its light.
     fn weight(&self, element: usize) -> f64 {
-        let most = self.scene.reflectance[element]
+        let most = self.reflectance[element]
             .iter()
             .copied()
             .fold(0.0, f32::max);
@@ -89,7 +89,7 @@ impl HemicubeRadiosity {
         };
         let means: Vec<f64> = groups.iter().map(mean).collect();
         let mut apart = vec![0.0; means.len()];
-        self.scene.mesh.each_pair(|a, b| {
+        self.mesh.each_pair(|a, b| {
             let between = (means[a] - means[b]).abs();
             apart[a] = f64::max(apart[a], between);
             apart[b] = f64::max(apart[b], between);
@@ -118,16 +118,9 @@ impl HemicubeRadiosity {
         light: &PreparedLight,
         work: Work<'_>,
     ) -> Result<Vec<Vec<Part>>, TransportError> {
-        let receivers = &self.scene.element_receivers;
+        let receivers = &self.element_receivers;
         let precision = self.precision(0.0);
-        let all = irradiance(
-            self.scene.setting(),
-            light,
-            receivers,
-            None,
-            precision,
-            work,
-        )?;
+        let all = irradiance(self.setting(), light, receivers, None, precision, work)?;
         let mut all = all.into_iter();
         let group = |(element, samples): (usize, &Vec<Sample>)| {
             let parts = samples.iter().zip(all.by_ref());
@@ -138,7 +131,7 @@ impl HemicubeRadiosity {
             };
             parts.map(part).collect::<Vec<Part>>()
         };
-        let samples = self.scene.mesh.elements.iter().map(|e| &e.samples);
+        let samples = self.mesh.elements.iter().map(|e| &e.samples);
         Ok(samples.enumerate().map(group).collect())
     }
 
@@ -153,10 +146,10 @@ impl HemicubeRadiosity {
             return Ok(Vec::new());
         }
         let quarters = |p: &Part| -> Vec<Part> {
-            let at = self.scene.mesh.elements[p.element].facet;
-            let facet = &self.scene.surfaces.facets[at];
-            let grid = self.scene.mesh.grids[at].as_ref();
-            let samples = grid.map(|g| p.sample.quarters(&self.scene.surfaces, facet, g));
+            let at = self.mesh.elements[p.element].facet;
+            let facet = &self.surfaces.facets[at];
+            let grid = self.mesh.grids[at].as_ref();
+            let samples = grid.map(|g| p.sample.quarters(&self.surfaces, facet, g));
             let part = |sample| Part {
                 sample,
                 ..p.clone()
@@ -166,31 +159,18 @@ impl HemicubeRadiosity {
         let mut groups: Vec<Vec<Part>> = parts.par_iter().map(quarters).collect();
         let receiver = |p: &Part| Receiver {
             point: p.sample.point,
-            facet: self.scene.mesh.elements[p.element].facet,
+            facet: self.mesh.elements[p.element].facet,
         };
         let receivers: Vec<Receiver> = groups.iter().flatten().map(receiver).collect();
-        let receivers = Receivers::new(&self.scene.surfaces, &receivers);
+        let receivers = Receivers::new(&self.surfaces, &receivers);
         let precision = self.precision(0.0);
-        let lit = irradiance(
-            self.scene.setting(),
-            light,
-            &receivers,
-            None,
-            precision,
-            work,
-        )?;
+        let lit = irradiance(self.setting(), light, &receivers, None, precision, work)?;
         for (part, lit) in groups.iter_mut().flatten().zip(lit) {
             part.light = lit;
         }
         let enclosed = |p: &Part| {
-            let facet = self.scene.mesh.elements[p.element].facet;
-            p.light == 0.0
-                && is_interior(
-                    self.scene.setting(),
-                    &self.scene.seeds,
-                    facet,
-                    p.sample.point,
-                )
+            let facet = self.mesh.elements[p.element].facet;
+            p.light == 0.0 && is_interior(self.setting(), &self.seeds, facet, p.sample.point)
         };
         groups
             .par_iter_mut()
@@ -202,7 +182,7 @@ impl HemicubeRadiosity {
     /// Mean over the parts of each element, and of each source; for a projection, multiplied by its
     /// image. A source without a part is lit like the elements around it.
     fn means(&self, light: usize, parts: &[Part]) -> [Vec<f32>; 2] {
-        let [elements, sources] = [&self.scene.mesh, &self.scene.sources.mesh];
+        let [elements, sources] = [&self.mesh, &self.sources.mesh];
         let mut sums = [elements, sources].map(|mesh| vec![[0.0_f64; 2]; mesh.elements.len()]);
         let even: Vec<f32> = parts.iter().map(|p| p.light).collect();
         for (part, lit) in parts.iter().zip(self.through_image(light, parts, even)) {
@@ -220,7 +200,7 @@ impl HemicubeRadiosity {
         let [whole, quarters] = sums;
         let whole: Vec<f32> = whole.into_iter().map(|s| mean(s).unwrap_or(0.0)).collect();
         let quarter = |(source, sums)| {
-            let around = || self.scene.sources.interpolated(source, |e| whole[e]);
+            let around = || self.sources.interpolated(source, |e| whole[e]);
             mean(sums).unwrap_or_else(around)
         };
         let quarters = quarters.into_iter().enumerate().map(quarter).collect();
@@ -228,11 +208,11 @@ impl HemicubeRadiosity {
     }
 
     fn through_image(&self, light: usize, parts: &[Part], even: Vec<f32>) -> Vec<f32> {
-        let Some(projector) = &self.scene.projectors[light] else {
+        let Some(projector) = &self.projectors[light] else {
             return even;
         };
         let samples = parts.iter().filter_map(|p| {
-            let grid = self.scene.mesh.grids[self.scene.mesh.elements[p.element].facet].as_ref()?;
+            let grid = self.mesh.grids[self.mesh.elements[p.element].facet].as_ref()?;
             Some((p.sample.point, p.sample.sides(grid)))
         });
         projector.project(&even, samples)
