@@ -76,8 +76,10 @@ pub fn bands(window: &Window, pixel_bytes: usize, band_bytes: usize) -> Vec<Rang
 /// A scene prepared for the settings of a rig.
 pub struct Composed<S: BandedScene> {
     scene: Arc<S>,
-    /// The last band that was made, and its index.
-    shown: Option<(usize, S::Band)>,
+    /// The bands that are held.
+    held: Vec<Option<S::Band>>,
+    /// Number of calls.
+    calls: usize,
     rig: Arc<Rig>,
     first_equal: Vec<usize>,
 }
@@ -89,33 +91,39 @@ impl<S: BandedScene> Composed<S> {
     /// [`TransportError`] for too small a budget, and on cancel.
     pub fn new(scene: S, rig: &Arc<Rig>, work: Work<'_>) -> Result<Composed<S>, TransportError> {
         let mut composed = Composed {
+            held: scene.bands().iter().map(|_| None).collect(),
             scene: Arc::new(scene),
-            shown: None,
+            calls: 0,
             rig: Arc::clone(rig),
             first_equal: first_equal(&rig.lights),
         };
-        composed.show(0, work)?;
+        composed.band(0, work)?;
         Ok(composed)
     }
 
-    /// The band of an index, with the memory that it leaves.
-    fn show<'w>(
+    /// The band of an index, made unless it is held, and the memory that it leaves.
+    fn band<'w>(
         &mut self,
         at: usize,
         work: Work<'w>,
     ) -> Result<(&mut S::Band, Work<'w>), TransportError> {
-        let held = self.shown.take();
-        let band = match held.filter(|(shown, _)| *shown == at) {
-            Some((_, band)) => band,
+        let held = self.held[at].take();
+        let others = self.bytes();
+        let band = match held {
+            Some(band) => band,
             None => {
                 let window = self.scene.window().rows(self.scene.bands()[at].clone());
-                let work = work.holding(self.scene.bytes());
-                Arc::clone(&self.scene).band(window, work)?
+                Arc::clone(&self.scene).band(window, work.holding(others))?
             }
         };
-        let work = work.holding(self.scene.bytes() + band.bytes());
-        let (_, band) = self.shown.insert((at, band));
-        Ok((band, work))
+        let left = work.holding(others + band.bytes());
+        Ok((self.held[at].insert(band), left))
+    }
+
+    /// True when a band stays in memory for later calls. The first call of several bands keeps
+    /// none, as most pictures are rendered once.
+    fn stays(&self, work: Work<'_>) -> bool {
+        self.held.len() == 1 || self.calls > 1 && self.bytes() <= work.memory / 2
     }
 }
 
@@ -126,6 +134,7 @@ impl<S: BandedScene> Prepared for Composed<S> {
         work: Work<'_>,
     ) -> Result<Vec<Image>, TransportError> {
         check_settings(settings, self.rig.sources.len())?;
+        self.calls += 1;
         let strengths = settings.iter();
         let strengths = strengths.map(|s| strengths_of(&self.rig, &self.first_equal, s));
         let strengths: Vec<Vec<[f64; 3]>> = strengths.collect();
@@ -144,7 +153,7 @@ impl<S: BandedScene> Prepared for Composed<S> {
                 } else {
                     work
                 };
-                let (band, left) = self.show(at, work)?;
+                let (band, left) = self.band(at, work)?;
                 band.solve(&wanted, left)?;
                 for (number, strengths) in strengths.iter().enumerate() {
                     work.check()?;
@@ -160,6 +169,9 @@ impl<S: BandedScene> Prepared for Composed<S> {
                     }
                     blend(&mut images[number], rows.start, &picture);
                 }
+                if !self.stays(work) {
+                    self.held[at] = None;
+                }
             }
             work.progress.report("pictures", all, all);
             Ok(images)
@@ -167,8 +179,8 @@ impl<S: BandedScene> Prepared for Composed<S> {
     }
 
     fn bytes(&self) -> usize {
-        let band = self.shown.as_ref();
-        self.scene.bytes() + band.map_or(0, |(_, band)| band.bytes())
+        let bands = self.held.iter().flatten();
+        self.scene.bytes() + bands.map(S::Band::bytes).sum::<usize>()
     }
 }
 
@@ -350,9 +362,9 @@ mod tests {
             assert!((1..4).contains(&bands.len()));
             let sky = Sky(window, bands);
             let mut composed = Composed::new(sky, &setup.rig, Work::silent()).unwrap();
-            let images = composed
-                .render(&[vec![1.0], vec![1.0]], Work::silent())
-                .unwrap();
+            // The second call may keep bands.
+            let calls = [(); 2].map(|()| composed.render(&[vec![1.0], vec![1.0]], Work::silent()));
+            let images = calls.into_iter().flat_map(Result::unwrap);
             for image in images {
                 for (a, b) in whole.data().iter().zip(image.data()) {
                     assert!((a - b).abs() < 1e-6);
