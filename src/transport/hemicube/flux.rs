@@ -33,6 +33,8 @@ struct Part {
     element: usize,
     sample: Sample,
     light: f32,
+    /// True for a sample of the mesh, false for a part of one.
+    is_whole: bool,
 }
 
 impl HemicubeScene {
@@ -128,6 +130,7 @@ impl HemicubeScene {
                 element,
                 sample: sample.clone(),
                 light,
+                is_whole: true,
             };
             parts.map(part).collect::<Vec<Part>>()
         };
@@ -152,6 +155,7 @@ impl HemicubeScene {
             let samples = grid.map(|g| p.sample.quarters(&self.surfaces, facet, g));
             let part = |sample| Part {
                 sample,
+                is_whole: false,
                 ..p.clone()
             };
             samples.into_iter().flatten().map(part).collect()
@@ -180,7 +184,8 @@ impl HemicubeScene {
     }
 
     /// Mean over the parts of each element, and of each source; for a projection, multiplied by its
-    /// image. A source without a part is lit like the elements around it.
+    /// image. A source is lit like the elements around it where these are evenly lit: its one sample
+    /// may lie in a shadow that hardly touches it.
     fn means(&self, light: usize, parts: &[Part]) -> [Vec<f32>; 2] {
         let [elements, sources] = [&self.mesh, &self.sources.mesh];
         let mut sums = [elements, sources].map(|mesh| vec![[0.0_f64; 2]; mesh.elements.len()]);
@@ -188,9 +193,10 @@ impl HemicubeScene {
         for (part, lit) in parts.iter().zip(self.through_image(light, parts, even)) {
             let facet = elements.elements[part.element].facet;
             let source = sources.at(facet, part.sample.point) as usize;
-            for (sums, at) in sums.iter_mut().zip([part.element, source]) {
+            let own = [Some(part.element), (!part.is_whole).then_some(source)];
+            for (sums, at) in sums.iter_mut().zip(own) {
                 // A part within a solid has no source.
-                if let Some([area, flux]) = sums.get_mut(at) {
+                if let Some([area, flux]) = at.and_then(|at| sums.get_mut(at)) {
                     *area += part.sample.area;
                     *flux += part.sample.area * f64::from(lit);
                 }
