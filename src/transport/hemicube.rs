@@ -173,7 +173,11 @@ impl HemicubeScene {
             bvh.as_ref().map_or(0, Bvh::bytes),
         )?;
 
-        let bands = bands(&window, pixel_bytes(step, rig), BAND_BYTES);
+        let each = pixel_bytes(step, rig);
+        let bands = bands(&window, each, BAND_BYTES);
+        let rows = bands.iter().map(Range::len).max().unwrap_or(0);
+        let least = size_of::<[f32; 3]>() * window.pixels() + each * rows * window.width;
+        budget.check("the picture", least)?;
         let left = budget.share(1, work);
         let mut kept = None;
         // The fragments of one band after another; those of a single one are kept.
