@@ -83,8 +83,8 @@ struct Solution {
     airlight: Vec<f32>,
     /// Radiance of the light itself in each glossy fragment, before its tint.
     highlights: Vec<f32>,
-    /// Light on the scene.
-    bounced: Arc<BouncedLight>,
+    /// Light on the scene; `None` if nothing needs it any more.
+    bounced: Option<Arc<BouncedLight>>,
 }
 
 /// A scene meshed for a view and a step of quality: everything that the bands of the picture share.
@@ -219,7 +219,11 @@ impl HemicubeScene {
             .iter_mut()
             .for_each(|own| *own /= all.max(1.0));
 
-        let radiosity = size_of::<[f32; 3]>() * sources.mesh.elements.len() * lights.len();
+        let kept_lights = match bands.len() > 1 || surfaces.is_glossy() {
+            true => lights.len(),
+            false => 0,
+        };
+        let radiosity = size_of::<[f32; 3]>() * sources.mesh.elements.len() * kept_lights;
         budget.take("reflected light of every source", radiosity)?;
         let held_for_band = kept.as_ref().map_or(0, |f| size_of_val(f.all()));
         budget.take("the picture", held_for_band)?;

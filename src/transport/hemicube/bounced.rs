@@ -63,6 +63,20 @@ impl HemicubeScene {
         Ok(lights.iter().filter_map(|l| known()[*l].clone()).collect())
     }
 
+    /// A light's light on the scene, if gloss or another band needs it; else it is forgotten.
+    pub(super) fn kept(
+        &self,
+        light: usize,
+        bounced: Arc<BouncedLight>,
+    ) -> Option<Arc<BouncedLight>> {
+        if self.bands.len() > 1 || self.surfaces.is_glossy() {
+            return Some(bounced);
+        }
+        let mut known = self.bounced.lock().unwrap_or_else(PoisonError::into_inner);
+        known[light] = None;
+        None
+    }
+
     /// Direct light of one light, or of the planes of one projected image.
     fn lit(&self, lights: &[usize], work: Work<'_>) -> Result<Vec<DirectOnScene>, TransportError> {
         // All planes of an image, wanted or not, so that the precision of one does not depend on

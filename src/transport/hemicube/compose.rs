@@ -101,7 +101,10 @@ impl HemicubeRadiosity {
             .collect();
         let indirect = mixed(&lit, |solution| &solution.indirect);
         let reflected = self.gloss.as_ref().map(|gloss| {
-            let mut radiance = mixed(&lit, |solution| &solution.bounced.radiosity);
+            let mut radiance = mixed(&lit, |solution| match &solution.bounced {
+                Some(bounced) => &bounced.radiosity,
+                None => &[],
+            });
             radiance
                 .as_flattened_mut()
                 .iter_mut()

@@ -87,7 +87,7 @@ impl HemicubeRadiosity {
                     indirect,
                     airlight,
                     highlights,
-                    bounced,
+                    bounced: self.scene.kept(l, bounced),
                 });
             }
         }
