@@ -55,7 +55,7 @@ use crate::memory::MemoryBudget;
 use crate::surfaces::FACET_BYTES;
 use crate::surfaces::camera::Window;
 use crate::surfaces::surface::Surfaces;
-use crate::unit_lights::{BandedScene, UnitLights, bands};
+use crate::unit_lights::{BandedScene, Bands, UnitLights};
 use crate::{Quality, Setup, TransportError};
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
@@ -64,7 +64,6 @@ use footlight_show::model::Haze;
 use footlight_stage::Light;
 use rayon::prelude::*;
 use std::f64::consts::PI;
-use std::ops::Range;
 use std::sync::Arc;
 
 /// Most lights solved together, and the approximate bytes that they may take: one ray traversal
@@ -82,9 +81,7 @@ const SEED_CELL_LIGHT: u32 = 0x777;
 /// share.
 pub struct GatherStage {
     step: GatherStep,
-    /// The whole picture, and the rows of its bands.
-    window: Window,
-    bands: Vec<Range<usize>>,
+    bands: Bands,
     surfaces: Surfaces,
     bvh: Bvh,
     lights: Vec<PreparedLight>,
@@ -130,8 +127,7 @@ impl GatherStage {
         let settings = rays((&surfaces, &bvh), &window, step).cell_settings(work)?;
         Ok(GatherStage {
             step,
-            window,
-            bands: bands(&window, step.pixel_bytes() + 12 * lights.len(), BAND_BYTES),
+            bands: Bands::new(window, step.pixel_bytes() + 12 * lights.len(), BAND_BYTES),
             lights,
             projectors: rig.lights.iter().map(projector).collect(),
             is_bounced: rig.lights.iter().map(Light::is_bounced).collect(),
@@ -146,11 +142,7 @@ impl GatherStage {
 impl BandedScene for GatherStage {
     type Band = FinalGather;
 
-    fn window(&self) -> &Window {
-        &self.window
-    }
-
-    fn bands(&self) -> &[Range<usize>] {
+    fn bands(&self) -> &Bands {
         &self.bands
     }
 

@@ -53,7 +53,7 @@ use crate::surfaces::fragment::{Fragment, Fragments, fragments};
 use crate::surfaces::hierarchy::{Hierarchy, SceneGeometry};
 use crate::surfaces::lists::Lists;
 use crate::surfaces::surface::Surfaces;
-use crate::unit_lights::{BandedScene, UnitLights, bands};
+use crate::unit_lights::{BandedScene, Bands, UnitLights};
 use crate::{Setup, TransportError};
 use footlight_host::work::{Cancelled, Work};
 use footlight_picture::Image;
@@ -91,9 +91,7 @@ struct Solution {
 pub struct HemicubeScene {
     rig: Arc<Rig>,
     step: HemicubeStep,
-    /// The whole picture, and the rows of its bands.
-    window: Window,
-    bands: Vec<Range<usize>>,
+    bands: Bands,
     /// Fragments of the picture until its only band is made; `None` when there are several.
     fragments: Mutex<Option<Fragments>>,
     /// Visible area of each facet, pixels.
@@ -118,6 +116,8 @@ pub struct HemicubeScene {
     /// Share of the image of each element.
     visible_shares: Vec<f64>,
     element_receivers: Receivers,
+    /// True when gloss or another band needs the light on the scene later.
+    keeps_light: bool,
     /// For each light its light on the scene, once solved.
     bounced: Mutex<Vec<Option<Arc<BouncedLight>>>>,
     /// Approximate bytes held.
@@ -174,23 +174,22 @@ impl HemicubeScene {
         )?;
 
         let each = pixel_bytes(step, rig);
-        let bands = bands(&window, each, BAND_BYTES);
-        let rows = bands.iter().map(Range::len).max().unwrap_or(0);
+        let bands = Bands::new(window, each, BAND_BYTES);
+        // The picture and its largest band.
+        let rows = bands.rows.iter().map(Range::len).max().unwrap_or(0);
         let least = size_of::<[f32; 3]>() * window.pixels() + each * rows * window.width;
         budget.check("the picture", least)?;
         let left = budget.share(1, work);
         let mut kept = None;
         // The fragments of one band after another; those of a single one are kept.
         let mut each_band = |see: &mut dyn FnMut(&Fragments)| {
-            let mut from = 0;
-            for Range { end, .. } in bands.iter().cloned() {
+            for band in bands.apart() {
                 let fragments = match kept.take() {
                     Some(fragments) => fragments,
-                    None => seen(&surfaces, &window.rows(from..end), step, left)?,
+                    None => seen(&surfaces, &band, step, left)?,
                 };
-                from = end;
                 see(&fragments);
-                kept = (bands.len() == 1).then_some(fragments);
+                kept = bands.is_whole().then_some(fragments);
             }
             Ok::<(), TransportError>(())
         };
@@ -219,12 +218,11 @@ impl HemicubeScene {
             .iter_mut()
             .for_each(|own| *own /= all.max(1.0));
 
-        let kept_lights = match bands.len() > 1 || surfaces.is_glossy() {
-            true => lights.len(),
-            false => 0,
-        };
-        let radiosity = size_of::<[f32; 3]>() * sources.mesh.elements.len() * kept_lights;
-        budget.take("reflected light of every source", radiosity)?;
+        let keeps_light = !bands.is_whole() || surfaces.is_glossy();
+        if keeps_light {
+            let radiosity = size_of::<[f32; 3]>() * sources.mesh.elements.len() * lights.len();
+            budget.take("reflected light of every source", radiosity)?;
+        }
         let held_for_band = kept.as_ref().map_or(0, |f| size_of_val(f.all()));
         budget.take("the picture", held_for_band)?;
         let gather_scene = GatherScene {
@@ -244,7 +242,7 @@ impl HemicubeScene {
         Ok(HemicubeScene {
             rig: Arc::clone(rig),
             step,
-            window,
+            keeps_light,
             fragments: Mutex::new(kept),
             areas,
             bounces: Bounces::new(&rows, &reflectance),
@@ -276,11 +274,7 @@ impl HemicubeScene {
 impl BandedScene for HemicubeScene {
     type Band = HemicubeRadiosity;
 
-    fn window(&self) -> &Window {
-        &self.window
-    }
-
-    fn bands(&self) -> &[Range<usize>] {
+    fn bands(&self) -> &Bands {
         &self.bands
     }
 

@@ -25,11 +25,8 @@ pub trait BandedScene: Send + Sync + Sized {
     /// A band.
     type Band: UnitLights;
 
-    /// The whole picture.
-    fn window(&self) -> &Window;
-
-    /// The rows of each band.
-    fn bands(&self) -> &[Range<usize>];
+    /// The picture and its bands.
+    fn bands(&self) -> &Bands;
 
     /// Bytes held.
     fn bytes(&self) -> usize;
@@ -43,7 +40,7 @@ pub trait BandedScene: Send + Sync + Sized {
     /// The whole picture as one band.
     #[cfg(test)]
     fn whole(self: &Arc<Self>, work: Work<'_>) -> Result<Self::Band, TransportError> {
-        let window = *self.window();
+        let window = self.bands().window;
         Threads::new(work)?.install(|| Arc::clone(self).band(window, work))
     }
 }
@@ -63,14 +60,40 @@ pub trait UnitLights: Send {
     fn picture(&self, strengths: &[[f64; 3]]) -> Image;
 }
 
-/// Splits the rows of a picture into bands, given the bytes of a pixel and of a band. Apart from the
-/// first, each begins [`SHARED_ROWS`] before the end of the one above.
-pub fn bands(window: &Window, pixel_bytes: usize, band_bytes: usize) -> Vec<Range<usize>> {
-    let most = band_bytes / (pixel_bytes * window.width).max(1);
-    let count = window.height.div_ceil(most.max(4 * SHARED_ROWS)).max(1);
-    let start = |band: usize| band * window.height / count;
-    let band = |at| start(at).saturating_sub(SHARED_ROWS)..start(at + 1);
-    (0..count).map(band).collect()
+/// A picture and its bands of rows.
+#[derive(Clone, Debug)]
+pub struct Bands {
+    /// The whole picture.
+    pub window: Window,
+    /// The rows of each band. Apart from the first, each begins [`SHARED_ROWS`] before the end of
+    /// the one above.
+    pub rows: Vec<Range<usize>>,
+}
+
+impl Bands {
+    /// Splits a picture, given the bytes of a pixel and of a band.
+    pub fn new(window: Window, pixel_bytes: usize, band_bytes: usize) -> Bands {
+        let most = band_bytes / (pixel_bytes * window.width).max(1);
+        let count = window.height.div_ceil(most.max(4 * SHARED_ROWS)).max(1);
+        let start = |band: usize| band * window.height / count;
+        let band = |at| start(at).saturating_sub(SHARED_ROWS)..start(at + 1);
+        Bands {
+            window,
+            rows: (0..count).map(band).collect(),
+        }
+    }
+
+    /// The windows of the bands, without the rows that each shares with the one above.
+    pub fn apart(&self) -> impl Iterator<Item = Window> {
+        let starts = std::iter::once(0).chain(self.rows.iter().map(|rows| rows.end));
+        let pairs = starts.zip(&self.rows);
+        pairs.map(|(start, rows)| self.window.rows(start..rows.end))
+    }
+
+    /// True when the picture is a single band.
+    pub fn is_whole(&self) -> bool {
+        self.rows.len() == 1
+    }
 }
 
 /// A scene prepared for the settings of a rig.
@@ -91,7 +114,7 @@ impl<S: BandedScene> Composed<S> {
     /// [`TransportError`] for too small a budget, and on cancel.
     pub fn new(scene: S, rig: &Arc<Rig>, work: Work<'_>) -> Result<Composed<S>, TransportError> {
         let mut composed = Composed {
-            held: scene.bands().iter().map(|_| None).collect(),
+            held: scene.bands().rows.iter().map(|_| None).collect(),
             scene: Arc::new(scene),
             calls: 0,
             rig: Arc::clone(rig),
@@ -112,7 +135,8 @@ impl<S: BandedScene> Composed<S> {
         let band = match held {
             Some(band) => band,
             None => {
-                let window = self.scene.window().rows(self.scene.bands()[at].clone());
+                let Bands { window, rows } = self.scene.bands();
+                let window = window.rows(rows[at].clone());
                 Arc::clone(&self.scene).band(window, work.holding(others))?
             }
         };
@@ -123,7 +147,7 @@ impl<S: BandedScene> Composed<S> {
     /// True when a band stays in memory for later calls. The first call of several bands keeps
     /// none, as most pictures are rendered once.
     fn stays(&self, work: Work<'_>) -> bool {
-        self.held.len() == 1 || self.calls > 1 && self.bytes() <= work.memory / 2
+        self.scene.bands().is_whole() || self.calls > 1 && self.bytes() <= work.memory / 2
     }
 }
 
@@ -140,18 +164,17 @@ impl<S: BandedScene> Prepared for Composed<S> {
         let strengths: Vec<Vec<[f64; 3]>> = strengths.collect();
         let is_lit = |l: &usize| strengths.iter().any(|s| s[*l].iter().any(|x| *x != 0.0));
         let wanted: Vec<usize> = (0..self.rig.lights.len()).filter(is_lit).collect();
-        let Window { width, height, .. } = *self.scene.window();
+        let bands = self.scene.bands().clone();
+        let Window { width, height, .. } = bands.window;
         let needed = settings.len() * width * height * size_of::<[f32; 3]>();
         check_memory("the pictures", needed, work.holding(self.bytes()).memory)?;
-        let bands = self.scene.bands().to_vec();
-        let all = bands.len() * settings.len();
+        let all = bands.rows.len() * settings.len();
         let mut images = Vec::with_capacity(settings.len());
         Threads::new(work)?.install(|| {
-            for (at, rows) in bands.iter().enumerate() {
-                let work = if bands.len() > 1 {
-                    work.holding(needed)
-                } else {
-                    work
+            for (at, rows) in bands.rows.iter().enumerate() {
+                let work = match bands.is_whole() {
+                    true => work,
+                    false => work.holding(needed),
                 };
                 let (band, left) = self.band(at, work)?;
                 band.solve(&wanted, left)?;
@@ -160,7 +183,7 @@ impl<S: BandedScene> Prepared for Composed<S> {
                     let done = at * settings.len() + number;
                     work.progress.report("pictures", done, all);
                     let picture = band.picture(strengths);
-                    if bands.len() == 1 {
+                    if bands.is_whole() {
                         images.push(picture);
                         continue;
                     }
@@ -243,16 +266,12 @@ mod tests {
     use crate::{Quality, Setup};
 
     /// A scene whose picture is made in these bands.
-    struct InBands<S>(Arc<S>, Vec<Range<usize>>);
+    struct InBands<S>(Arc<S>, Bands);
 
     impl<S: BandedScene> BandedScene for InBands<S> {
         type Band = S::Band;
 
-        fn window(&self) -> &Window {
-            self.0.window()
-        }
-
-        fn bands(&self) -> &[Range<usize>] {
+        fn bands(&self) -> &Bands {
             &self.1
         }
 
@@ -276,8 +295,8 @@ mod tests {
         let mut whole = scene.whole(work).unwrap();
         whole.solve(&[0], work).unwrap();
         let whole = whole.picture(&[[1.0; 3]]);
-        let bands = bands(scene.window(), 1, 1);
-        assert_eq!(bands, [0..48, 32..96, 80..144]);
+        let bands = Bands::new(scene.bands().window, 1, 1);
+        assert_eq!(bands.rows, [0..48, 32..96, 80..144]);
         let mut composed = Composed::new(InBands(scene, bands), &setup.rig, work).unwrap();
         let images = composed.render(&[vec![1.0], vec![2.0]], work).unwrap();
         let doubled = images[0].data().iter().zip(images[1].data());
@@ -309,17 +328,13 @@ mod tests {
     }
 
     /// Shows the direction of each pixel.
-    struct Sky(Window, Vec<Range<usize>>);
+    struct Sky(Bands);
 
     impl BandedScene for Sky {
         type Band = Window;
 
-        fn window(&self) -> &Window {
+        fn bands(&self) -> &Bands {
             &self.0
-        }
-
-        fn bands(&self) -> &[Range<usize>] {
-            &self.1
         }
 
         fn bytes(&self) -> usize {
@@ -358,9 +373,9 @@ mod tests {
         let window = Window::new(&setup.view).unwrap();
         let whole = window.picture(&[]);
         for bytes in [1, 80 * window.width, 144 * window.width] {
-            let bands = bands(&window, 1, bytes);
-            assert!((1..4).contains(&bands.len()));
-            let sky = Sky(window, bands);
+            let bands = Bands::new(window, 1, bytes);
+            assert!((1..4).contains(&bands.rows.len()));
+            let sky = Sky(bands);
             let mut composed = Composed::new(sky, &setup.rig, Work::silent()).unwrap();
             // The second call may keep bands.
             let calls = [(); 2].map(|()| composed.render(&[vec![1.0], vec![1.0]], Work::silent()));

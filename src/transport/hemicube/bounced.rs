@@ -14,7 +14,7 @@ use crate::hemicube::HemicubeScene;
 use crate::hemicube::mesh::element::Element;
 use footlight_host::work::{Cancelled, Work};
 use rayon::prelude::*;
-use std::sync::{Arc, PoisonError};
+use std::sync::{Arc, MutexGuard, PoisonError};
 
 /// Light on the scene of one light at unit strength.
 pub struct BouncedLight {
@@ -44,8 +44,7 @@ impl HemicubeScene {
         lights: &[usize],
         work: Work<'_>,
     ) -> Result<Vec<Arc<BouncedLight>>, TransportError> {
-        let known = || self.bounced.lock().unwrap_or_else(PoisonError::into_inner);
-        let is_new = |l: &usize| known()[*l].is_none();
+        let is_new = |l: &usize| self.known()[*l].is_none();
         let new: Vec<usize> = lights.iter().copied().filter(is_new).collect();
         if !new.is_empty() {
             let sharing: Vec<&[usize]> = new
@@ -57,10 +56,17 @@ impl HemicubeScene {
             let radiosity = self.radiosity(&new, &on_elements, work)?;
             for (at, (l, level)) in new.iter().zip(levels).enumerate() {
                 let radiosity = own_values(&radiosity, (at, 3 * new.len()));
-                known()[*l] = Some(Arc::new(BouncedLight { level, radiosity }));
+                self.known()[*l] = Some(Arc::new(BouncedLight { level, radiosity }));
             }
         }
-        Ok(lights.iter().filter_map(|l| known()[*l].clone()).collect())
+        Ok(lights
+            .iter()
+            .filter_map(|l| self.known()[*l].clone())
+            .collect())
+    }
+
+    fn known(&self) -> MutexGuard<'_, Vec<Option<Arc<BouncedLight>>>> {
+        self.bounced.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// A light's light on the scene, if gloss or another band needs it; else it is forgotten.
@@ -69,11 +75,10 @@ impl HemicubeScene {
         light: usize,
         bounced: Arc<BouncedLight>,
     ) -> Option<Arc<BouncedLight>> {
-        if self.bands.len() > 1 || self.surfaces.is_glossy() {
+        if self.keeps_light {
             return Some(bounced);
         }
-        let mut known = self.bounced.lock().unwrap_or_else(PoisonError::into_inner);
-        known[light] = None;
+        self.known()[light] = None;
         None
     }
 

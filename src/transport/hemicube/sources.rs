@@ -1,9 +1,10 @@
 //! Sources: the elements as the final gather and gloss see them, each divided into four.
 //!
 //! A point of the image may lie closer to an element than the element is wide, as in a corner; it
-//! must not see the element's mean light only. Direct light of the sources is that of the samples
-//! of the elements, and reflected light is interpolated between the elements, so that neither
-//! samples nor bounces cost more. This module does not depend on lights.
+//! must not see the element's mean light only. Direct light of the sources is that of the parts of
+//! elements that were divided for accuracy. Elsewhere it is interpolated between the elements, as
+//! reflected light is everywhere, so that neither samples nor bounces cost more. This module does
+//! not depend on lights.
 
 #![allow(
     clippy::indexing_slicing,
