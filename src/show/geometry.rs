@@ -41,6 +41,7 @@ pub struct Vec3 {
 }
 
 /// Shorthand for a [`Vec3`].
+#[inline]
 pub const fn vec3(x: f64, y: f64, z: f64) -> Vec3 {
     Vec3 { x, y, z }
 }

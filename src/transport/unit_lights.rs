@@ -318,7 +318,7 @@ mod tests {
         let (setup, work) = (corner(), Work::silent());
         let step = HemicubeStep::of(Quality(1)).unwrap();
         let by_hemicubes = HemicubeScene::new(&setup, step, work).unwrap();
-        let by_rays = GatherStage::new(&setup, Quality(2), work).unwrap();
+        let by_rays = GatherStage::new(&setup, Quality(1), work).unwrap();
         let found = [
             difference(by_hemicubes, &setup),
             difference(by_rays, &setup),

@@ -186,7 +186,7 @@ fn lumens_of_spots_and_projections_arrive() {
     let candela = 800.0 / Projection::flux(&slide, 70.0);
     let projection = planes(&slide, mount(vec3(0.5, 0.4, -0.8), 25.0), 70.0, candela);
     let groups = cones.map(spot).into_iter().chain([projection]).collect();
-    let all = delivered(&black_box(), groups, 64);
+    let all = delivered(&black_box(), groups, 48);
     for ((beam, field), flux) in cones.into_iter().zip(&all) {
         assert!(
             (flux[0] / 800.0 - 1.0).abs() < 2e-3,

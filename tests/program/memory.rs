@@ -331,6 +331,7 @@ fn high_water(status: &Path) -> Option<u64> {
 }
 
 #[test]
+#[ignore = "slow"]
 fn shows_are_read_within_the_budget_or_refused() {
     the_peak_stays_within_the_budget(|case| !renders(case));
 }
