@@ -36,6 +36,7 @@ use footlight_prompt::{Console, Error, Repl, help_of, spared};
 use footlight_report::explain::explain;
 use footlight_report::film::{Outlets, Pipe};
 use footlight_show::printable::Printable;
+use footlight_stage::import::ENDINGS;
 use footlight_transport::Transport;
 use footlight_transport::outside::{self, Outside};
 use footlight_transport::radiosity::Radiosity;
@@ -272,7 +273,7 @@ fn load(
         Some(path) => {
             let ending = footlight_report::format::ending(path);
             let other = match ending.as_str() {
-                "obj" | "gltf" | "glb" => Some(("a stage", "stage", "")),
+                own if ENDINGS.contains(&own) => Some(("a stage", "stage", "")),
                 "mvr" => Some(("a plan", "import", " -o show.lxq")),
                 "asc" => Some(("a desk's show", "import", " -o show.lxq")),
                 _ => None,

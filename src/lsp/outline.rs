@@ -280,10 +280,10 @@ pub fn links(show: &OpenShow, text: &str, encoding: Encoding, stop: &Stop) -> Ve
 /// Words before file names, with the extensions that fit.
 const FILE_WORDS: [(&str, &[&str]); 6] = [
     ("include", &["lxq"]),
-    ("stage", &["obj", "gltf", "glb"]),
+    ("stage", footlight_stage::import::ENDINGS),
     ("gels", &["csv", "txt", "tsv"]),
     ("image", &["exr", "png", "jpg", "jpeg", "webp"]),
-    ("photometric", &["ies", "ldt"]),
+    ("photometric", footlight_stage::photometric::ENDINGS),
     ("project", &["png", "jpg", "jpeg", "webp", "exr"]),
 ];
 

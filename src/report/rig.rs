@@ -9,7 +9,6 @@ use crate::table::Table;
 use crate::words::count;
 use footlight_engine::Document;
 use footlight_show::geometry::Vec3;
-use footlight_show::geometry::shape::Shape;
 use footlight_show::model::{Bank, HeadAxis, LightKind, Luminaire, Show};
 use footlight_show::units::Rgb;
 use footlight_stage::{Light, Polygon};
@@ -231,10 +230,10 @@ fn hung<'s>(show: &'s Show, setup: Option<&Setup>) -> Vec<Hung<'s>> {
                 (Some(mount.position), Some(mount.aim))
             }
             (LightKind::Photometric { mount, .. }, _) => (Some(mount.position), Some(mount.aim)),
-            (LightKind::Shape { shape, .. }, _) => match shape {
-                Shape::Sphere { centre, .. } => (Some(*centre), None),
-                Shape::Disc { centre, aim, .. } => (Some(*centre), Some(*aim)),
-            },
+            (LightKind::Shape { shape, .. }, _) => {
+                let (centre, aim) = shape.position_and_aim();
+                (Some(centre), aim)
+            }
             (_, Some(Light::Panel { material: own, .. })) => {
                 material = Some(*own);
                 (None, None)

@@ -11,6 +11,8 @@ use super::{Lamp, Polygon, Scene, StageCamera, gltf, merge, obj};
 use footlight_host::files::Files;
 use footlight_show::geometry::{Place, diameter, vec3};
 
+/// Extensions of the files that [`read`] reads.
+pub const ENDINGS: &[&str] = &["obj", "gltf", "glb"];
 /// Plausible sizes of a stage, metres.
 const STAGE_SIZES: RangeInclusive<f64> = 0.1..=1000.0;
 /// Most omissions listed for a file without polygons.

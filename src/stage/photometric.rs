@@ -15,6 +15,9 @@ use std::f64::consts::{PI, TAU};
 
 pub use read::PhotometricError;
 
+/// Extensions of the files that [`Distribution::noted`] reads.
+pub const ENDINGS: &[&str] = &["ies", "ldt"];
+
 /// Symmetry of a file's intensities around the axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Symmetry {

@@ -40,6 +40,14 @@ pub enum Shape {
 }
 
 impl Shape {
+    /// Its centre, and the point that it faces if it shines to one side.
+    pub fn position_and_aim(&self) -> (Vec3, Option<Vec3>) {
+        match *self {
+            Shape::Sphere { centre, .. } => (centre, None),
+            Shape::Disc { centre, aim, .. } => (centre, Some(aim)),
+        }
+    }
+
     /// Area in square metres, exact.
     pub fn area(&self) -> f64 {
         match self {
