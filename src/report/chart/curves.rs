@@ -5,6 +5,7 @@ use super::colour::{Colour, Palette, Theme};
 use super::curve_chart::{CurveChart, CurveRow};
 use super::drawing::{Anchor, Drawing, Label, MARGIN, Stroke, crisp};
 use super::frame::{Frame, Point};
+use super::moves::SMALL;
 use super::trace::{cut, thinned};
 use super::{font, moves};
 
@@ -12,8 +13,6 @@ use super::{font, moves};
 const WIDTH: f32 = 840.0;
 /// Font size of names.
 const NAME: f32 = 12.0;
-/// Font size of other text.
-pub(super) const SMALL: f32 = 11.0;
 /// Most rows drawn; the rest are counted.
 const MOST_ROWS: usize = 512;
 /// The height of one line of cue names.

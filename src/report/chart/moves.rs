@@ -3,11 +3,12 @@
 use super::axis::Ruler;
 use super::colour::Palette;
 use super::curve_chart::CurveChart;
-use super::curves::SMALL;
 use super::drawing::{Drawing, Label, Stroke, crisp};
 use super::font;
 use super::frame::Frame;
 
+/// Font size of all text but names.
+pub(super) const SMALL: f32 = 11.0;
 /// Gap under a strip for the bars of moves.
 pub(super) const BAR: f32 = 7.0;
 const MOVE: &str = "a part's move";

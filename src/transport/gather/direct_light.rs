@@ -4,7 +4,7 @@ use crate::gather::BLOCK;
 use crate::gather::emitter::{Emitter, LobeRay, SampleSum};
 use crate::gather::parts::{Look, Parts};
 use crate::gather::picture_rays::PictureRays;
-use crate::gather::ray_scene::{DARK, Receiver, SurfacePoint, View};
+use crate::gather::ray_scene::{DARK, RayView, Receiver, SurfacePoint};
 use crate::gather::sampling::{point, shifted};
 use crate::gather::step::{GatherStep, more_pixels};
 use footlight_host::work::{Cancelled, Work};
@@ -236,7 +236,7 @@ impl DirectLight<'_> {
     /// Adds the light at a place that a sample shows, and its radiance to the sample's `levels`.
     fn add_view(
         &self,
-        (view, weight): (View, f32),
+        (view, weight): (RayView, f32),
         random: [f64; 2],
         (sums, levels): (&mut [SampleSums], &mut [f32]),
         (k, ends): (u16, &[u16]),

@@ -4,7 +4,7 @@
 //! shares. A pixel on an edge is therefore as free of noise as its neighbours, and one on gauze
 //! shows both the gauze and the surfaces behind it. This module depends on geometry alone.
 
-use crate::gather::ray_scene::{SurfacePoint, View};
+use crate::gather::ray_scene::{RayView, SurfacePoint};
 use crate::surfaces::facet::Facet;
 use crate::surfaces::lists::Lists;
 use crate::surfaces::surface::Surfaces;
@@ -160,7 +160,7 @@ fn is_one_surface(a: &Facet, b: &Facet) -> bool {
 /// A place that a sample of a pixel shows.
 #[derive(Clone, Copy, Debug)]
 pub struct Sample {
-    pub view: View,
+    pub view: RayView,
     pub hit: Hit,
 }
 
@@ -210,7 +210,7 @@ mod tests {
         assert!(surfaces.facets[facet].height(point).abs() < 1e-9);
         let facet = facet as u32;
         Sample {
-            view: View {
+            view: RayView {
                 place: SurfacePoint { facet, point },
                 mirror: DARK,
                 share: 1.0,

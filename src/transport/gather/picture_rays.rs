@@ -8,7 +8,7 @@ use crate::direct::projector::pixel as footprint;
 use crate::gather::cells::{CAMERA_RAY, CellFinder, CellSettings, HEMISPHERE, Landing};
 use crate::gather::lamp_patches::{KernelBounds, receiver_way};
 use crate::gather::parts::{Hit, Look, NO_PAINT, Part, Parts, Sample, by_surface, differ};
-use crate::gather::ray_scene::{DARK, RayScene, SurfacePoint, View};
+use crate::gather::ray_scene::{DARK, RayScene, RayView, SurfacePoint};
 use crate::gather::sampling::{cosine_direction, morton, point};
 use crate::gather::step::GatherStep;
 use crate::memory::MemoryBudget;
@@ -87,7 +87,7 @@ impl PictureRays<'_> {
     }
 
     /// View of a facet by sample `k` of a pixel, directly or in a mirror.
-    fn view(&self, pixel: usize, k: u32, [facet, mirror]: [u32; 2], share: f64) -> View {
+    fn view(&self, pixel: usize, k: u32, [facet, mirror]: [u32; 2], share: f64) -> RayView {
         let eye = self.camera.origin;
         let (mut place, mut length) = (self.on_facet(pixel, k, facet), 0.0);
         let mut from = eye;
@@ -99,7 +99,7 @@ impl PictureRays<'_> {
                 place = self.on_plane((from, way), facet);
             }
         }
-        View {
+        RayView {
             place,
             mirror,
             share,
@@ -108,7 +108,7 @@ impl PictureRays<'_> {
     }
 
     /// All views of sample `k` of a pixel.
-    fn views(&self, pixel: usize, k: u32) -> impl Iterator<Item = View> {
+    fn views(&self, pixel: usize, k: u32) -> impl Iterator<Item = RayView> {
         let (eye, way) = (self.camera.origin, self.way(pixel, k));
         let random = self.random(pixel, k);
         let views = self.scene.views((eye, way), random, |l| !l.is_wide());
@@ -116,7 +116,7 @@ impl PictureRays<'_> {
     }
 
     /// View of a part of a pixel by its sample `k`; its share is 1 in the mean over the part.
-    pub fn on_part(&self, parts: &Parts, part: usize, pixel: usize, k: u32) -> View {
+    pub fn on_part(&self, parts: &Parts, part: usize, pixel: usize, k: u32) -> RayView {
         let hits = parts.hits.get(part);
         let own = &parts.all()[part];
         match hits.get(k as usize % hits.len().max(1)) {
@@ -130,7 +130,7 @@ impl PictureRays<'_> {
     }
 
     /// Calls `each` for each view of sample `k` of a pixel.
-    pub fn on_pixel(&self, parts: &Parts, pixel: usize, k: u32, mut each: impl FnMut(View)) {
+    pub fn on_pixel(&self, parts: &Parts, pixel: usize, k: u32, mut each: impl FnMut(RayView)) {
         let is_lit = |part: &usize| parts.all()[*part].look != Look::Gloss;
         let own = || parts.pixels.range(pixel).filter(is_lit);
         let is_plain = own().all(|part| parts.hits.get(part).is_empty());
@@ -203,7 +203,7 @@ impl PictureRays<'_> {
 
     /// Number of samples of a pixel, and the samples by surface.
     fn split(&self, seen: &[u32], pixel: usize) -> (u32, Vec<Vec<Sample>>) {
-        let sample = |view: View, k: u32| Sample {
+        let sample = |view: RayView, k: u32| Sample {
             view,
             hit: Hit {
                 facet: view.place.facet,
@@ -462,7 +462,7 @@ impl PictureRays<'_> {
     }
 
     /// Approximate parallelogram that a part of a pixel covers there.
-    pub fn sides(&self, view: View, share: f64) -> [Vec3; 2] {
+    pub fn sides(&self, view: RayView, share: f64) -> [Vec3; 2] {
         let facet = &self.scene.surfaces.facets[view.place.facet as usize];
         if view.mirror == DARK {
             return footprint(self.camera, view.place.point, facet.normal, share);
@@ -471,7 +471,7 @@ impl PictureRays<'_> {
     }
 
     /// Reflectance to the eye of a view's matt part, averaged over a part of a pixel.
-    pub fn reflectance(&self, view: View, share: f64) -> [f64; 3] {
+    pub fn reflectance(&self, view: RayView, share: f64) -> [f64; 3] {
         let surfaces = self.scene.surfaces;
         let SurfacePoint { facet, point } = view.place;
         let facet = &surfaces.facets[facet as usize];

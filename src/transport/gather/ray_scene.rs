@@ -51,7 +51,7 @@ pub struct SurfacePoint {
 
 /// A part of what a ray from the eye shows.
 #[derive(Clone, Copy, Debug)]
-pub struct View {
+pub struct RayView {
     /// Final end of the ray.
     pub place: SurfacePoint,
     /// The glossy facet in which it is seen; [`DARK`] when seen directly.
@@ -184,12 +184,12 @@ impl RayScene<'_> {
         (origin, way): (Vec3, Vec3),
         random: [f64; 2],
         shows: impl Fn(&Lobe) -> bool,
-    ) -> ArrayVec<View, MOST_VIEWS> {
+    ) -> ArrayVec<RayView, MOST_VIEWS> {
         let mut views = ArrayVec::new();
         for (place, share) in self.layers(origin, way) {
             let length = (place.point - origin).length();
             let mirror = DARK;
-            views.push(View {
+            views.push(RayView {
                 place,
                 mirror,
                 share,
@@ -203,7 +203,7 @@ impl RayScene<'_> {
             };
             let (end, further) = self.shoot(place, way);
             if end.facet != DARK {
-                views.push(View {
+                views.push(RayView {
                     place: end,
                     mirror: place.facet,
                     share: share * weight,
