@@ -18,7 +18,7 @@ use crate::direct::projector::{Projector, pixel as footprint, projector};
 use crate::gather::airlight::Airlight;
 use crate::gather::bvh::Bvh;
 use crate::gather::emitter::Emitter;
-use crate::gather::ray_scene::{DARK, RayScene, Receiver, SurfacePoint, View};
+use crate::gather::ray_scene::{DARK, RayScene, RayView, Receiver, SurfacePoint};
 use crate::gather::sampling::{hash, point};
 use crate::memory::MemoryBudget;
 use crate::surfaces::FACET_BYTES;
@@ -312,8 +312,8 @@ impl MovingLights {
     }
 
     /// Adds a facet seen by a ray: its matt part and its highlights separately.
-    fn add_view(&self, view: View, heads: &[Hung], seen: &mut Vec<Seen>) {
-        let View {
+    fn add_view(&self, view: RayView, heads: &[Hung], seen: &mut Vec<Seen>) {
+        let RayView {
             place,
             mirror,
             share,
