@@ -41,14 +41,20 @@ fn main() -> Result<(), Box<dyn error::Error>> {
         },
     )?;
     let middle = Time::from_micros(5_000_000);
-    println!("5 s into the show: {:.2?}", engine.levels(middle));
+    println!(
+        "5 s into the show: {:.2?}",
+        engine.document().levels(middle)
+    );
 
     // An edit is the smallest change of the text; an error leaves the show unchanged.
     engine.edit(&Edit::UpdateMoves {
         cue: CueNumber::parse("2").ok_or("a number")?,
         moves: "cool 40".to_owned(),
     })?;
-    println!("after the edit:    {:.2?}", engine.levels(middle));
+    println!(
+        "after the edit:    {:.2?}",
+        engine.document().levels(middle)
+    );
     if let Err(Error::Show(diagnostics)) = engine.edit(&Edit::Declare("cue 3 { wram 50 }".into())) {
         print!("{}", diagnostics.render(Style::Plain));
     }

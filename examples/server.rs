@@ -70,7 +70,7 @@ fn answer(engine: &mut Engine, request: &mut Request) -> Reply {
         }
         "/levels" => {
             let names = engine.show().parameters().into_iter().map(|it| it.name);
-            let levels: BTreeMap<_, _> = names.zip(engine.levels(time)).collect();
+            let levels: BTreeMap<_, _> = names.zip(engine.document().levels(time)).collect();
             Ok(Response::from_string(serde_json::to_string(&levels)?))
         }
         _ => Err("there are /picture, /levels and POST /edit".into()),

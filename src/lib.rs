@@ -7,7 +7,7 @@
 //! let files = Box::new(Folder::new("examples", 64 << 20)); // the show's own folder
 //! let host = Host { files, threads: 2, ..Host::default() };
 //! let mut engine = Engine::open("examples/first.lxq".as_ref(), host)?;
-//! println!("{:?}", engine.levels(Time::from_micros(5_000_000))); // levels of the banks, 0 to 1
+//! println!("{:?}", engine.document().levels(Time::from_micros(5_000_000))); // levels of the banks, 0 to 1
 //! let image = engine.picture(Time::from_micros(5_000_000))?; // linear light, from coarse images
 //! let rgb = engine.tone()?.encode(&image);
 //! let _png = encode_png(image.width(), image.height(), &rgb)?;

@@ -258,9 +258,19 @@ impl Document {
         self.show().view().map(|view| view.name.as_str())
     }
 
+    /// The parameters at a time, before the dimmers and as fractions of full: the level of each
+    /// bank, for an rgb bank followed by its three emitters, then one for the fixed lights, if any
+    /// ([`Show::parameters`] names them). Before the show's start they are those of the start,
+    /// after its end those of the end
+    /// ([`Timeline::start`](footlight_show::timeline::Timeline::start),
+    /// [`end`](footlight_show::timeline::Timeline::end)).
+    pub fn levels(&self, time: Time) -> Vec<f64> {
+        self.timeline().levels(time)
+    }
+
     /// The light of each coordinate at a time, after the dimmers and relative to full, as input for
     /// [`Engine::picture_with`](super::Engine::picture_with). Times as in
-    /// [`Engine::levels`](super::Engine::levels).
+    /// [`Document::levels`].
     pub fn setting(&self, time: Time) -> Vec<f64> {
         self.timeline().evaluate(time)
     }

@@ -89,6 +89,7 @@ pub use self::live::{LiveControl, Moves};
 pub use self::pooled::{Freed, PoolSummary, StoreSummary, UnlitBank};
 pub use self::speed_accuracy::{SpeedAccuracy, SpeedPoint};
 pub use self::stage::{StageFile, StageMaterial};
+pub use self::stepped::stepped;
 pub use self::tasks::{LEASE, Task, TaskList, TaskState, Worked};
 pub use self::ways::WayForecast;
 
@@ -362,18 +363,8 @@ impl Engine {
         self.events.push(event);
     }
 
-    /// The parameters at a time, before the dimmers and as fractions of full: the level of each
-    /// bank, for an rgb bank followed by its three emitters, then one for the fixed lights, if any
-    /// ([`Show::parameters`] names them). Before the show's start they are those of the start,
-    /// after its end those of the end
-    /// ([`Timeline::start`](footlight_show::timeline::Timeline::start),
-    /// [`end`](footlight_show::timeline::Timeline::end)).
-    pub fn levels(&self, time: Time) -> Vec<f64> {
-        self.document.timeline().levels(time)
-    }
-
     /// The image of a moment from the current pool; missing coarse images are rendered first. Times
-    /// as in [`Engine::levels`]. Linear light, in cd/m² for shows whose lights are measured; values
+    /// as in [`Document::levels`]. Linear light, in cd/m² for shows whose lights are measured; values
     /// may lie a little below zero.
     ///
     /// # Errors

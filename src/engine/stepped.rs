@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
+use super::Error;
 use super::document::Document;
 use super::heads::Heads;
-use super::{Engine, Error};
 use crate::playback::Playback;
 use footlight_host::work::Work;
 use footlight_picture::Image;
@@ -71,75 +71,72 @@ impl Stepped<'_> {
     }
 }
 
-impl Engine {
-    /// The sequence with its heads in key images alone: while a lit head moves, `rate` frames a
-    /// second are blended; otherwise the show's own keys. `None` without heads.
-    ///
-    /// # Errors
-    /// When memory does not hold them; on cancel.
-    pub fn stepped(
-        &self,
-        playback: &Playback,
-        rate: f64,
-        work: Work<'_>,
-    ) -> Result<Option<Playback>, Error> {
-        let Some(heads) = playback.heads().cloned() else {
-            return Ok(None);
-        };
-        let document = &self.document;
-        let timeline = document.timeline();
-        let mut stepped = Stepped {
-            document,
-            heads,
-            own: document.show().coordinates().len(),
-            keys: Vec::new(),
-            images: Vec::new(),
-            known: HashMap::new(),
-        };
-        let mut segments = Vec::new();
-        let all = document.keys().segments();
-        for (number, segment) in all.iter().enumerate() {
-            work.progress
-                .report("frames with moving heads", number, all.len());
-            let (start, end) = (segment.start(), segment.end());
-            let before = Time::nearest(end) - Time::from_micros(1);
-            let [from, to] = [Time::nearest(start), before].map(|time| timeline.poses(time));
-            if !stepped.moves(segment, [&from, &to]) {
-                let settings = document.keys().keys();
-                let own = segment.keys.iter();
-                let own = own.filter_map(|key| Some((*key, settings.get(*key)?)));
-                let keys = own.map(|(key, setting)| {
-                    stepped.key(|| playback.key_image(key), setting, &from, work)
-                });
-                let keys: Vec<usize> = keys.collect::<Result<_, _>>()?;
-                segments.push((start, end, keys));
-                continue;
-            }
-            let steps = ((end - start) * rate).ceil().max(1.0) as usize;
-            let at = |k: usize| start + (end - start) * k as f64 / steps as f64;
-            let mut key = |k: usize| {
-                let time = if k == steps {
-                    before
-                } else {
-                    Time::nearest(at(k))
-                };
-                let setting = document.keys().evaluate(time);
-                stepped.key(
-                    || playback.blended(time),
-                    &setting,
-                    &timeline.poses(time),
-                    work,
-                )
-            };
-            let mut last = key(0)?;
-            for k in 0..steps {
-                let next = key(k + 1)?;
-                segments.push((at(k), at(k + 1), vec![last, next]));
-                last = next;
-            }
+/// The sequence with its heads in key images alone: while a lit head moves, `rate` frames a
+/// second are blended; otherwise the show's own keys. `None` without heads.
+///
+/// # Errors
+/// When memory does not hold them; on cancel.
+pub fn stepped(
+    document: &Document,
+    playback: &Playback,
+    rate: f64,
+    work: Work<'_>,
+) -> Result<Option<Playback>, Error> {
+    let Some(heads) = playback.heads().cloned() else {
+        return Ok(None);
+    };
+    let timeline = document.timeline();
+    let mut stepped = Stepped {
+        document,
+        heads,
+        own: document.show().coordinates().len(),
+        keys: Vec::new(),
+        images: Vec::new(),
+        known: HashMap::new(),
+    };
+    let mut segments = Vec::new();
+    let all = document.keys().segments();
+    for (number, segment) in all.iter().enumerate() {
+        work.progress
+            .report("frames with moving heads", number, all.len());
+        let (start, end) = (segment.start(), segment.end());
+        let before = Time::nearest(end) - Time::from_micros(1);
+        let [from, to] = [Time::nearest(start), before].map(|time| timeline.poses(time));
+        if !stepped.moves(segment, [&from, &to]) {
+            let settings = document.keys().keys();
+            let own = segment.keys.iter();
+            let own = own.filter_map(|key| Some((*key, settings.get(*key)?)));
+            let keys = own.map(|(key, setting)| {
+                stepped.key(|| playback.key_image(key), setting, &from, work)
+            });
+            let keys: Vec<usize> = keys.collect::<Result<_, _>>()?;
+            segments.push((start, end, keys));
+            continue;
         }
-        let Stepped { keys, images, .. } = stepped;
-        let keys = document.keys().replaced(keys, segments.into_iter());
-        Ok(Playback::of(&keys, images))
+        let steps = ((end - start) * rate).ceil().max(1.0) as usize;
+        let at = |k: usize| start + (end - start) * k as f64 / steps as f64;
+        let mut key = |k: usize| {
+            let time = if k == steps {
+                before
+            } else {
+                Time::nearest(at(k))
+            };
+            let setting = document.keys().evaluate(time);
+            stepped.key(
+                || playback.blended(time),
+                &setting,
+                &timeline.poses(time),
+                work,
+            )
+        };
+        let mut last = key(0)?;
+        for k in 0..steps {
+            let next = key(k + 1)?;
+            segments.push((at(k), at(k + 1), vec![last, next]));
+            last = next;
+        }
     }
+    let Stepped { keys, images, .. } = stepped;
+    let keys = document.keys().replaced(keys, segments.into_iter());
+    Ok(Playback::of(&keys, images))
 }

@@ -74,7 +74,7 @@ pub fn page(
     fits(playback)?;
     let banks = engine.bank_images(playback.image_bytes())?;
     let work = engine.work().holding(playback.image_bytes());
-    let stepped = engine.stepped(playback, rate, work)?;
+    let stepped = engine::stepped(engine.document(), playback, rate, work)?;
     let playback = stepped.as_ref().unwrap_or(playback);
     let keys = playback.images();
     let contents = Contents {
