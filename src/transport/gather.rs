@@ -21,6 +21,7 @@ mod cells;
 mod direct_light;
 pub mod emitter;
 mod first_bounce;
+mod globes;
 mod irradiance_filter;
 mod lamp_patches;
 mod parts;

@@ -7,6 +7,7 @@ use crate::direct::PreparedLight;
 use crate::direct::beam::Beam;
 use crate::direct::lambert::closed_form;
 use crate::direct::projector::Projector;
+use crate::gather::globes::{Face, Globes};
 use crate::gather::lamp_patches::LampPatches;
 use crate::gather::ray_scene::{MOST_LAYERS, RayScene, Receiver, SurfacePoint};
 use crate::gather::sampling::{cosine_direction, shifted};
@@ -44,6 +45,8 @@ pub struct AreaLight {
     areas: Vec<f64>,
     /// Centre by area, and the greatest distance from it, metres.
     ball: Option<(Vec3, f64)>,
+    /// The globes of which a panel of many triangles consists.
+    globes: Option<Globes>,
 }
 
 /// Direct light at a point from one sample of a light.
@@ -67,8 +70,8 @@ pub struct PanelPoint {
     way: Vec3,
     /// Probability density of the direction, 1/sr.
     density: f64,
-    /// Area from which points are chosen, m².
-    area: f64,
+    /// Area from which points are chosen, m²; `None` when directions to globes are.
+    area: Option<f64>,
     /// Visible share of its light.
     passed: f64,
 }
@@ -184,7 +187,15 @@ impl<'a> Emitter<'a> {
             let facet = &scene.surfaces.facets[place.facet as usize];
             let way = place.point - ray.place.point;
             let length = way.length();
-            let other = length.powi(3) / (end.area * -way.dot(facet.normal));
+            let other = match end.area {
+                Some(area) => length.powi(3) / (area * -way.dot(facet.normal)),
+                None => {
+                    let globes = area.globes.as_ref();
+                    let to =
+                        |globes: &Globes| globes.density((ray.place.point, normal), place.facet);
+                    globes.and_then(to).unwrap_or(0.0)
+                }
+            };
             let passed = share * scene.clearness(length);
             sum += passed * ray.weight * density / (density + other);
         }
@@ -246,6 +257,7 @@ impl<'a> Emitter<'a> {
         random: [f64; 2],
     ) -> f64 {
         let sample = match self {
+            Emitter::Area(area) if area.globes.is_some() => area.sample(scene, at, random),
             Emitter::Area(area) => area.areas.last().map_or(Sample::default(), |whole| {
                 area.by_both(scene, (at.point, at.normal), *whole, random)
             }),
@@ -311,6 +323,7 @@ impl AreaLight {
             triangles: Vec::new(),
             areas: Vec::new(),
             ball: None,
+            globes: None,
         };
         let (mut area, mut weighted) = (0.0, Vec3::ZERO);
         for piece in pieces.iter().map(|&p| &surfaces.pieces[p]) {
@@ -332,6 +345,13 @@ impl AreaLight {
         let radius = corners.map(|corner| (corner - middle).length());
         let radius = radius.fold(0.0, f64::max);
         out.ball = (area > 0.0).then_some((middle, radius));
+        if out.triangles.len() > CLOSED_FORM {
+            let face = |&piece: &usize| {
+                let piece = &surfaces.pieces[piece];
+                Face::new(piece.facet, &piece.vertices)
+            };
+            out.globes = Globes::of(&pieces.iter().map(face).collect::<Vec<_>>());
+        }
         out
     }
 
@@ -339,6 +359,30 @@ impl AreaLight {
         let Some(&area) = self.areas.last() else {
             return Sample::default();
         };
+        if let Some(globes) = &self.globes
+            && let Some(towards) = globes.direction((at.point, at.normal), [u, v])
+        {
+            let from = at.point + at.facet * scene.offset;
+            let cosine = towards.way.dot(at.normal).max(0.0);
+            let is_above = cosine > 0.0 && towards.way.dot(at.facet) > 0.0;
+            let passed = if is_above {
+                globes.visible(scene, from, &towards)
+            } else {
+                0.0
+            };
+            let light = passed * cosine / towards.density;
+            return Sample {
+                unoccluded: light,
+                sampled: light,
+                visible: light,
+                end: Some(PanelPoint {
+                    way: towards.way,
+                    density: towards.density,
+                    area: None,
+                    passed,
+                }),
+            };
+        }
         if self.triangles.len() > CLOSED_FORM {
             return self.by_both(scene, (at.point, at.normal), area, [u, v]);
         }
@@ -375,7 +419,7 @@ impl AreaLight {
                 out.end = Some(PanelPoint {
                     way: way / square.sqrt(),
                     density: square * square.sqrt() / (area * away),
-                    area,
+                    area: Some(area),
                     passed,
                 });
             }
@@ -405,7 +449,7 @@ impl AreaLight {
         let mut sampled = PanelPoint {
             way: way / length,
             density: 1.0,
-            area,
+            area: Some(area),
             passed: 0.0,
         };
         if cosine > 0.0 && away > 0.0 {
