@@ -99,7 +99,7 @@ fn part(image: &Image, [left, top]: [usize; 2]) -> Option<Image> {
     let mut data = Vec::new();
     for y in top..top + height {
         for x in left..left + width {
-            data.extend(image.pixel(x, y)?.map(|c| c as f32));
+            data.extend(image.pixel(x, y)?);
         }
     }
     Image::from_data(width, height, data)
