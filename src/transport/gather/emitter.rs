@@ -7,7 +7,7 @@ use crate::direct::PreparedLight;
 use crate::direct::beam::Beam;
 use crate::direct::lambert::closed_form;
 use crate::direct::projector::Projector;
-use crate::gather::globes::{Face, Globes};
+use crate::gather::globes::{Face, Globes, TowardsGlobe};
 use crate::gather::lamp_patches::LampPatches;
 use crate::gather::ray_scene::{MOST_LAYERS, RayScene, Receiver, SurfacePoint};
 use crate::gather::sampling::{cosine_direction, shifted};
@@ -20,7 +20,8 @@ use std::f64::consts::PI;
 
 /// Most triangles of a panel whose unoccluded light is computed in closed form. A larger panel is
 /// sampled by its area and by the receiver's cosine, combined by the balance heuristic (Veach and
-/// Guibas 1995), so that no sample exceeds that of a full sky, however near the panel.
+/// Guibas 1995), so that no sample exceeds that of a full sky, however near the panel; globes are
+/// sampled by their cones ([`globes`](super::globes)).
 const CLOSED_FORM: usize = 16;
 
 /// A light to be sampled.
@@ -179,6 +180,8 @@ impl<'a> Emitter<'a> {
         };
         let light = lobe.value(normal, eye, end.way) * normal.dot(end.way) * end.passed;
         let mut sum = light / (end.density + lobe.density(normal, eye, end.way));
+        let at = (ray.place.point, normal);
+        let by_globes = |end: &SurfacePoint| area.globes.as_ref()?.density(at, end.facet);
         let density = lobe.density(normal, eye, ray.way);
         for (place, share) in &ray.ends {
             if area.facets.binary_search(&(place.facet as usize)).is_err() {
@@ -189,12 +192,7 @@ impl<'a> Emitter<'a> {
             let length = way.length();
             let other = match end.area {
                 Some(area) => length.powi(3) / (area * -way.dot(facet.normal)),
-                None => {
-                    let globes = area.globes.as_ref();
-                    let to =
-                        |globes: &Globes| globes.density((ray.place.point, normal), place.facet);
-                    globes.and_then(to).unwrap_or(0.0)
-                }
+                None => by_globes(place).unwrap_or(0.0),
             };
             let passed = share * scene.clearness(length);
             sum += passed * ray.weight * density / (density + other);
@@ -247,8 +245,7 @@ impl<'a> Emitter<'a> {
         }
     }
 
-    /// Irradiance at a point from one sample that never exceeds that of a full sky, however near
-    /// the panel.
+    /// Irradiance at a point from one sample that is bounded, however near the panel.
     pub fn bounded_sample(
         &self,
         scene: RayScene<'_>,
@@ -362,26 +359,7 @@ impl AreaLight {
         if let Some(globes) = &self.globes
             && let Some(towards) = globes.direction((at.point, at.normal), [u, v])
         {
-            let from = at.point + at.facet * scene.offset;
-            let cosine = towards.way.dot(at.normal).max(0.0);
-            let is_above = cosine > 0.0 && towards.way.dot(at.facet) > 0.0;
-            let passed = if is_above {
-                globes.visible(scene, from, &towards)
-            } else {
-                0.0
-            };
-            let light = passed * cosine / towards.density;
-            return Sample {
-                unoccluded: light,
-                sampled: light,
-                visible: light,
-                end: Some(PanelPoint {
-                    way: towards.way,
-                    density: towards.density,
-                    area: None,
-                    passed,
-                }),
-            };
+            return by_cone(scene, at, globes, &towards);
         }
         if self.triangles.len() > CLOSED_FORM {
             return self.by_both(scene, (at.point, at.normal), area, [u, v]);
@@ -494,6 +472,29 @@ impl AreaLight {
         let own = (wanted - before) / (self.areas[at] - before);
         let triangle = &self.triangles[at];
         (triangle, point_of(triangle.corners, own, v))
+    }
+}
+
+/// The light of a globe in a direction of its cone.
+fn by_cone(scene: RayScene<'_>, at: Receiver, globes: &Globes, towards: &TowardsGlobe) -> Sample {
+    let from = at.point + at.facet * scene.offset;
+    let cosine = towards.way.dot(at.normal).max(0.0);
+    let passed = if cosine > 0.0 && towards.way.dot(at.facet) > 0.0 {
+        globes.visible(scene, from, towards)
+    } else {
+        0.0
+    };
+    let light = passed * cosine / towards.density;
+    Sample {
+        unoccluded: light,
+        sampled: light,
+        visible: light,
+        end: Some(PanelPoint {
+            way: towards.way,
+            density: towards.density,
+            area: None,
+            passed,
+        }),
     }
 }
 

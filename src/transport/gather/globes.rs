@@ -129,8 +129,8 @@ impl Globes {
         self.0.iter().map(cone).collect()
     }
 
-    /// A direction from a place and its normal towards a globe, chosen by solid angle; `None` from within a ball, and where all
-    /// globes are below the horizon.
+    /// A direction from a place and its normal towards a globe, chosen by solid angle; `None` from
+    /// within a ball, and where all globes are below the horizon.
     pub fn direction(&self, at: (Vec3, Vec3), [u, v]: [f64; 2]) -> Option<TowardsGlobe> {
         let cones = self.cones(at)?;
         let sum: f64 = cones.iter().map(|(_, weight)| weight).sum();
