@@ -69,6 +69,19 @@ pub struct Cost {
     pub per_lone: f64,
 }
 
+impl std::ops::Add for Cost {
+    type Output = Cost;
+
+    fn add(self, other: Cost) -> Cost {
+        Cost {
+            prepare: self.prepare + other.prepare,
+            per_source: self.per_source + other.per_source,
+            per_image: self.per_image + other.per_image,
+            per_lone: self.per_lone + other.per_lone,
+        }
+    }
+}
+
 impl Cost {
     /// Cost of `sources` sources, each lit alone, including preparation.
     pub fn alone(self, sources: f64) -> f64 {

@@ -1,15 +1,17 @@
 //! The project's own G: radiosity with exact direct light, or final gathering by ray tracing for
-//! many polygons ([`MANY_POLYGONS`], `gather`).
+//! many polygons ([`MANY_POLYGONS`], `gather`) and for pin spots in any scene.
 //!
 //! Every light is solved once at unit strength: settings, colours and filters only scale it, so
 //! that G is linear by construction.
 
 mod calibration;
+mod pin_spots;
 
 use crate::gather::{self, GatherStage, PathEstimator};
 use crate::hemicube::HemicubeScene;
 use crate::hemicube::cost::Counts;
 use crate::hemicube::step::{HemicubeStep, STEPS};
+use crate::radiosity::pin_spots::PinSpots;
 use crate::surfaces::FACET_BYTES;
 use crate::surfaces::lobe::is_sharp;
 use crate::threads::Threads;
@@ -48,6 +50,9 @@ impl Transport for Radiosity {
                 let stage = GatherStage::new(setup, quality, work)?;
                 return Ok(Box::new(Composed::new(stage, &setup.rig, work)?));
             }
+            if let Some(apart) = PinSpots::of(setup) {
+                return Ok(Box::new(apart.prepare(quality, work)?));
+            }
             let scene = HemicubeScene::new(setup, HemicubeStep::of(quality)?, work)?;
             Ok(Box::new(Composed::new(scene, &setup.rig, work)?))
         })
@@ -62,10 +67,19 @@ impl Transport for Radiosity {
         if is_final_gather(setup) {
             return gather::cost(setup, quality).unwrap_or_default();
         }
-        let counts = HemicubeStep::of(quality).and_then(|step| Counts::of(setup, step));
-        counts.map_or(Cost::default(), |counts| {
-            counts.cost(setup.rig.sources.len())
-        })
+        let by_hemicubes = |setup: &Setup| {
+            let counts = HemicubeStep::of(quality).and_then(|step| Counts::of(setup, step));
+            counts.map_or(Cost::default(), |counts| {
+                counts.cost(setup.rig.sources.len())
+            })
+        };
+        match PinSpots::of(setup) {
+            None => by_hemicubes(setup),
+            Some(apart) => {
+                let pins = gather::cost(&apart.pins, quality).unwrap_or_default();
+                by_hemicubes(&apart.others) + pins
+            }
+        }
     }
 
     fn usual_error(&self, setup: &Setup, quality: Quality) -> Option<f64> {

@@ -99,6 +99,9 @@ impl HemicubeRadiosity {
             .filter(|(_, s)| s.iter().any(|x| *x != 0.0))
             .filter_map(|(solution, s)| solution.as_ref().map(|x| (x, *s)))
             .collect();
+        if lit.is_empty() {
+            return Image::new(self.width, self.height);
+        }
         let indirect = mixed(&lit, |solution| &solution.indirect);
         let reflected = self.gloss.as_ref().map(|gloss| {
             let mut radiance = mixed(&lit, |solution| match &solution.bounced {
