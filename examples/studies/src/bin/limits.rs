@@ -38,8 +38,8 @@ fn cases() -> [Case; 4] {
              bank a = lamp\ncue 1 at 0:00 {{ snap a full }}\n{lines}"
         )
     };
-    let pin = "show \"Pin\"\nsurface white reflectance 0.7 box from 0, 0, 0 to 5, 5, 5 inside\n\
-               light lamp spot at 2.5, 2.5, 0.5 aim 2.5, 2.5, 5 beam 2 field 4 20000 cd\n\
+    let ceiling = "show \"Ceiling\"\nsurface white reflectance 0.7 box from 0, 0, 0 to 5, 5, 5 inside\n\
+               light lamp spot at 2.5, 2.5, 0.5 aim 2.5, 2.5, 5 beam 4 field 7 20000 cd\n\
                view v from 2.5, 0.3, 2.5 to 2.5, 5, 2.5 fov 90 size 320x180\n\
                bank a = lamp\ncue 1 at 0:00 { snap a full }\n";
     let mirror = room(
@@ -60,7 +60,12 @@ fn cases() -> [Case; 4] {
             74,
             [40, 160],
         ),
-        case("a pin spot on the ceiling", pin.to_owned(), 0, [0, 0]),
+        case(
+            "a spot of 4 degrees on the ceiling",
+            ceiling.to_owned(),
+            0,
+            [0, 0],
+        ),
         case("a ring of 48 triangles", room(&ring()), 0, [0, 0]),
         case("no patch of light from a mirror", mirror, 0, [0, 0]),
     ]
