@@ -13,10 +13,14 @@ use crate::unit_lights::Composed;
 use crate::{Prepared, Quality, Setup, TransportError};
 use footlight_host::work::Work;
 use footlight_picture::{Image, combine};
+use footlight_show::geometry::diameter;
 use footlight_stage::{Emitter, Light, Rig, Source};
 
 /// Beam angle of a pin spot, degrees, exclusive.
 const PIN: f64 = 4.0;
+/// Greatest radius of the place that it lights, relative to the scene's diameter. The beam of a
+/// light far away is narrow too, but lights a whole stage.
+const SMALL: f64 = 0.015;
 
 /// A setup whose pin spots are set apart.
 pub struct PinSpots {
@@ -29,7 +33,15 @@ pub struct PinSpots {
 impl PinSpots {
     /// `None` for a setup without pin spots.
     pub fn of(setup: &Setup) -> Option<PinSpots> {
-        let is_pin = |light: &Light| matches!(light, Light::Spot(spot) if spot.beam < PIN);
+        let corners = setup.scene.polygons.iter().flat_map(|p| p.vertices.iter());
+        let small = SMALL * diameter(corners);
+        let is_pin = |light: &Light| match light {
+            Light::Spot(spot) if spot.beam < PIN => {
+                let length = (spot.aim - spot.position).length();
+                length * (0.5 * spot.beam).to_radians().tan() < small
+            }
+            _ => false,
+        };
         setup.rig.lights.iter().any(is_pin).then(|| PinSpots {
             pins: only(setup, is_pin),
             others: only(setup, |light| !is_pin(light)),
