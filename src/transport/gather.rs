@@ -20,7 +20,7 @@ pub mod bvh;
 mod cells;
 mod direct_light;
 pub mod emitter;
-mod first_bounce;
+pub(crate) mod first_bounce;
 mod globes;
 mod irradiance_filter;
 mod lamp_patches;

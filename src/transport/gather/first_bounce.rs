@@ -158,7 +158,7 @@ impl<'a> FirstBounces<'a> {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     #![allow(clippy::unwrap_used, reason = "tests")]
 
     use crate::gather::GatherStage;

@@ -119,21 +119,22 @@ impl Globes {
         globes.map(Globes)
     }
 
-    /// The cones of all globes with their weights; `None` from within a ball.
-    fn cones(&self, (from, normal): (Vec3, Vec3)) -> Option<ArrayVec<(Cone, f64), MOST>> {
+    /// The cones of all globes with their weights, and the sum of these; `None` from within a ball.
+    fn cones(&self, (from, normal): (Vec3, Vec3)) -> Option<(ArrayVec<(Cone, f64), MOST>, f64)> {
         let cone = |globe: &Globe| {
             let cone = globe.cone(from)?;
             let weight = cone.weight(normal);
             Some((cone, weight))
         };
-        self.0.iter().map(cone).collect()
+        let cones: ArrayVec<(Cone, f64), MOST> = self.0.iter().map(cone).collect::<Option<_>>()?;
+        let sum = cones.iter().map(|(_, weight)| weight).sum();
+        Some((cones, sum))
     }
 
     /// A direction from a place and its normal towards a globe, chosen by solid angle; `None` from
     /// within a ball, and where all globes are below the horizon.
     pub fn direction(&self, at: (Vec3, Vec3), [u, v]: [f64; 2]) -> Option<TowardsGlobe> {
-        let cones = self.cones(at)?;
-        let sum: f64 = cones.iter().map(|(_, weight)| weight).sum();
+        let (cones, sum) = self.cones(at)?;
         let mut left = u * sum;
         let last = cones.iter().rposition(|(_, weight)| *weight > 0.0)?;
         for (globe, (cone, weight)) in cones.iter().enumerate() {
@@ -153,8 +154,7 @@ impl Globes {
 
     /// Density of [`Globes::direction`] towards a facet.
     pub fn density(&self, at: (Vec3, Vec3), facet: u32) -> Option<f64> {
-        let cones = self.cones(at)?;
-        let sum: f64 = cones.iter().map(|(_, weight)| weight).sum();
+        let (cones, sum) = self.cones(at)?;
         let of_facet = |globe: &Globe| globe.facets.binary_search(&facet).is_ok();
         let (cone, weight) = cones.get(self.0.iter().position(of_facet)?)?;
         Some(weight / sum / (TAU * cone.height))

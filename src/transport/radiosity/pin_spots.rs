@@ -148,41 +148,13 @@ mod tests {
 
     use super::*;
     use crate::Transport;
+    use crate::gather::first_bounce::tests::{setup, wall};
     use crate::radiosity::Radiosity;
-    use footlight_show::geometry::profile::Profile;
-    use footlight_show::geometry::{Vec3, View, vec3};
-    use footlight_show::model::Spot;
     use footlight_show::units::Rgb;
-    use footlight_stage::{Material, Polygon, Scene};
-    use std::f64::consts::PI;
 
-    /// A white ceiling at 5 m and a dark wall that the camera faces. A spot of 2 degrees points at
-    /// the ceiling, a wider one at the wall.
-    fn setup() -> Setup {
-        let quad = |material, corners: [[f64; 3]; 4]| {
-            let corners = corners.map(|[x, y, z]| vec3(x, y, z));
-            Polygon::new(corners.to_vec(), material)
-        };
-        let scene = Scene {
-            materials: vec![
-                Material::diffuse("white", Rgb([0.8; 3])),
-                Material::diffuse("dark", Rgb([0.01; 3])),
-            ],
-            polygons: vec![
-                quad(0, [[0., 0., 5.], [0., 5., 5.], [5., 5., 5.], [5., 0., 5.]]),
-                quad(1, [[0., 5., 0.], [5., 5., 0.], [5., 5., 5.], [0., 5., 5.]]),
-            ],
-            ..Scene::default()
-        };
-        let spot = |beam: f64, aim: Vec3| {
-            Light::Spot(Spot {
-                position: vec3(2.5, 2.5, 0.5),
-                aim,
-                beam,
-                field: 2.0 * beam,
-                intensity: Rgb::WHITE,
-            })
-        };
+    /// Images of the settings of a pin spot and of a wider one, each a source.
+    fn images(settings: &[[f64; 2]]) -> Vec<Image> {
+        let setup = setup();
         let source = |light: usize| Source {
             name: light.to_string(),
             emitters: vec![Emitter {
@@ -191,52 +163,32 @@ mod tests {
             }],
         };
         let rig = Rig {
-            lights: vec![
-                spot(30.0, vec3(2.5, 5.0, 2.5)),
-                spot(2.0, vec3(2.5, 2.5, 5.0)),
-            ],
+            lights: setup.rig.lights.clone(),
             sources: vec![source(0), source(1)],
         };
-        let view = View {
-            from: vec3(2.5, 0.3, 2.5),
-            to: vec3(2.5, 5.0, 2.5),
-            fov: 40.0,
-            width: 24,
-            height: 18,
-            roll: 0.0,
-        };
-        Setup::new(scene, rig, view)
-    }
-
-    fn images(settings: &[[f64; 2]]) -> Vec<Image> {
-        let work = Work::silent();
-        let mut operator = Radiosity.prepare(&setup(), Quality(2), work).unwrap();
+        let (setup, work) = (Setup::new(setup.scene, rig, setup.view), Work::silent());
+        let mut operator = Radiosity.prepare(&setup, Quality(2), work).unwrap();
         let settings: Vec<Vec<f64>> = settings.iter().map(|s| s.to_vec()).collect();
         operator.render(&settings, work).unwrap()
     }
 
-    /// The place that the beam lights acts as a point source.
     #[test]
     fn a_pin_spot_on_a_ceiling_lights_a_wall_as_a_point_does() {
-        let image = &images(&[[0.0, 1.0]])[0];
-        let flux = Profile::new(2.0, 4.0).unwrap().flux();
-        let half = 20_f64.to_radians().tan() * 4.7;
+        let image = &images(&[[1.0, 0.0]])[0];
         let mut mean = 0.0;
         for (at, pixel) in image.data().chunks_exact(3).enumerate() {
-            let [u, v] = [(at % 24, 12.0), (at / 24, 9.0)].map(|(i, n)| (i as f64 + 0.5 - n) / 9.0);
-            let to = vec3(2.5, 2.5, 5.0) - vec3(2.5 + u * half, 5.0, 2.5 - v * half);
-            let kernel = -to.y * to.z / to.dot(to).powi(2);
-            let exact = 0.01 / PI * 0.8 * flux / PI * kernel;
-            let found = f64::from(pixel[1]) / exact;
-            assert!((found - 1.0).abs() < 0.04, "{at}: {found}");
-            mean += found / (24.0 * 18.0);
+            for (found, exact) in pixel.iter().zip(wall(at % 24, at / 24)) {
+                let found = f64::from(*found) / exact;
+                assert!((found - 1.0).abs() < 0.04, "{at}: {found}");
+                mean += found / (24.0 * 18.0 * 3.0);
+            }
         }
         assert!((mean - 1.0).abs() < 0.01, "{mean}");
     }
 
     #[test]
     fn pictures_add_up_and_darkness_is_black() {
-        let all = images(&[[1.0, 0.0], [0.0, 1.0], [2.0, 0.5], [0.0, 0.0]]);
+        let all = images(&[[0.0, 1.0], [1.0, 0.0], [0.5, 2.0], [0.0, 0.0]]);
         let [one, pin, both, dark] = &all[..] else {
             panic!("four images");
         };
@@ -247,6 +199,6 @@ mod tests {
         }
         assert!(dark.data().iter().all(|light| *light == 0.0));
         // Without the pin spot, the picture is the hemicubes' to the bit.
-        assert_eq!(one.data(), images(&[[1.0, 0.0]])[0].data());
+        assert_eq!(one.data(), images(&[[0.0, 1.0]])[0].data());
     }
 }
